@@ -68,50 +68,31 @@ def _take_other_rows(chain: Chain, shape: Shape) -> Iterator[MistakeVariant]:
 
 
 MISTAKES = (
-    Mistake(
-        "transposed", "Transposed", "Rows and columns seem to be exchanged: the matrix is transposed.", "6.4",
-        _change_result(lambda w, values: values.swapaxes(0, 1), lambda chain, shape: min(shape) > 1),
-    ),
-    Mistake(
-        "other-rows", "Rows that the task does not count",
-        "The matrix has {rows} rows, and others are asked for: look at which velocities they are.", "6.6",
-        _take_other_rows,
-    ),
-    Mistake(
-        "rows-exchanged", "Rows exchanged", "Rows {one} and {other} seem to be exchanged.", "6.6",
-        _exchange_two(RESULT, lambda chain, shape: shape[0]),
-    ),
-    Mistake(
-        "columns-exchanged", "Columns exchanged", "Columns {one} and {other} seem to be exchanged.", "6.4",
-        _exchange_two(RESULT, lambda chain, shape: shape[1], axis=1),
-    ),
-    Mistake(
-        "columns-reversed", "Columns in reverse order",
-        "The columns seem to be in reverse order: column i belongs to joint i.", "6.4",
-        _change_result(lambda w, values: values[:, ::-1], lambda chain, shape: shape[1] > 2),
-    ),
-    Mistake(
-        "sign", "Everything with the wrong sign",
-        "Everything seems to have the wrong sign.", "6.4", always({RESULT: lambda w, values: -values}),
-    ),
+    Mistake("transposed", "Transposed", "Rows and columns seem to be exchanged: the matrix is transposed.", "6.4",
+            _change_result(lambda w, values: values.swapaxes(0, 1), lambda chain, shape: min(shape) > 1)),
+    Mistake("other-rows", "Rows that the task does not count",
+            "The matrix has {rows} rows, and others are asked for: look at which velocities they are.", "6.6",
+            _take_other_rows),
+    Mistake("rows-exchanged", "Rows exchanged", "Rows {one} and {other} seem to be exchanged.", "6.6",
+            _exchange_two(RESULT, lambda chain, shape: shape[0])),
+    Mistake("columns-exchanged", "Columns exchanged", "Columns {one} and {other} seem to be exchanged.", "6.4",
+            _exchange_two(RESULT, lambda chain, shape: shape[1], axis=1)),
+    Mistake("columns-reversed", "Columns in reverse order",
+            "The columns seem to be in reverse order: column i belongs to joint i.", "6.4",
+            _change_result(lambda w, values: values[:, ::-1], lambda chain, shape: shape[1] > 2)),
+    Mistake("sign", "Everything with the wrong sign", "Everything seems to have the wrong sign.", "6.4",
+            always({RESULT: lambda w, values: -values})),
     Mistake("column-sign", "Column with the wrong sign", "Column {one} seems to have the wrong sign.", "6.4",
             _flip_one(axis=1)),
     Mistake("row-sign", "Row with the wrong sign", "Row {one} seems to have the wrong sign.", "6.4", _flip_one(axis=0)),
-    Mistake(
-        "rates-left-in", "Joint rates left in the Jacobian",
-        "The joint rates seem to stand in the Jacobian: it is what they are multiplied by.", "6.4",
-        _change_result(
-            lambda w, values: values * w.symbols(w.chain.rates)[None], lambda chain, shape: shape[1] == chain.n > 1
-        ),
-    ),
-    Mistake(
-        "rates-left-out", "Joint rates left out",
-        "The joint rates seem to be left out: every column is multiplied by its joint's rate.", "6.4",
-        always({"joint rates": lambda w, rates: rates * 0 + 1}),
-    ),
-    Mistake(
-        "rates-exchanged", "Joint rates exchanged",
-        "The rates of joints {one} and {other} seem to be exchanged.", "6.4",
-        _exchange_two("joint rates", lambda chain, shape: chain.n), rare=True,
-    ),
+    Mistake("rates-left-in", "Joint rates left in the Jacobian",
+            "The joint rates seem to stand in the Jacobian: it is what they are multiplied by.", "6.4",
+            _change_result(
+                lambda w, values: values * w.symbols(w.chain.rates)[None], lambda chain, shape: shape[1] == chain.n > 1
+            )),
+    Mistake("rates-left-out", "Joint rates left out",
+            "The joint rates seem to be left out: every column is multiplied by its joint's rate.", "6.4",
+            always({"joint rates": lambda w, rates: rates * 0 + 1})),
+    Mistake("rates-exchanged", "Joint rates exchanged", "The rates of joints {one} and {other} seem to be exchanged.",
+            "6.4", _exchange_two("joint rates", lambda chain, shape: chain.n), rare=True),
 )  # fmt: skip

@@ -49,7 +49,7 @@ ONE_NUMBER = frozenset(
 PRIORS: dict[str, float] = {
     "point-forgotten": 2.0, "link-left-out": 1.5, "joint-left-out": 1.0, "row-misread": 0.1, "cross-order": 0.1,
     "arm-reversed": 0.1, "modified-dh": 0.1, "joint-turns-other-way": 0.1, "previous-axis": 0.1, "wrong-axis": 0.1,
-    "base-exchanged": 0.1, "link-not-rotated": 0.5, "own-link-only": 0.5, "arm-of-one-link": 0.5, "screw-sign": 2.0,
+    "link-not-rotated": 0.5, "own-link-only": 0.5, "arm-of-one-link": 0.5, "screw-sign": 2.0,
     "link-subtracted": 1.5, "offset-forgotten": 1.5, "base-forgotten": 1.5,
     "row-of-rotation": 0.1, "arm-to-origin": 0.1, "offset-sign": 1.0, "offset-in-degrees": 1.0, "wrong-radians": 1.0,
     "slide-offset-sign": 1.5, "lengths-exchanged": 1.0, "other-point": 1.0, "value-sign-in-set": 1.0,

@@ -91,23 +91,6 @@ def _skip_differentiation(w: Working, effects: np.ndarray) -> np.ndarray:
     return out
 
 
-def _differentiate_both_factors(chain: Chain, shape: Shape) -> Iterator[MistakeVariant]:
-    """Differentiate the length of a slide and its direction at once, where a velocity is asked for."""
-    for j in [i for i, joint in enumerate(chain.joints) if joint.kind == "P"] if shape[1] == 1 else ():
-
-        def apply_change(w: Working, effects: np.ndarray, j: int = j) -> np.ndarray:
-            def longer(w: Working, table: Table) -> Table:
-                return table.with_row(j, d=table.rows[j].d + w.arithmetic.table_entry(sp.S.One))
-
-            right, out = w.without("effects"), np.array(effects)
-            direction = right.with_mistakes({"table": longer})["effects"][:, j] - right["effects"][:, j]
-            out[:, j] = effects[:, j] + direction * (w["joint rates"][j] - w.arithmetic.value(w["table"].rows[j].d))
-            out[j, j] = 0 * effects[j, j]
-            return out
-
-        yield MistakeVariant({"effects": apply_change}, {"joint": j + 1})
-
-
 # --- propagation ---
 
 
@@ -325,206 +308,124 @@ def _use_other_velocity(chain: Chain, shape: Shape) -> Iterator[MistakeVariant]:
 
 
 _ALL = (
-    Mistake(
-        "chain-rule", "Contribution dropped from the chain rule",
-        "Column {joint} seems to lack the part that link {link} adds: joint {joint} moves every link behind it.",
-        "6.3", _scale_term(0, least_terms=2),
-    ),
-    Mistake(
-        "joint-left-out", "Joint left out",
-        "What joint {joint} adds seems to be left out: every joint that moves the point counts.", "6.4",
-        _drop_joint, rare=True,
-    ),
-    Mistake(
-        "own-link-only", "Each joint moves its own link only",
-        "Each column seems to hold its joint's own link only: a joint moves every link behind it.", "6.3",
-        always({"effects": _keep_own_link}),
-    ),
-    Mistake(
-        "last-link-only", "Only the last link counted",
-        "The columns seem to hold the last link only: a joint moves every link behind it.", "6.3", _keep_last_link,
-    ),
-    Mistake(
-        "term-sign", "Term of a column with the wrong sign",
-        "In column {joint}, the part that link {link} adds seems to have the wrong sign.", "6.3",
-        _scale_term(-1, least_terms=1),
-    ),
-    Mistake(
-        "derivative-of-cosine", "Derivatives of sine and cosine with the wrong sign",
-        "A sign seems to go wrong where sines and cosines are differentiated. Look again at the derivative of the "
-        "cosine.", "6.3", _flip_derivative(-1),
-    ),
-    Mistake(
-        "derivative-of-sine", "Derivative of the sine with the wrong sign",
-        "A sign seems to go wrong where sines and cosines are differentiated. Look again at the derivative of the "
-        "sine.", "6.3", _flip_derivative(1),
-    ),
-    Mistake(
-        "not-differentiated", "Not differentiated",
-        "The sines and cosines of the position seem to stand in the Jacobian as they are: they are to be "
-        "differentiated.", "6.3", always({"effects": _skip_differentiation}),
-    ),
-    Mistake(
-        "product-rule", "Both factors differentiated at once",
-        "The length of joint {joint} and its direction seem to be differentiated at once: of a product, one factor is "
-        "differentiated at a time, and the results are added.", "6.3", _differentiate_both_factors, rare=True,
-    ),
-    Mistake(
-        "next-axis", "Axis of the next joint",
-        "The axes seem to be those of the next joints: joint i turns about, or slides along, {axis}.",
-        "6.9 and 6.10", _use_next_axis,
-    ),
-    Mistake(
-        "next-arm", "p* of the next joint",
-        "The vectors p* seem to start one origin too late: for joint i it runs from the origin of frame {frame}.",
-        "6.12", _propagate({"arms": _take_next}, has_words=True),
-    ),
-    Mistake(
-        "next-frame", "Frame of the next joint",
-        "Axis and vector of each column seem to be those of the next joint: joint i belongs to frame {frame}.",
-        "6.12", _propagate({"axes": _take_next, "arms": _take_next}, has_words=True),
-    ),
-    Mistake(
-        "previous-frame", "Frame before a joint, as in the standard table",
-        "Axis and vector of each column seem to be those of frame i-1: in a modified table, frame i stands on the axis "
-        "of joint i.", "6.12",
-        _propagate({
-            "axes": _take_previous,
-            "arms": lambda w, arms: np.concatenate([w["point"][None] - w["origins"][:1], arms[:-1]]),
-        }), rare=True,
-    ),
-    Mistake(
-        "previous-axis", "Axis of the joint before",
-        "The axes seem to be those of the joints before: joint i turns about, or slides along, {axis}.",
-        "6.9 and 6.10", _propagate({"axes": _take_previous}, has_words=True), rare=True,
-    ),
-    Mistake(
-        "cross-order", "Cross product in the wrong order",
-        "The cross products seem to be taken in the wrong order: a x b is minus b x a.", "6.12",
-        _propagate({"products": lambda w, _: [cross(w["arms"][i], w["axes"][i]) for i in range(w.n)]}),
-    ),
-    Mistake(
-        "no-cross-product", "Cross product left out",
-        "The linear part of a revolute column seems to be p* itself: the cross product with the axis is missing.",
-        "6.12", _propagate({"products": lambda w, _: w["arms"]}),
-    ),
-    Mistake(
-        "arm-from-base", "Vector from the base for p*",
-        "The vectors p* seem to start at the base throughout: each starts at the origin of its own joint's frame.",
-        "6.13", _propagate({"arms": lambda w, arms: np.stack([w["point"]] * len(arms))}),
-    ),
-    Mistake(
-        "arm-from-other-origin", "One vector p* from another origin",
-        "The vector p* of joint {joint} seems to start at O{other}: for this joint it runs from the origin of frame "
-        "{frame}.", "6.13", _start_at_other_origin, rare=True,
-    ),
-    Mistake(
-        "arm-to-origin", "Vector to the joint for p*",
-        "The vectors p* seem to run from the base to the joints: they run from the joints to the point.",
-        "6.13", _propagate({"arms": lambda w, _: w["frames on axes"]}), rare=True,
-    ),
-    Mistake(
-        "arm-reversed", "p* reversed",
-        "The vectors p* seem to run from the point to the joints: they run the other way.", "6.13",
-        _propagate({"arms": lambda w, arms: -arms}),
-    ),
-    Mistake(
-        "arm-of-one-link", "p* of one link only",
-        "The vectors p* seem to reach to the next origin only: they reach to the point.", "6.13",
-        _propagate({"arms": _stop_at_next_origin}),
-    ),
-    Mistake(
-        "prismatic-as-revolute", "Prismatic joint treated as revolute",
-        "Joint {joint} seems to be treated as revolute: it slides along its axis.", "6.12", _treat_as("R", "P"),
-    ),
-    Mistake(
-        "revolute-as-prismatic", "Revolute joint treated as prismatic",
-        "Joint {joint} seems to be treated as prismatic: it turns about its axis.", "6.12", _treat_as("P", "R"),
-        rare=True,
-    ),
-    Mistake(
-        "slide-turns", "Angular part for a prismatic joint",
-        "Joint {joint} slides, and seems to have an angular part.", "6.11", _rotate_slide,
-    ),
-    Mistake(
-        "no-angular-part", "Angular part left out",
-        "The angular part of joint {joint} seems to be left out: a revolute joint turns all links behind it.",
-        "6.10", lambda chain, _: at_each_and_all(_joints_of_kind(chain, "R"), _drop_angular),
-    ),
-    Mistake(
-        "slides-turn", "Angular parts for prismatic joints",
-        "Joints {joint} are prismatic, but seem to have an angular part: a prismatic joint rotates nothing.", "6.11",
-        _rotate_all_slides, rare=True,
-    ),
-    Mistake(
-        "angular-of-one-joint", "Angular part of one joint only",
-        "Only joint {joint} seems to have an angular part: every revolute joint rotates all links behind it.", "6.10",
-        _keep_one_angular, rare=True,
-    ),
-    Mistake(
-        "angular-of-next-axis", "Axis of the next joint in the angular rows",
-        "In the angular rows the axes seem to be those of the next joints: joint i rotates about {axis}.", "6.10",
-        _use_next_angular, rare=True,
-    ),
-    Mistake(
-        "blocks-exchanged", "Linear and angular rows exchanged",
-        "The linear and the angular rows seem to be exchanged: the linear ones come first.", "6.6",
-        always({"geometric": lambda w, both: np.roll(both, 3, axis=0)}), rare=True,
-    ),
-    Mistake(
-        "tool-frame", "Tool frame for base frame",
-        "The vectors seem to be those that the last frame sees: they are wanted in the base frame.", "6.11",
-        _use_tool_frame,
-    ),
-    Mistake(
-        "own-frames", "Axes as their own frames see them",
-        "Every axis seems to be taken for (0, 0, 1), as its own frame sees it: all are expected in the same frame.",
-        "below 6.10", _propagate({"axes": _use_local_axes}), rare=True,
-    ),
-    Mistake(
-        "wrong-axis", "x or y axis for z",
-        "The {axis} axes of the frames seem to be taken: joints turn about, and slide along, z.", "below 6.10",
-        _use_x_or_y, rare=True,
-    ),
-    Mistake(
-        "wrong-axis-of-joint", "x or y axis for z, for one joint",
-        "For joint {joint}, the {axis} axis of the frame seems to be taken: joints rotate about, and slide along, z.",
-        "below 6.10", _use_x_or_y_once, rare=True,
-    ),
-    Mistake(
-        "row-of-rotation", "Row of the rotation matrix for its column",
-        "The axes seem to be the last rows of the rotation matrices: they are the last columns.", "below 6.10",
-        _propagate({"axes": lambda w, _: np.stack([rotation[2] for rotation in _rotations_on_axes(w)])}), rare=True,
-    ),
-    Mistake(
-        "axis-sign", "Axis with the wrong sign",
-        "The axis of joint {joint} seems to point the wrong way.", "below 6.10", _flip_axis, rare=True,
-    ),
-    Mistake(
-        "rows-not-turned", "Vectors left in the base frame",
-        "The {vectors} seem to be left in the base frame: all are expected in the coordinates of another frame.",
-        "6.11", _leave_vectors_in_base, rare=True,
-    ),
-    Mistake(
-        "turned-the-wrong-way", "Turned by the rotation for its transpose",
-        "The vectors seem to be multiplied by the rotation matrix of the frame that is asked for: its transpose takes "
-        "vectors into that frame.", "6.11",
-        always({"tool jacobian": lambda w, _: rotate_rows(w["last rotation"], w["geometric"])}), rare=True,
-    ),
-    Mistake(
-        "frame-before", "Another frame for the tool frame",
-        "You seem to have the vectors in the coordinates of frame {frame}: another frame is asked for.", "6.11",
-        _use_earlier_frame, rare=True,
-    ),
-    Mistake(
-        "velocity-of-other-frame", "Velocity of another frame",
-        "The velocity seems to be that of {frame}: it is wanted for the origin of the frame that is asked for, by the "
-        "joints before it.", "6.9 and 6.10", _use_other_velocity, rare=True,
-    ),
-    Mistake(
-        "arms-exchanged", "Vectors p* exchanged",
-        "The vectors p* of joints {joint} and {other} seem to be exchanged.", "6.13", _exchange_arms, rare=True,
-    ),
+    Mistake("chain-rule", "Contribution dropped from the chain rule",
+            "Column {joint} seems to lack the part that link {link} adds: joint {joint} moves every link behind it.",
+            "6.3", _scale_term(0, least_terms=2)),
+    Mistake("joint-left-out", "Joint left out",
+            "What joint {joint} adds seems to be left out: every joint that moves the point counts.", "6.4",
+            _drop_joint, rare=True),
+    Mistake("own-link-only", "Each joint moves its own link only",
+            "Each column seems to hold its joint's own link only: a joint moves every link behind it.", "6.3",
+            always({"effects": _keep_own_link})),
+    Mistake("last-link-only", "Only the last link counted",
+            "The columns seem to hold the last link only: a joint moves every link behind it.", "6.3", _keep_last_link),
+    Mistake("term-sign", "Term of a column with the wrong sign",
+            "In column {joint}, the part that link {link} adds seems to have the wrong sign.", "6.3",
+            _scale_term(-1, least_terms=1)),
+    Mistake("derivative-of-cosine", "Derivatives of sine and cosine with the wrong sign",
+            "A sign seems to go wrong where sines and cosines are differentiated. Look again at the derivative of the "
+            "cosine.", "6.3", _flip_derivative(-1)),
+    Mistake("derivative-of-sine", "Derivative of the sine with the wrong sign",
+            "A sign seems to go wrong where sines and cosines are differentiated. Look again at the derivative of the "
+            "sine.", "6.3", _flip_derivative(1)),
+    Mistake("not-differentiated", "Not differentiated",
+            "The sines and cosines of the position seem to stand in the Jacobian as they are: they are to be "
+            "differentiated.", "6.3", always({"effects": _skip_differentiation})),
+    Mistake("next-axis", "Axis of the next joint",
+            "The axes seem to be those of the next joints: joint i turns about, or slides along, {axis}.",
+            "6.9 and 6.10", _use_next_axis),
+    Mistake("next-arm", "p* of the next joint",
+            "The vectors p* seem to start one origin too late: for joint i it runs from the origin of frame {frame}.",
+            "6.12", _propagate({"arms": _take_next}, has_words=True)),
+    Mistake("next-frame", "Frame of the next joint",
+            "Axis and vector of each column seem to be those of the next joint: joint i belongs to frame {frame}.",
+            "6.12", _propagate({"axes": _take_next, "arms": _take_next}, has_words=True)),
+    Mistake("previous-frame", "Frame before a joint, as in the standard table",
+            "Axis and vector of each column seem to be those of frame i-1: in a modified table, frame i stands on the "
+            "axis of joint i.", "6.12",
+            _propagate({
+                    "axes": _take_previous,
+                    "arms": lambda w, arms: np.concatenate([w["point"][None] - w["origins"][:1], arms[:-1]]),
+                }), rare=True),
+    Mistake("previous-axis", "Axis of the joint before",
+            "The axes seem to be those of the joints before: joint i turns about, or slides along, {axis}.",
+            "6.9 and 6.10", _propagate({"axes": _take_previous}, has_words=True), rare=True),
+    Mistake("cross-order", "Cross product in the wrong order",
+            "The cross products seem to be taken in the wrong order: a x b is minus b x a.", "6.12",
+            _propagate({"products": lambda w, _: [cross(w["arms"][i], w["axes"][i]) for i in range(w.n)]})),
+    Mistake("no-cross-product", "Cross product left out",
+            "The linear part of a revolute column seems to be p* itself: the cross product with the axis is missing.",
+            "6.12", _propagate({"products": lambda w, _: w["arms"]})),
+    Mistake("arm-from-base", "Vector from the base for p*",
+            "The vectors p* seem to start at the base throughout: each starts at the origin of its own joint's frame.",
+            "6.13", _propagate({"arms": lambda w, arms: np.stack([w["point"]] * len(arms))})),
+    Mistake("arm-from-other-origin", "One vector p* from another origin",
+            "The vector p* of joint {joint} seems to start at O{other}: for this joint it runs from the origin of "
+            "frame {frame}.", "6.13", _start_at_other_origin, rare=True),
+    Mistake("arm-to-origin", "Vector to the joint for p*",
+            "The vectors p* seem to run from the base to the joints: they run from the joints to the point.", "6.13",
+            _propagate({"arms": lambda w, _: w["frames on axes"]}), rare=True),
+    Mistake("arm-reversed", "p* reversed",
+            "The vectors p* seem to run from the point to the joints: they run the other way.", "6.13",
+            _propagate({"arms": lambda w, arms: -arms})),
+    Mistake("arm-of-one-link", "p* of one link only",
+            "The vectors p* seem to reach to the next origin only: they reach to the point.", "6.13",
+            _propagate({"arms": _stop_at_next_origin})),
+    Mistake("prismatic-as-revolute", "Prismatic joint treated as revolute",
+            "Joint {joint} seems to be treated as revolute: it slides along its axis.", "6.12", _treat_as("R", "P")),
+    Mistake("revolute-as-prismatic", "Revolute joint treated as prismatic",
+            "Joint {joint} seems to be treated as prismatic: it turns about its axis.", "6.12", _treat_as("P", "R"),
+            rare=True),
+    Mistake("slide-turns", "Angular part for a prismatic joint",
+            "Joint {joint} slides, and seems to have an angular part.", "6.11", _rotate_slide),
+    Mistake("no-angular-part", "Angular part left out",
+            "The angular part of joint {joint} seems to be left out: a revolute joint turns all links behind it.",
+            "6.10", lambda chain, _: at_each_and_all(_joints_of_kind(chain, "R"), _drop_angular)),
+    Mistake("slides-turn", "Angular parts for prismatic joints",
+            "Joints {joint} are prismatic, but seem to have an angular part: a prismatic joint rotates nothing.",
+            "6.11", _rotate_all_slides, rare=True),
+    Mistake("angular-of-one-joint", "Angular part of one joint only",
+            "Only joint {joint} seems to have an angular part: every revolute joint rotates all links behind it.",
+            "6.10", _keep_one_angular, rare=True),
+    Mistake("angular-of-next-axis", "Axis of the next joint in the angular rows",
+            "In the angular rows the axes seem to be those of the next joints: joint i rotates about {axis}.", "6.10",
+            _use_next_angular, rare=True),
+    Mistake("blocks-exchanged", "Linear and angular rows exchanged",
+            "The linear and the angular rows seem to be exchanged: the linear ones come first.", "6.6",
+            always({"geometric": lambda w, both: np.roll(both, 3, axis=0)}), rare=True),
+    Mistake("tool-frame", "Tool frame for base frame",
+            "The vectors seem to be those that the last frame sees: they are wanted in the base frame.", "6.11",
+            _use_tool_frame),
+    Mistake("own-frames", "Axes as their own frames see them",
+            "Every axis seems to be taken for (0, 0, 1), as its own frame sees it: all are expected in the same "
+            "frame.", "below 6.10", _propagate({"axes": _use_local_axes}), rare=True),
+    Mistake("wrong-axis", "x or y axis for z",
+            "The {axis} axes of the frames seem to be taken: joints turn about, and slide along, z.", "below 6.10",
+            _use_x_or_y, rare=True),
+    Mistake("wrong-axis-of-joint", "x or y axis for z, for one joint",
+            "For joint {joint}, the {axis} axis of the frame seems to be taken: joints rotate about, and slide along, "
+            "z.", "below 6.10", _use_x_or_y_once, rare=True),
+    Mistake("row-of-rotation", "Row of the rotation matrix for its column",
+            "The axes seem to be the last rows of the rotation matrices: they are the last columns.", "below 6.10",
+            _propagate({"axes": lambda w, _: np.stack([rotation[2] for rotation in _rotations_on_axes(w)])}),
+            rare=True),
+    Mistake("axis-sign", "Axis with the wrong sign", "The axis of joint {joint} seems to point the wrong way.",
+            "below 6.10", _flip_axis, rare=True),
+    Mistake("rows-not-turned", "Vectors left in the base frame",
+            "The {vectors} seem to be left in the base frame: all are expected in the coordinates of another frame.",
+            "6.11", _leave_vectors_in_base, rare=True),
+    Mistake("turned-the-wrong-way", "Turned by the rotation for its transpose",
+            "The vectors seem to be multiplied by the rotation matrix of the frame that is asked for: its transpose "
+            "takes vectors into that frame.", "6.11",
+            always({"tool jacobian": lambda w, _: rotate_rows(w["last rotation"], w["geometric"])}), rare=True),
+    Mistake("frame-before", "Another frame for the tool frame",
+            "You seem to have the vectors in the coordinates of frame {frame}: another frame is asked for.", "6.11",
+            _use_earlier_frame, rare=True),
+    Mistake("velocity-of-other-frame", "Velocity of another frame",
+            "The velocity seems to be that of {frame}: it is wanted for the origin of the frame that is asked for, by "
+            "the joints before it.", "6.9 and 6.10", _use_other_velocity, rare=True),
+    Mistake("arms-exchanged", "Vectors p* exchanged",
+            "The vectors p* of joints {joint} and {other} seem to be exchanged.", "6.13", _exchange_arms, rare=True),
 )  # fmt: skip
 
 OF_FRAMES = frozenset({

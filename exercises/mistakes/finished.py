@@ -410,147 +410,83 @@ def _sum(terms: Sequence[Node]) -> Node:
     return reduce(plus, terms, ZERO)
 
 
+_algebra = partial(Mistake, source="6.3")
+_angles = partial(Mistake, source="Example 6.1")
+_constants = partial(Mistake, source="6.1")
+
 MISTAKES = (
-    Mistake(
-        "term-sign-typed", "Sign of one term",
-        "{Where} one sign seems to be wrong: the rest is as it should be.", "6.3",
-    ),
-    Mistake(
-        "term-missing", "Term missing", "{Where} one term{which} seems to be missing: the rest is as it should be.",
-        "6.3",
-    ),
-    Mistake(
-        "factor-missing", "Factor missing",
-        "{Where} one factor{which} of a product seems to be missing: check that every term has the same unit.", "6.3",
-    ),
-    Mistake(
-        "bracket-missing", "Bracket missing",
-        "{Where} a bracket seems to be missing: the factor multiplies every term of the sum.", "6.3",
-    ),
-    Mistake(
-        "factor-turned-over", "Number turned over",
-        "{Where} a number seems to be turned over: to divide by a fraction is to multiply by what it is upside down.",
-        "6.3",
-    ),
-    Mistake(
-        "unlike-terms-added", "Terms added that are not alike",
-        "{Where} numbers seem to be added that stand before different things: only like terms add up.", "6.3",
-    ),
-    Mistake(
-        "entry-sign", "Sign of an entry", "{Where} all signs seem to be wrong, and the rest is right.", "6.3",
-    ),
-    Mistake(
-        "entry-missing", "Entry left at zero",
-        "{Where} you have zero, but several terms are expected there.", "6.3",
-    ),
-    Mistake(
-        "sign-lost", "Sign lost in a root",
-        "{Where} the size is right, but the sign is wrong in some configurations: a square root is never negative, so "
-        "the root of 1 - cos² is the absolute value of the sine.", "6.3",
-    ),
-    Mistake(
-        "term-surplus", "Extra term", "{Where} one term{which} seems to be extra, and the rest is right.",
-        "6.3",
-    ),
-    Mistake(
-        "factor-surplus", "Extra factor",
-        "{Where} one factor{which} of a product seems to be extra: check that every term has the same unit.", "6.3",
-    ),
-    Mistake(
-        "number-typed", "Number in one place",
-        "{Where} one term{which} seems to be multiplied by a wrong number, and the rest is right.", "6.3",
-    ),
-    Mistake(
-        "entry-factor", "Factor of an entry", "{Where} everything seems to be multiplied by one wrong number.", "6.3",
-    ),
-    Mistake(
-        "constant-typed", "Constant in one place",
-        "{Where} a constant term seems to be wrong, missing or extra, and the rest is right.", "6.3",
-    ),
-    Mistake(
-        "sum-multiplied", "Product for a sum",
-        "{Where} you seem to have a product where a sum is expected: rates and angles of joints are added.", "6.3",
-    ),
-    Mistake("square-missing", "Square missing", "{Where} a square seems to be missing.", "6.3"),
-    Mistake("wave-typed", "Sine for cosine in one place", "{Where} a sine stands where a cosine is due, or the other "
-            "way round.", "Example 6.1"),
-    Mistake(
-        "angle-typed", "Angle in one place",
-        "{Where} the angle of one sine or cosine seems to be wrong, and the rest is right: compare what stands in its "
-        "sum with the other terms.", "Example 6.1",
-    ),
-    Mistake(
-        "wave-derived", "Sine or cosine differentiated once too often",
-        "{Where} there is a sine where a cosine is expected, or the other way round, with a sign as if it had been "
-        "differentiated once more.", "6.3",
-    ),
-    Mistake(
-        "wave-not-derived", "Sine or cosine not differentiated",
-        "{Where} there is a sine where a cosine is expected, or the other way round, with a sign as if it had not been "
-        "differentiated.", "6.3",
-    ),
-    Mistake(
-        "wave-and-sign", "Sine for cosine in one place, and its sign",
-        "{Where} there is a sine where a cosine is expected, or the other way round, and its sign is wrong.",
-        "Example 6.1",
-    ),
-    Mistake(
-        "waves-in-factor", "Sines for cosines in a factor",
-        "{Where} sines and cosines seem to be exchanged in one factor, and the rest is right.", "Example 6.1",
-    ),
-    Mistake(
-        "waves-typed", "Sines for cosines in an entry",
-        "{Where} sines and cosines seem to be exchanged throughout, and the rest is right.", "Example 6.1",
-    ),
-    Mistake(
-        "angles-typed", "Relative angles in an entry",
-        "{Where} the angle of a link's own joint seems to stand wherever a sum of angles is due: the angles of "
-        "parallel joints add up from link to link.", "Example 6.1",
-    ),
-    Mistake(
-        "symbol-typed", "One symbol for another",
-        "{Where} one symbol seems to be typed for another: look at the numbers behind the letters.", "6.3",
-    ),
-    Mistake(
-        "sum-of-angles-split", "Sine or cosine of a sum split",
-        "{Where} the sine or cosine of a sum seems to be split: s12 is one sine, that of the sum, and neither s1 + s2 "
-        "nor s1 s2.", "Example 6.1",
-    ),
+    _algebra("term-sign-typed", "Sign of one term", "{Where} one sign seems to be wrong: the rest is as it should be."),
+    _algebra("term-missing", "Term missing",
+             "{Where} one term{which} seems to be missing: the rest is as it should be."),
+    _algebra("factor-missing", "Factor missing",
+             "{Where} one factor{which} of a product seems to be missing: check that every term has the same unit."),
+    _algebra("bracket-missing", "Bracket missing",
+             "{Where} a bracket seems to be missing: the factor multiplies every term of the sum."),
+    _algebra("factor-turned-over", "Number turned over",
+             "{Where} a number seems to be turned over: to divide by a fraction is to multiply by what it is upside "
+             "down."),
+    _algebra("unlike-terms-added", "Terms added that are not alike",
+             "{Where} numbers seem to be added that stand before different things: only like terms add up."),
+    _algebra("entry-sign", "Sign of an entry", "{Where} all signs seem to be wrong, and the rest is right."),
+    _algebra("entry-missing", "Entry left at zero", "{Where} you have zero, but several terms are expected there."),
+    _algebra("sign-lost", "Sign lost in a root",
+             "{Where} the size is right, but the sign is wrong in some configurations: a square root is never "
+             "negative, so the root of 1 - cos² is the absolute value of the sine."),
+    _algebra("term-surplus", "Extra term", "{Where} one term{which} seems to be extra, and the rest is right."),
+    _algebra("factor-surplus", "Extra factor",
+             "{Where} one factor{which} of a product seems to be extra: check that every term has the same unit."),
+    _algebra("number-typed", "Number in one place",
+             "{Where} one term{which} seems to be multiplied by a wrong number, and the rest is right."),
+    _algebra("entry-factor", "Factor of an entry", "{Where} everything seems to be multiplied by one wrong number."),
+    _algebra("constant-typed", "Constant in one place",
+             "{Where} a constant term seems to be wrong, missing or extra, and the rest is right."),
+    _algebra("sum-multiplied", "Product for a sum",
+             "{Where} you seem to have a product where a sum is expected: rates and angles of joints are added."),
+    _algebra("square-missing", "Square missing", "{Where} a square seems to be missing."),
+    _angles("wave-typed", "Sine for cosine in one place",
+            "{Where} a sine stands where a cosine is due, or the other way round."),
+    _angles("angle-typed", "Angle in one place",
+            "{Where} the angle of one sine or cosine seems to be wrong, and the rest is right: compare what stands "
+            "in its sum with the other terms."),
+    _algebra("wave-derived", "Sine or cosine differentiated once too often",
+             "{Where} there is a sine where a cosine is expected, or the other way round, with a sign as if it had "
+             "been differentiated once more."),
+    _algebra("wave-not-derived", "Sine or cosine not differentiated",
+             "{Where} there is a sine where a cosine is expected, or the other way round, with a sign as if it had "
+             "not been differentiated."),
+    _angles("wave-and-sign", "Sine for cosine in one place, and its sign",
+            "{Where} there is a sine where a cosine is expected, or the other way round, and its sign is wrong."),
+    _angles("waves-in-factor", "Sines for cosines in a factor",
+            "{Where} sines and cosines seem to be exchanged in one factor, and the rest is right."),
+    _angles("waves-typed", "Sines for cosines in an entry",
+            "{Where} sines and cosines seem to be exchanged throughout, and the rest is right."),
+    _angles("angles-typed", "Relative angles in an entry",
+            "{Where} the angle of a link's own joint seems to stand wherever a sum of angles is due: the angles of "
+            "parallel joints add up from link to link."),
+    _algebra("symbol-typed", "One symbol for another",
+             "{Where} one symbol seems to be typed for another: look at the numbers behind the letters."),
+    _angles("sum-of-angles-split", "Sine or cosine of a sum split",
+            "{Where} the sine or cosine of a sum seems to be split: s12 is one sine, that of the sum, and neither "
+            "s1 + s2 nor s1 s2."),
     Mistake("entries-exchanged", "Entries exchanged", "{Where} two entries seem to be exchanged.", "6.4"),
-    Mistake(
-        "constants-left-out", "Constants of the angles left out",
-        "The constants that are added to angles seem to be left out of the sines and cosines.", "6.1",
-    ),
-    Mistake(
-        "constants-sign", "Constants of the angles with the wrong sign",
-        "The constants that are added to angles seem to have the wrong sign in the sines and cosines.", "6.1",
-    ),
-    Mistake(
-        "constants-in-degrees", "Constants of the angles typed in degrees",
-        "The constants in the angles seem to be typed in degrees: sine and cosine take radians, so that 90° is pi/2.",
-        "6.1",
-    ),
-    Mistake(
-        "constants-wrong-radians", "Constants of the angles turned into the wrong radians",
-        "The constants in the angles seem to be turned into radians wrongly: 180° is pi, so that 30° is pi/6, 45° is "
-        "pi/4, 60° is pi/3 and 90° is pi/2.", "6.1",
-    ),
-    Mistake(
-        "relative-throughout", "Relative angles in the finished formula",
-        "The angle of a link's own joint seems to stand where a sum of angles is due: the angles of parallel joints "
-        "add up from link to link.", "Example 6.1",
-    ),
-    Mistake(
-        "angle-throughout", "One angle wrong throughout",
-        "One sum of angles seems to be wrong wherever it stands: look again at which joints turn that link, and by "
-        "what constant.", "Example 6.1",
-    ),
-    Mistake(
-        "wave-throughout", "Sine and cosine of one angle exchanged",
-        "Sine and cosine of one angle seem to be exchanged wherever it stands.", "Example 6.1",
-    ),
-    Mistake(
-        "lengths-missing", "Lengths missing",
-        "A length seems to be left out wherever it stands: every entry must have the right unit.", "6.3",
-    ),
+    _constants("constants-left-out", "Constants of the angles left out",
+               "The constants that are added to angles seem to be left out of the sines and cosines."),
+    _constants("constants-sign", "Constants of the angles with the wrong sign",
+               "The constants that are added to angles seem to have the wrong sign in the sines and cosines."),
+    _constants("constants-in-degrees", "Constants of the angles typed in degrees",
+               "The constants in the angles seem to be typed in degrees: sine and cosine take radians, so that 90° "
+               "is pi/2."),
+    _constants("constants-wrong-radians", "Constants of the angles turned into the wrong radians",
+               "The constants in the angles seem to be turned into radians wrongly: 180° is pi, so that 30° is "
+               "pi/6, 45° is pi/4, 60° is pi/3 and 90° is pi/2."),
+    _angles("relative-throughout", "Relative angles in the finished formula",
+            "The angle of a link's own joint seems to stand where a sum of angles is due: the angles of parallel "
+            "joints add up from link to link."),
+    _angles("angle-throughout", "One angle wrong throughout",
+            "One sum of angles seems to be wrong wherever it stands: look again at which joints turn that link, and "
+            "by what constant."),
+    _angles("wave-throughout", "Sine and cosine of one angle exchanged",
+            "Sine and cosine of one angle seem to be exchanged wherever it stands."),
+    _algebra("lengths-missing", "Lengths missing",
+             "A length seems to be left out wherever it stands: every entry must have the right unit."),
 )  # fmt: skip

@@ -211,131 +211,85 @@ def _confuse_degrees(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
 
 
 _ALL = (
-    Mistake(
-        "screw-sign", "Screw with the wrong sign of its velocity",
-        "The halves v of the screws seem to have the wrong sign: the point at the origin moves at -omega x q.",
-        SOURCE, _in_each(_flip_moments, *SCREWS),
-    ),
-    Mistake(
-        "screw-point", "Point on the axis for the velocity of a screw",
-        "The halves v of the screws seem to hold points on the axes: they hold velocities, -omega x q.",
-        SOURCE, _in_each(_replace_velocities(lambda w, _, i, axis: constant(w, axis.point)), "home screws"),
-    ),
-    Mistake(
-        "twist-rows-exchanged", "Halves of a twist exchanged",
-        "The upper and the lower half seem to be exchanged: the question says in which order the rows stand.", SOURCE,
-        _in_each(_exchange_halves, *SCREWS, "geometric"),
-    ),
-    Mistake(
-        "slide-above", "Direction of a slide for its angular velocity",
-        "The direction of a slide seems to stand in the half omega of its screw: a slide turns nothing, and its "
-        "direction is v.", SOURCE, _put_slide_above,
-    ),
-    Mistake(
-        "screws-at-home", "Screws as they are at home",
-        "The columns seem to be the screws at home: each is carried along by other joints, of the space Jacobian by "
-        "those before it, of the body Jacobian by those behind.", SOURCE, _use_home_screws,
-    ),
-    Mistake(
-        "other-twist-frame", "Space and body frame exchanged",
-        "The answer seems to be that of the {taken} frame: it is wanted for the {wanted} frame.", SOURCE,
-        _use_other_frame,
-    ),
-    Mistake(
-        "velocity-of-p", "Velocity of P in the space frame",
-        "The half v seems to be the velocity of P: in the space frame it is that of the point of the last link "
-        "that is at the origin.", SOURCE, always({"space jacobian": lambda w, _: _geometric_twists(w)}),
-    ),
-    Mistake(
-        "body-not-turned", "Body frame's velocities in the coordinates of the space frame",
-        "The velocities seem to be left in the coordinates of the space frame: the body frame sees them turned by the "
-        "transposed rotation.", SOURCE, always({"body jacobian": lambda w, _: _geometric_twists(w)}),
-    ),
-    Mistake(
-        "body-turned-the-other-way", "Turned by the rotation of the body frame for its transpose",
-        "The velocities seem to be turned by the rotation of the body frame: its transpose takes them into that frame.",
-        SOURCE,
-        always({"body jacobian": lambda w, _: rotate_rows(w["body rotation"], _geometric_twists(w))}), rare=True,
-    ),
-    Mistake(
-        "body-about-origin", "Reference point not moved to the body frame",
-        "The space Jacobian seems to be turned into the body frame only: its velocities are those of another point, "
-        "and are to be moved to P.", SOURCE,
-        always({"body jacobian": lambda w, _: rotate_rows(w["body rotation"].swapaxes(0, 1), w["space jacobian"])}),
-        rare=True,
-    ),
-    Mistake(
-        "adjoint-of-inverse", "Adjoint of the inverse",
-        "The adjoint seems to be that of T_bs, which takes twists into the body frame: it is wanted for T_sb.", SOURCE,
-        _change_adjoint(_invert),
-    ),
-    Mistake(
-        "adjoint-block-above", "[P] R in the wrong block",
-        "The block [P] R seems to stand in the wrong corner: it takes omega to v, and stands in the rows of v and the "
-        "columns of omega.", SOURCE,
-        _change_adjoint(lambda turn, place: _stack_blocks(turn, product(_hat(place), turn), 0 * turn, turn)),
-    ),
-    Mistake(
-        "adjoint-order", "R [P] for [P] R",
-        "The block beside the two rotations seems to be R [P]: R turns vectors into the space frame first, and [P] is "
-        "on its left.", SOURCE,
-        _change_adjoint(lambda turn, place: _stack_blocks(turn, 0 * turn, product(turn, _hat(place)), turn)),
-    ),
-    Mistake(
-        "adjoint-sign", "[P] R with the wrong sign",
-        "The block [P] R of the adjoint seems to have the wrong sign: the point at the origin moves at v + P x omega.",
-        SOURCE, _change_adjoint(lambda turn, place: adjoint(turn, -place)),
-    ),
-    Mistake(
-        "adjoint-without-p", "Twist turned, and not moved",
-        "Both halves of the twist seem to be turned only: in the space frame, its velocity is that of another point, "
-        "for which there is [P] R.", SOURCE, _change_adjoint(lambda turn, place: adjoint(turn, 0 * place)),
-    ),
-    Mistake(
-        "adjoint-not-turned", "[P] for [P] R",
-        "The block [P] R seems to be [P]: it is multiplied by R, which turns the angular velocity first.",
-        SOURCE, _change_adjoint(lambda turn, place: _stack_blocks(turn, 0 * turn, _hat(place), turn)),
-    ),
-    Mistake(
-        "rotation-transposed", "Rotation of the body frame transposed",
-        "R seems to be transposed: the columns of R_sb are the axes of the body frame as the space frame sees them.",
-        SOURCE, _change_adjoint(lambda turn, place: adjoint(turn.swapaxes(0, 1), place)), rare=True,
-    ),
-    Mistake(
-        "exponentials-reversed", "Exponentials in the wrong order",
-        "The exponentials seem to be multiplied in the wrong order: joint 1 stands on the left.", SOURCE,
-        _reverse_order,
-    ),
-    Mistake(
-        "home-pose-left", "M on the left",
-        "The pose at home seems to stand on the left of the exponentials: with screws in the space frame it stands on "
-        "the right.", SOURCE,
-        always({"point": lambda w, _: _home_point(w) + reduce(_compose, _exponentials(w))[1]}),
-    ),
-    Mistake(
-        "home-pose-forgotten", "M left out",
-        "The pose at home seems to be left out: the product of the exponentials is multiplied by it.", SOURCE,
-        always({"point": lambda w, _: reduce(_compose, _exponentials(w))[1]}),
-    ),
-    Mistake(
-        "exponential-about-origin", "(I - R) q left out of an exponential",
-        "The exponential of joint {joint} seems to turn about the origin: the axis goes through q, so that beside R "
-        "there is the column (I - R) q.", SOURCE, _drop_shift,
-    ),
-    Mistake(
-        "points-at-home", "Points of the axes as they are at home",
-        "The points on the axes seem to be those at home: the joints before an axis carry it along, its points, too.",
-        SOURCE,
-        _in_each(
-            _replace_velocities(lambda w, columns, i, axis: -cross(columns[:3, i], constant(w, axis.point))),
-            "space jacobian",
-        ), rare=True,
-    ),
-    Mistake(
-        "joints-in-degrees", "Degrees for radians in exponentials",
-        "Degrees and radians seem to be mixed up: joint angles are in radians, and stand under sine and cosine as they "
-        "are.", SOURCE, _confuse_degrees, rare=True,
-    ),
+    Mistake("screw-sign", "Screw with the wrong sign of its velocity",
+            "The halves v of the screws seem to have the wrong sign: the point at the origin moves at -omega x q.",
+            SOURCE, _in_each(_flip_moments, *SCREWS)),
+    Mistake("screw-point", "Point on the axis for the velocity of a screw",
+            "The halves v of the screws seem to hold points on the axes: they hold velocities, -omega x q.", SOURCE,
+            _in_each(_replace_velocities(lambda w, _, i, axis: constant(w, axis.point)), "home screws")),
+    Mistake("twist-rows-exchanged", "Halves of a twist exchanged",
+            "The upper and the lower half seem to be exchanged: the question says in which order the rows stand.",
+            SOURCE, _in_each(_exchange_halves, *SCREWS, "geometric")),
+    Mistake("slide-above", "Direction of a slide for its angular velocity",
+            "The direction of a slide seems to stand in the half omega of its screw: a slide turns nothing, and its "
+            "direction is v.", SOURCE, _put_slide_above),
+    Mistake("screws-at-home", "Screws as they are at home",
+            "The columns seem to be the screws at home: each is carried along by other joints, of the space Jacobian "
+            "by those before it, of the body Jacobian by those behind.", SOURCE, _use_home_screws),
+    Mistake("other-twist-frame", "Space and body frame exchanged",
+            "The answer seems to be that of the {taken} frame: it is wanted for the {wanted} frame.", SOURCE,
+            _use_other_frame),
+    Mistake("velocity-of-p", "Velocity of P in the space frame",
+            "The half v seems to be the velocity of P: in the space frame it is that of the point of the last link "
+            "that is at the origin.", SOURCE, always({"space jacobian": lambda w, _: _geometric_twists(w)})),
+    Mistake("body-not-turned", "Body frame's velocities in the coordinates of the space frame",
+            "The velocities seem to be left in the coordinates of the space frame: the body frame sees them turned by "
+            "the transposed rotation.", SOURCE, always({"body jacobian": lambda w, _: _geometric_twists(w)})),
+    Mistake("body-turned-the-other-way", "Turned by the rotation of the body frame for its transpose",
+            "The velocities seem to be turned by the rotation of the body frame: its transpose takes them into that "
+            "frame.", SOURCE,
+            always({"body jacobian": lambda w, _: rotate_rows(w["body rotation"], _geometric_twists(w))}), rare=True),
+    Mistake("body-about-origin", "Reference point not moved to the body frame",
+            "The space Jacobian seems to be turned into the body frame only: its velocities are those of another "
+            "point, and are to be moved to P.", SOURCE,
+            always({"body jacobian": lambda w, _: rotate_rows(w["body rotation"].swapaxes(0, 1), w["space jacobian"])}),
+            rare=True),
+    Mistake("adjoint-of-inverse", "Adjoint of the inverse",
+            "The adjoint seems to be that of T_bs, which takes twists into the body frame: it is wanted for T_sb.",
+            SOURCE, _change_adjoint(_invert)),
+    Mistake("adjoint-block-above", "[P] R in the wrong block",
+            "The block [P] R seems to stand in the wrong corner: it takes omega to v, and stands in the rows of v and "
+            "the columns of omega.", SOURCE,
+            _change_adjoint(lambda turn, place: _stack_blocks(turn, product(_hat(place), turn), 0 * turn, turn))),
+    Mistake("adjoint-order", "R [P] for [P] R",
+            "The block beside the two rotations seems to be R [P]: R turns vectors into the space frame first, and "
+            "[P] is on its left.", SOURCE,
+            _change_adjoint(lambda turn, place: _stack_blocks(turn, 0 * turn, product(turn, _hat(place)), turn))),
+    Mistake("adjoint-sign", "[P] R with the wrong sign",
+            "The block [P] R of the adjoint seems to have the wrong sign: the point at the origin moves at v + P x "
+            "omega.", SOURCE, _change_adjoint(lambda turn, place: adjoint(turn, -place))),
+    Mistake("adjoint-without-p", "Twist turned, and not moved",
+            "Both halves of the twist seem to be turned only: in the space frame, its velocity is that of another "
+            "point, for which there is [P] R.", SOURCE, _change_adjoint(lambda turn, place: adjoint(turn, 0 * place))),
+    Mistake("adjoint-not-turned", "[P] for [P] R",
+            "The block [P] R seems to be [P]: it is multiplied by R, which turns the angular velocity first.", SOURCE,
+            _change_adjoint(lambda turn, place: _stack_blocks(turn, 0 * turn, _hat(place), turn))),
+    Mistake("rotation-transposed", "Rotation of the body frame transposed",
+            "R seems to be transposed: the columns of R_sb are the axes of the body frame as the space frame sees "
+            "them.", SOURCE, _change_adjoint(lambda turn, place: adjoint(turn.swapaxes(0, 1), place)), rare=True),
+    Mistake("exponentials-reversed", "Exponentials in the wrong order",
+            "The exponentials seem to be multiplied in the wrong order: joint 1 stands on the left.", SOURCE,
+            _reverse_order),
+    Mistake("home-pose-left", "M on the left",
+            "The pose at home seems to stand on the left of the exponentials: with screws in the space frame it "
+            "stands on the right.", SOURCE,
+            always({"point": lambda w, _: _home_point(w) + reduce(_compose, _exponentials(w))[1]})),
+    Mistake("home-pose-forgotten", "M left out",
+            "The pose at home seems to be left out: the product of the exponentials is multiplied by it.", SOURCE,
+            always({"point": lambda w, _: reduce(_compose, _exponentials(w))[1]})),
+    Mistake("exponential-about-origin", "(I - R) q left out of an exponential",
+            "The exponential of joint {joint} seems to turn about the origin: the axis goes through q, so that beside "
+            "R there is the column (I - R) q.", SOURCE, _drop_shift),
+    Mistake("points-at-home", "Points of the axes as they are at home",
+            "The points on the axes seem to be those at home: the joints before an axis carry it along, its points, "
+            "too.", SOURCE,
+            _in_each(
+                    _replace_velocities(lambda w, columns, i, axis: -cross(columns[:3, i], constant(w, axis.point))),
+                    "space jacobian",
+                ), rare=True),
+    Mistake("joints-in-degrees", "Degrees for radians in exponentials",
+            "Degrees and radians seem to be mixed up: joint angles are in radians, and stand under sine and cosine as "
+            "they are.", SOURCE, _confuse_degrees, rare=True),
 )  # fmt: skip
 
 MISTAKES = only_if_described_by(HAS_SCREWS, _ALL)

@@ -349,116 +349,71 @@ def _exchange_trigs(condition: sp.Expr) -> Iterator[sp.Expr]:
 
 
 _ALL = (
-    Mistake(
-        "one-root-only", "Only one of two roots",
-        "Only one of several values of a joint seems to be given: a sine or cosine takes the same value more than once "
-        "in a turn.", "6.8", takes=_keep_one_root,
-    ),
-    Mistake(
-        "shoulder-missed", "Condition that ties several joints missed",
-        "What depends on more than one joint at once seems to be left out, as where the point lies on the first "
-        "axis{instead}: {every}.", "6.8 and Example 6.3", takes=_miss_tied,
-    ),
-    Mistake(
-        "component-missed", "Part of the singular set missed",
-        "A part of the singular configurations seems to be left out, {kind}: {every}.", "6.8", takes=_miss_component,
-    ),
-    Mistake(
-        "condition-of-several-forgotten", "One of several conditions forgotten",
-        "What is said of {joint} is not enough: another condition seems to be forgotten that must hold at the same "
-        "time. J is not square, and loses rank only where all its minors are zero.", "6.8", takes=_keep_part,
-    ),
-    Mistake(
-        "quarter-turn-singular", "Sine for cosine in the condition",
-        "The angles seem to be a quarter turn off: where does the sine vanish, and where the cosine?", "6.8",
-        takes=_shift_quarter_turn,
-    ),
-    Mistake(
-        "joint-called-singular", "A joint called singular that is not",
-        "{joint} seems to be called singular at {values}: {zero}? (The book has this slip in its own Example 6.3.)",
-        "6.8", takes=_add_joint,
-    ),
-    Mistake(
-        "value-called-singular", "A value called singular that is not",
-        "{joint} = {values} seems to be called singular: {zero}?", "6.8",
-    ),
-    Mistake(
-        "all-joints-straight", "All joints at 0 or pi called singular",
-        "Every joint at 0 or pi seems to be called singular: {zero}?", "6.8",
-        takes=_call_all_singular,
-    ),
-    Mistake(
-        "condition-for-other-joint", "Condition for another joint",
-        "The condition seems to be given for {joint}, and it is one for another joint.", "6.8", takes=_use_other_joint,
-    ),
-    Mistake(
-        "angles-in-degrees", "Degrees where radians are due",
-        "The angles seem to be given in degrees: radians are due.", "6.8", takes=_scale_angles(180 / sp.pi),
-    ),
-    Mistake(
-        "relative-angle-in-condition", "Relative angle for absolute in the condition",
-        "In the condition that ties several joints, a joint's own angle seems to stand where an absolute angle is due.",
-        "6.8", takes=_change_tied(_use_relative_angle),
-    ),
-    Mistake(
-        "sign-in-condition", "Sign in the condition",
-        "In the condition that ties several joints, a term seems to have the wrong sign.", "6.8",
-        takes=_change_tied(lambda condition: (condition - 2 * term for term in condition.args)),
-    ),
-    Mistake(
-        "term-lost-in-condition", "Term of the condition lost",
-        "The condition that ties several joints seems to lack a term.", "6.8",
-        takes=_change_tied(lambda condition: (condition - term for term in condition.args)),
-    ),
-    Mistake(
-        "waves-exchanged-in-condition", "Sine and cosine exchanged in the condition",
-        "In the condition that ties several joints, sine and cosine seem to be exchanged.", "6.8",
-        takes=_change_tied(_exchange_trigs),
-    ),
-    Mistake(
-        "offset-forgotten-in-set", "Joint offset left out of the conditions",
-        "The constant that is added to {joint} seems to be left out of the conditions: they are expected for the joint "
-        "variable itself.", "6.8", takes=_misuse_offsets(1), rare=True,
-    ),
-    Mistake(
-        "offset-sign-in-set", "Joint offset on the wrong side",
-        "The constant that is added to {joint} seems to have the wrong sign: solve for the joint variable, which takes "
-        "it to the other side.", "6.8", takes=_misuse_offsets(2), rare=True,
-    ),
-    Mistake(
-        "or-for-and", "Or for and in the conditions",
-        "Conditions that must hold together seem to be given as alternatives: J loses rank only where all its minors "
-        "are zero.", "6.8", takes=_split_conjunction, rare=True,
-    ),
-    Mistake(
-        "one-root-of-each", "One root of several joints",
-        "Only one of several values seems to be given for more than one joint: a sine or cosine takes the same value "
-        "more than once in a turn.", "6.8", takes=_keep_one_root_each, rare=True,
-    ),
-    Mistake(
-        "and-for-or", "And for or in the conditions",
-        "Alternatives seem to be given as conditions that hold together: each of them is enough by itself.", "6.8",
-        takes=_join_alternatives, rare=True,
-    ),
-    Mistake(
-        "condition-too-many", "Condition that is not needed",
-        "A condition for {joint} seems to be added to one that is enough without it.", "6.8",
-        takes=_add_condition, rare=True,
-    ),
-    Mistake(
-        "values-in-wrong-radians", "Values turned into the wrong radians",
-        "The values of the angles seem to be turned into twice or half of them: 180° is pi.", "6.8",
-        takes=_scale_angles(sp.S.Half, sp.S(2)), rare=True,
-    ),
-    Mistake(
-        "tangent-turned-over", "Tangent turned over",
-        "The tangent seems to be turned over: which of the two factors stands before the sine, and which before the "
-        "cosine?", "6.8", takes=_invert_tangent, rare=True,
-    ),
-    Mistake(
-        "value-sign-in-set", "Value of a joint with the wrong sign",
-        "A value of {joint} seems to have the wrong sign.", "6.8", takes=_flip_values, rare=True,
-    ),
+    Mistake("one-root-only", "Only one of two roots",
+            "Only one of several values of a joint seems to be given: a sine or cosine takes the same value more than "
+            "once in a turn.", "6.8", takes=_keep_one_root),
+    Mistake("shoulder-missed", "Condition that ties several joints missed",
+            "What depends on more than one joint at once seems to be left out, as where the point lies on the first "
+            "axis{instead}: {every}.", "6.8 and Example 6.3", takes=_miss_tied),
+    Mistake("component-missed", "Part of the singular set missed",
+            "A part of the singular configurations seems to be left out, {kind}: {every}.", "6.8",
+            takes=_miss_component),
+    Mistake("condition-of-several-forgotten", "One of several conditions forgotten",
+            "What is said of {joint} is not enough: another condition seems to be forgotten that must hold at the "
+            "same time. J is not square, and loses rank only where all its minors are zero.", "6.8", takes=_keep_part),
+    Mistake("quarter-turn-singular", "Sine for cosine in the condition",
+            "The angles seem to be a quarter turn off: where does the sine vanish, and where the cosine?", "6.8",
+            takes=_shift_quarter_turn),
+    Mistake("joint-called-singular", "A joint called singular that is not",
+            "{joint} seems to be called singular at {values}: {zero}? (The book has this slip in its own Example "
+            "6.3.)", "6.8", takes=_add_joint),
+    Mistake("value-called-singular", "A value called singular that is not",
+            "{joint} = {values} seems to be called singular: {zero}?", "6.8"),
+    Mistake("all-joints-straight", "All joints at 0 or pi called singular",
+            "Every joint at 0 or pi seems to be called singular: {zero}?", "6.8", takes=_call_all_singular),
+    Mistake("condition-for-other-joint", "Condition for another joint",
+            "The condition seems to be given for {joint}, and it is one for another joint.", "6.8",
+            takes=_use_other_joint),
+    Mistake("angles-in-degrees", "Degrees where radians are due",
+            "The angles seem to be given in degrees: radians are due.", "6.8", takes=_scale_angles(180 / sp.pi)),
+    Mistake("relative-angle-in-condition", "Relative angle for absolute in the condition",
+            "In the condition that ties several joints, a joint's own angle seems to stand where an absolute angle is "
+            "due.", "6.8", takes=_change_tied(_use_relative_angle)),
+    Mistake("sign-in-condition", "Sign in the condition",
+            "In the condition that ties several joints, a term seems to have the wrong sign.", "6.8",
+            takes=_change_tied(lambda condition: (condition - 2 * term for term in condition.args))),
+    Mistake("term-lost-in-condition", "Term of the condition lost",
+            "The condition that ties several joints seems to lack a term.", "6.8",
+            takes=_change_tied(lambda condition: (condition - term for term in condition.args))),
+    Mistake("waves-exchanged-in-condition", "Sine and cosine exchanged in the condition",
+            "In the condition that ties several joints, sine and cosine seem to be exchanged.", "6.8",
+            takes=_change_tied(_exchange_trigs)),
+    Mistake("offset-forgotten-in-set", "Joint offset left out of the conditions",
+            "The constant that is added to {joint} seems to be left out of the conditions: they are expected for the "
+            "joint variable itself.", "6.8", takes=_misuse_offsets(1), rare=True),
+    Mistake("offset-sign-in-set", "Joint offset on the wrong side",
+            "The constant that is added to {joint} seems to have the wrong sign: solve for the joint variable, which "
+            "takes it to the other side.", "6.8", takes=_misuse_offsets(2), rare=True),
+    Mistake("or-for-and", "Or for and in the conditions",
+            "Conditions that must hold together seem to be given as alternatives: J loses rank only where all its "
+            "minors are zero.", "6.8", takes=_split_conjunction, rare=True),
+    Mistake("one-root-of-each", "One root of several joints",
+            "Only one of several values seems to be given for more than one joint: a sine or cosine takes the same "
+            "value more than once in a turn.", "6.8", takes=_keep_one_root_each, rare=True),
+    Mistake("and-for-or", "And for or in the conditions",
+            "Alternatives seem to be given as conditions that hold together: each of them is enough by itself.", "6.8",
+            takes=_join_alternatives, rare=True),
+    Mistake("condition-too-many", "Condition that is not needed",
+            "A condition for {joint} seems to be added to one that is enough without it.", "6.8", takes=_add_condition,
+            rare=True),
+    Mistake("values-in-wrong-radians", "Values turned into the wrong radians",
+            "The values of the angles seem to be turned into twice or half of them: 180° is pi.", "6.8",
+            takes=_scale_angles(sp.S.Half, sp.S(2)), rare=True),
+    Mistake("tangent-turned-over", "Tangent turned over",
+            "The tangent seems to be turned over: which of the two factors stands before the sine, and which before "
+            "the cosine?", "6.8", takes=_invert_tangent, rare=True),
+    Mistake("value-sign-in-set", "Value of a joint with the wrong sign",
+            "A value of {joint} seems to have the wrong sign.", "6.8", takes=_flip_values, rare=True),
 )  # fmt: skip
 
 OF_TABLE = frozenset({"offset-forgotten-in-set", "offset-sign-in-set"})

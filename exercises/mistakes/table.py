@@ -1,6 +1,6 @@
 """Mistakes in reading the DH table, the base and the point of interest."""
 
-from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from itertools import combinations, permutations
@@ -19,7 +19,6 @@ from qdot.exercises.mistakes.base import (
     Shape,
     Variants,
     at_each_and_all,
-    exchange,
     only_for_tables,
 )
 
@@ -265,29 +264,18 @@ def _effects_up_to(frame: int) -> Callable[[Working, np.ndarray], np.ndarray]:
     return apply_change
 
 
-def _scale_lengths(w: Working, index: int, row: TableRow, factor: sp.Expr, entries: Collection[str]) -> TableRow:
-    """Return a row with lengths times a factor; of a prismatic joint, only the constant added to its variable."""
-    scaled, variable = {}, w.arithmetic.table_entry(w.chain.q[index]) * int(row.kind == "P")
-    if "a" in entries:
-        scaled["a"] = row.a * w.arithmetic.table_entry(factor)
-    if "d" in entries:
-        scaled["d"] = (row.d - variable) * w.arithmetic.table_entry(factor) + variable
-    return replace(row, **scaled)
-
-
-def _numeric_lengths(row: Joint, variable: sp.Symbol) -> dict[str, sp.Expr]:
-    """Return the lengths of a row that are numbers: a, and d without the joint variable."""
-    lengths = {"a": row.a, "d": row.d - variable if row.kind == "P" else row.d}
-    return {entry: length for entry, length in lengths.items() if length.is_number}
-
-
 def _use_other_units(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
     """Give every numeric length in centimetres or millimetres, but symbols in metres."""
 
     def scale(w: Working, table: Table, factor: int) -> Table:
         rows = []
-        for i, (row, joint, q) in enumerate(zip(table.rows, w.chain.joints, w.chain.q, strict=True)):
-            rows.append(_scale_lengths(w, i, row, sp.Integer(factor), _numeric_lengths(joint, q)))
+        for row, joint, offset, q in zip(table.rows, w.chain.joints, w.chain.offsets, w.chain.q, strict=True):
+            changed, variable = {}, w.arithmetic.table_entry(q if joint.kind == "P" else sp.S.Zero)
+            if joint.a.is_number:
+                changed["a"] = row.a * factor
+            if (offset if joint.kind == "P" else joint.d).is_number:
+                changed["d"] = (row.d - variable) * factor + variable
+            rows.append(replace(row, **changed))
         position, yaw, tilt = table.base
         offset = table.offset * factor if all(x.is_number for x in w.chain.point.offset) else table.offset
         return replace(table, rows=tuple(rows), base=(position * factor, yaw, tilt), offset=offset)
@@ -295,29 +283,6 @@ def _use_other_units(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
     if any(joint.a != 0 or joint.d != 0 for joint in chain.joints):
         yield MistakeVariant({"table": partial(scale, factor=100)}, {"unit": "centimetres"})
         yield MistakeVariant({"table": partial(scale, factor=1000)}, {"unit": "millimetres"})
-
-
-def _misplace_decimal_point(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
-    """Take a numeric length for ten times or a tenth of it."""
-
-    def change(w: Working, row: TableRow, index: int, entry: str, factor: sp.Expr) -> dict[str, Any]:
-        return {entry: getattr(_scale_lengths(w, index, row, factor, [entry]), entry)}
-
-    for i, (row, q) in enumerate(zip(convention_of(chain).rows, chain.q, strict=True)):
-        for entry, length in _numeric_lengths(row, q).items():
-            for factor in (sp.Integer(10), sp.Rational(1, 10)) if length != 0 else ():
-                yield _change_row(i, partial(change, index=i, entry=entry, factor=factor), entry=entry)
-
-
-def _exchange_base(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
-    def apply_change(w: Working, table: Table, i: int, j: int) -> Table:
-        position, yaw, tilt = table.base
-        return replace(table, base=(exchange(i, j)(w, position), yaw, tilt))
-
-    position = convention_of(chain).base.position
-    for i, j in combinations(range(3), 2):
-        if position[i] != position[j]:
-            yield MistakeVariant({"table": partial(apply_change, i=i, j=j)})
 
 
 def _read_as_modified(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
@@ -394,146 +359,88 @@ def _read_as_standard(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
 
 
 _ALL = (
-    Mistake(
-        "offset-forgotten", "Joint offset left out",
-        "The table adds a constant to the variable of joint {joint}, and it seems to be left out: put in what the "
-        "table says, not {variable} alone.", "6.1", _drop_offsets,
-    ),
-    Mistake(
-        "offset-sign", "Joint offset with the wrong sign",
-        "The constant {degrees} that the table adds to the angle of joint {joint} seems to be taken with the wrong "
-        "sign.",
-        "6.1", _scale_offsets([sp.S(-1)], lambda offset: bool(sp.sin(offset) != 0)), rare=True,
-    ),
-    Mistake(
-        "slide-offset-sign", "Offset of a slide with the wrong sign",
-        "The constant that the table adds to the variable of joint {joint} seems to be taken with the wrong sign.",
-        "6.1", _add_to_variable(lambda chain, i: -2 * chain.offsets[i], "P"), rare=True,
-    ),
-    Mistake(
-        "offset-in-degrees", "Constant angle typed in degrees",
-        "The constant {degrees} of the table seems to be typed in degrees: sine and cosine take radians, and "
-        "{degrees} is to be turned into a part of pi.", "6.1", _scale_offsets([180 / sp.pi]), rare=True,
-    ),
+    Mistake("offset-forgotten", "Joint offset left out",
+            "The table adds a constant to the variable of joint {joint}, and it seems to be left out: put in what the "
+            "table says, not {variable} alone.", "6.1", _drop_offsets),
+    Mistake("offset-sign", "Joint offset with the wrong sign",
+            "The constant {degrees} that the table adds to the angle of joint {joint} seems to be taken with the "
+            "wrong sign.", "6.1", _scale_offsets([sp.S(-1)], lambda offset: bool(sp.sin(offset) != 0)), rare=True),
+    Mistake("slide-offset-sign", "Offset of a slide with the wrong sign",
+            "The constant that the table adds to the variable of joint {joint} seems to be taken with the wrong sign.",
+            "6.1", _add_to_variable(lambda chain, i: -2 * chain.offsets[i], "P"), rare=True),
+    Mistake("offset-in-degrees", "Constant angle typed in degrees",
+            "The constant {degrees} of the table seems to be typed in degrees: sine and cosine take radians, and "
+            "{degrees} is to be turned into a part of pi.", "6.1", _scale_offsets([180 / sp.pi]), rare=True),
     Mistake(
         "wrong-radians", "Degrees turned into the wrong radians",
         "The constant {degrees} of the table seems to be turned into another angle: 180° is pi, so that 30° is pi/6, "
         "45° is pi/4, 60° is pi/3 and 90° is pi/2.", "6.1",
         _scale_offsets([sp.S(2), sp.S.Half]), rare=True,  # 30 degrees as pi/3, 60 as pi/6, 45 as pi/2 or pi/8
     ),
-    Mistake(
-        "fixed-angle-forgotten", "Constant angle of a prismatic joint left out",
-        "Joint {joint} slides, but its row has an angle too, which seems to be left out.", "6.1",
-        _change_each_row(lambda row: row.kind == "P" and row.theta != 0, lambda _, row: {"theta": row.theta * 0}),
-    ),
-    Mistake(
-        "length-forgotten", "Length a left out",
-        "The length a in row {link} of the table seems to be left out.", "6.1",
-        _change_each_row(lambda row: row.a != 0, lambda _, row: {"a": row.a * 0}),
-    ),
-    Mistake(
-        "distance-forgotten", "Distance d left out",
-        "The distance d in row {link} of the table seems to be left out.", "6.1",
-        _change_each_row(lambda row: row.kind == "R" and row.d != 0, lambda _, row: {"d": row.d * 0}),
-    ),
-    Mistake(
-        "variable-forgotten", "Joint variable left out",
-        "The angle of joint {joint} seems to be left out: it turns every link behind it.", "6.1",
-        _add_to_variable(lambda chain, i: -chain.q[i], "R"), rare=True,
-    ),
-    Mistake(
-        "row-misread", "Entry of another row of the table",
-        "For row {joint} of the table, the {entry} of row {other} seems to be taken.", "Example 6.1",
-        _use_other_row, rare=True,
-    ),
-    Mistake(
-        "lengths-exchanged", "Lengths exchanged",
-        "The lengths a of rows {joint} and {other} of the table seem to be exchanged.", "Example 6.1",
-        _exchange_lengths, rare=True,
-    ),
-    Mistake(
-        "point-forgotten", "Offset of the point left out",
-        "The result is that of the last frame's origin. The point of interest stands off it: look at its coordinates "
-        "in that frame.", "6.1", _drop_point_offset,
-    ),
-    Mistake(
-        "other-point", "Another frame's origin for the point",
-        "The result seems to be that of the origin O{frame}. Look again at which point is asked for.", "6.13",
-        _use_other_origin, rare=True,
-    ),
-    Mistake(
-        "base-forgotten", "Base left out",
-        "The arm does not stand in the origin of the world frame: its base seems to be left out.", "6.1", _drop_base,
-    ),
-    Mistake(
-        "base-not-rotated", "Rotation of the base left out",
-        "The base is rotated in the world frame, and this rotation seems to be left out.", "6.1", _skip_base_rotation,
-        rare=True,
-    ),
-    Mistake(
-        "twist-sign", "Twist with the wrong sign",
-        "The twist alpha in row {joint} of the table seems to be taken with the wrong sign: it is the angle from one "
-        "z axis to the next, counted about the x axis between them.", "Example 6.1",
-        _change_each_row(_has_twist, lambda _, row: {"alpha": -row.alpha}),
-    ),
-    Mistake(
-        "all-twists-sign", "All twists with the wrong sign",
-        "All twists alpha seem to be taken with the wrong sign: each is counted about x from one z to the next.",
-        "Example 6.1", _flip_all_twists,
-    ),
-    Mistake(
-        "twist-forgotten", "Twist left out",
-        "The twist alpha of row {joint} seems to be left out: the axes behind it are turned by it.",
-        "Example 6.1", _change_each_row(lambda row: row.alpha != 0, lambda _, row: {"alpha": row.alpha * 0}),
-    ),
-    Mistake(
-        "modified-dh", "Another Denavit-Hartenberg convention",
-        "The table seems to be read in the other (modified) convention. Here a frame is reached by turning and moving "
-        "along z first, and along x after that: Rz Tz Tx Rx.", "Example 6.1", _read_as_modified, rare=True,
-    ),
-    Mistake(
-        "link-behind", "Length and twist of the link behind a joint",
-        "Each transform seems to have the length and the twist of link i, as a row of the standard table has: in a "
-        "modified one, those of link i-1 stand before joint i.", "Example 6.1", _use_next_links, rare=True,
-    ),
-    Mistake(
-        "standard-dh", "The standard Denavit-Hartenberg convention",
-        "The table seems to be read in the standard (distal) convention. Here a frame is reached by turning and moving "
-        "along x first, and along z after that: Rx Tx Rz Tz.", "Example 6.1", _read_as_standard, rare=True,
-    ),
-    Mistake(
-        "a-and-d-exchanged", "a and d exchanged",
-        "In row {link} of the table, a and d seem to be exchanged: d is measured along z, a along x.",
-        "Example 6.1", _change_each_row(lambda row: row.a != row.d, lambda _, row: {"a": row.d, "d": row.a}), rare=True,
-    ),
-    Mistake(
-        "joint-turns-other-way", "A joint that turns the other way",
-        "Joint {joint} seems to turn the other way: its angle counts counterclockwise about its z axis.",
-        "6.1", _change_each_row(lambda row: row.kind == "R", lambda _, row: {"theta": -row.theta}), rare=True,
-    ),
-    Mistake(
-        "quarter-turn", "A quarter turn too much",
-        "The angle of joint {joint} seems to be a quarter turn off: it is counted from the x axis before to the one "
-        "behind.", "6.1", _add_to_variable(lambda chain, i: sp.pi / 2, "R"), rare=True,
-    ),
-    Mistake(
-        "base-exchanged", "Coordinates of the base exchanged",
-        "Two coordinates of where the base stands seem to be exchanged.", "6.1", _exchange_base, rare=True,
-    ),
-    Mistake(
-        "lengths-in-centimetres", "Lengths in another unit",
-        "The lengths that are numbers seem to be in {unit}: metres are asked for.", "6.1", _use_other_units, rare=True,
-    ),
-    Mistake(
-        "decimal-point", "Decimal point of a length",
-        "The length {entry} in row {link} of the table seems to have its decimal point in another place.", "6.1",
-        _misplace_decimal_point, rare=True,
-    ),
-    Mistake(
-        "degrees", "Degrees for radians",
-        "The angles seem to be turned from degrees into radians. They are in radians already.", "6.1", _convert_again,
-        rare=True,
-    ),
+    Mistake("fixed-angle-forgotten", "Constant angle of a prismatic joint left out",
+            "Joint {joint} slides, but its row has an angle too, which seems to be left out.", "6.1",
+            _change_each_row(lambda row: row.kind == "P" and row.theta != 0, lambda _, row: {"theta": row.theta * 0})),
+    Mistake("length-forgotten", "Length a left out", "The length a in row {link} of the table seems to be left out.",
+            "6.1", _change_each_row(lambda row: row.a != 0, lambda _, row: {"a": row.a * 0})),
+    Mistake("distance-forgotten", "Distance d left out",
+            "The distance d in row {link} of the table seems to be left out.", "6.1",
+            _change_each_row(lambda row: row.kind == "R" and row.d != 0, lambda _, row: {"d": row.d * 0})),
+    Mistake("variable-forgotten", "Joint variable left out",
+            "The angle of joint {joint} seems to be left out: it turns every link behind it.", "6.1",
+            _add_to_variable(lambda chain, i: -chain.q[i], "R"), rare=True),
+    Mistake("row-misread", "Entry of another row of the table",
+            "For row {joint} of the table, the {entry} of row {other} seems to be taken.", "Example 6.1",
+            _use_other_row, rare=True),
+    Mistake("lengths-exchanged", "Lengths exchanged",
+            "The lengths a of rows {joint} and {other} of the table seem to be exchanged.", "Example 6.1",
+            _exchange_lengths, rare=True),
+    Mistake("point-forgotten", "Offset of the point left out",
+            "The result is that of the last frame's origin. The point of interest stands off it: look at its "
+            "coordinates in that frame.", "6.1", _drop_point_offset),
+    Mistake("other-point", "Another frame's origin for the point",
+            "The result seems to be that of the origin O{frame}. Look again at which point is asked for.", "6.13",
+            _use_other_origin, rare=True),
+    Mistake("base-forgotten", "Base left out",
+            "The arm does not stand in the origin of the world frame: its base seems to be left out.", "6.1",
+            _drop_base),
+    Mistake("base-not-rotated", "Rotation of the base left out",
+            "The base is rotated in the world frame, and this rotation seems to be left out.", "6.1",
+            _skip_base_rotation, rare=True),
+    Mistake("twist-sign", "Twist with the wrong sign",
+            "The twist alpha in row {joint} of the table seems to be taken with the wrong sign: it is the angle from "
+            "one z axis to the next, counted about the x axis between them.", "Example 6.1",
+            _change_each_row(_has_twist, lambda _, row: {"alpha": -row.alpha})),
+    Mistake("all-twists-sign", "All twists with the wrong sign",
+            "All twists alpha seem to be taken with the wrong sign: each is counted about x from one z to the next.",
+            "Example 6.1", _flip_all_twists),
+    Mistake("twist-forgotten", "Twist left out",
+            "The twist alpha of row {joint} seems to be left out: the axes behind it are turned by it.", "Example 6.1",
+            _change_each_row(lambda row: row.alpha != 0, lambda _, row: {"alpha": row.alpha * 0})),
+    Mistake("modified-dh", "Another Denavit-Hartenberg convention",
+            "The table seems to be read in the other (modified) convention. Here a frame is reached by turning and "
+            "moving along z first, and along x after that: Rz Tz Tx Rx.", "Example 6.1", _read_as_modified, rare=True),
+    Mistake("link-behind", "Length and twist of the link behind a joint",
+            "Each transform seems to have the length and the twist of link i, as a row of the standard table has: in "
+            "a modified one, those of link i-1 stand before joint i.", "Example 6.1", _use_next_links, rare=True),
+    Mistake("standard-dh", "The standard Denavit-Hartenberg convention",
+            "The table seems to be read in the standard (distal) convention. Here a frame is reached by turning and "
+            "moving along x first, and along z after that: Rx Tx Rz Tz.", "Example 6.1", _read_as_standard, rare=True),
+    Mistake("a-and-d-exchanged", "a and d exchanged",
+            "In row {link} of the table, a and d seem to be exchanged: d is measured along z, a along x.",
+            "Example 6.1", _change_each_row(lambda row: row.a != row.d, lambda _, row: {"a": row.d, "d": row.a}),
+            rare=True),
+    Mistake("joint-turns-other-way", "A joint that turns the other way",
+            "Joint {joint} seems to turn the other way: its angle counts counterclockwise about its z axis.", "6.1",
+            _change_each_row(lambda row: row.kind == "R", lambda _, row: {"theta": -row.theta}), rare=True),
+    Mistake("quarter-turn", "A quarter turn too much",
+            "The angle of joint {joint} seems to be a quarter turn off: it is counted from the x axis before to the "
+            "one behind.", "6.1", _add_to_variable(lambda chain, i: sp.pi / 2, "R"), rare=True),
+    Mistake("lengths-in-centimetres", "Lengths in another unit",
+            "The lengths that are numbers seem to be in {unit}: metres are asked for.", "6.1", _use_other_units,
+            rare=True),
+    Mistake("degrees", "Degrees for radians",
+            "The angles seem to be turned from degrees into radians. They are in radians already.", "6.1",
+            _convert_again, rare=True),
 )  # fmt: skip
 
 MISTAKES = only_for_tables(_ALL, {mistake.name for mistake in _ALL} - {"degrees"})

@@ -54,27 +54,27 @@ class NumericReference:
         self.known, self._trees = frozenset(problem.symbols()), dict[str, Node]()
         self.lengths = [random_lengths(self.chain, self.stream) for _ in range(ARMS)]
         self.arms = [NumericChain(self.chain, lengths) for lengths in self.lengths]
-        poses = [random_poses(self.chain, self.stream, POSES) for _ in self.arms]
+        self._poses = [random_poses(self.chain, self.stream, POSES) for _ in self.arms]
         self.points = ARMS * POSES
-        self.values = self._sample_values(poses)
-        self.frames = np.concatenate([arm.frames(q) for arm, q in zip(self.arms, poses, strict=True)])
-        self.point = np.concatenate([arm.point(q) for arm, q in zip(self.arms, poses, strict=True)])
-        self.jacobian = np.concatenate([arm.jacobian(q) for arm, q in zip(self.arms, poses, strict=True)])
-        pairs = zip(self.arms, poses, strict=True)
-        self.exponential_jacobian = np.concatenate([exponential_jacobian(arm, q) for arm, q in pairs])
-        self.convention_frames = self._written_frames(poses)
-        at_home = [np.zeros((POSES, self.chain.n)) for _ in self.arms]
-        self.home = np.concatenate([arm.frames(q) for arm, q in zip(self.arms, at_home, strict=True)])
-        self.point_at_home = np.concatenate([arm.point(q) for arm, q in zip(self.arms, at_home, strict=True)])
-        differences = [_differences(arm, q) for arm, q in zip(self.arms, poses, strict=True)]
-        self.carried, self.moved = (np.concatenate(arrays) for arrays in zip(*differences, strict=True))
-        self._poses = poses
+        self.values = self._sample_values(self._poses)
+        self.frames = self._for_each_arm(NumericChain.frames)
+        self.point = self._for_each_arm(NumericChain.point)
+        self.jacobian = self._for_each_arm(NumericChain.jacobian)
+        self.exponential_jacobian = self._for_each_arm(exponential_jacobian)
+        self.convention_frames = self._written_frames()
+        self.home = self._for_each_arm(lambda arm, q: arm.frames(0 * q))
+        self.point_at_home = self._for_each_arm(lambda arm, q: arm.point(0 * q))
+        self.carried = self._for_each_arm(lambda arm, q: _differences(arm, q)[0])
+        self.moved = self._for_each_arm(lambda arm, q: _differences(arm, q)[1])
 
-    def _written_frames(self, poses: list[np.ndarray]) -> np.ndarray:
+    def _for_each_arm(self, function: Callable[[NumericChain, np.ndarray], np.ndarray]) -> np.ndarray:
+        return np.concatenate([function(arm, q) for arm, q in zip(self.arms, self._poses, strict=True)])
+
+    def _written_frames(self) -> np.ndarray:
         """Return the frames of the table as written, (…, n + 1, 4, 4), by its own elementary steps."""
         if not convention_of(self.chain).has_frames_of_joints:
             return self.frames
-        pairs = zip(self.lengths, poses, strict=True)
+        pairs = zip(self.lengths, self._poses, strict=True)
         return np.concatenate([modified_frames(self.chain, lengths, q) for lengths, q in pairs])
 
     def _sample_values(self, poses: list[np.ndarray]) -> dict[str, np.ndarray]:
@@ -186,22 +186,16 @@ def modified_frames(chain: Chain, lengths: Mapping[str, float], q: np.ndarray) -
     """
     known = {sp.Symbol(name): sp.Float(value) for name, value in lengths.items()}
 
-    def number(expression: sp.Expr) -> float:
-        return float(expression.xreplace(known))
+    def number(expression: sp.Expr) -> np.ndarray:
+        return np.full(len(q), float(expression.xreplace(known)))
 
     base = convention_of(chain).base
-    x, y, z = map(number, base.position)
-    frame = (
-        _translations(0, x)
-        @ _translations(1, y)
-        @ _translations(2, z)
-        @ _rotations(2, np.full(len(q), number(base.yaw)))
-    )
-    frames = [frame]
+    frames = [_rotations(2, number(base.yaw))]
+    frames[0][..., :3, 3] = np.stack([number(entry) for entry in base.position], axis=-1)
     for i, (row, variable) in enumerate(zip(convention_of(chain).rows, chain.q, strict=True)):
-        theta, d = (np.full(len(q), number(entry.xreplace({variable: sp.S.Zero}))) for entry in (row.theta, row.d))
+        theta, d = (number(entry.xreplace({variable: sp.S.Zero})) for entry in (row.theta, row.d))
         theta, d = (theta + q[:, i], d) if row.kind == "R" else (theta, d + q[:, i])
-        before = _rotations(0, np.full(len(q), number(row.alpha))) @ _translations(0, number(row.a))
+        before = _rotations(0, number(row.alpha)) @ _translations(0, number(row.a))
         frames.append(frames[-1] @ before @ _rotations(2, theta) @ _translations(2, d))
     return np.stack(frames, axis=1)
 
@@ -216,9 +210,9 @@ def _rotations(axis: int, angle: np.ndarray) -> np.ndarray:
     return pose
 
 
-def _translations(axis: int, by: np.ndarray | float) -> np.ndarray:
+def _translations(axis: int, by: np.ndarray) -> np.ndarray:
     """Return shifts along x, y or z, (…, 4, 4)."""
-    pose = np.broadcast_to(np.eye(4), (*np.shape(by), 4, 4)).copy()
+    pose = np.broadcast_to(np.eye(4), (*by.shape, 4, 4)).copy()
     pose[..., axis, 3] = by
     return pose
 

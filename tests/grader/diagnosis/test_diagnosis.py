@@ -165,7 +165,6 @@ P3 = "[-a1*s1 - a2*s12 - a3*s123, -a2*s12 - a3*s123, -a3*s123], [a1*c1 + a2*c12 
         ("planar-3r-pose/90", "singular-angles", "theta2 = 2*pi/3, theta2 = -pi/3", "offset-sign-in-set"),
         ("planar-3r-pose/90", "singular-angles", "theta2 = pi/3, theta2 = -2*pi/3, theta2 = -pi/5",
          "value-called-singular: theta2 = -pi/5 seems"),
-        ("spherical/29", "velocity-component", "-qd2*qd3*sin(theta2 + pi/4)", "product-rule: joint 3"),
         ("cartesian/5@frames", "position", "[d1 + 0.8, d2 - 0.7, d3 - 0.25 + 0.35]", "slides-in-order: along x, y, z"),
         ("anthropomorphic-6r/1@chapter", "wrist-block", WRIST, "rows-not-turned: The vectors"),
         ("elbow-3r/21@modified-dh", "own-frame-velocity", f"[{OF_P}, qd1*s23, qd1*c23, qd2 + qd3]",
