@@ -44,7 +44,7 @@ GROUPS = {
         "otter": (_("Otter-Grader"), _("An autograder that marks by qdot, by otter assign.")),
         "ci": (_("Grading in CI"), _("GitHub, GitLab, JUnit, pytest.")),
         "container": (_("The grader in a container"), _("Built and run with Podman or Docker; what makes it strict.")),
-        "many-submissions": (_("Grading 100,000 submissions"), _("Dask, Slurm and Kubernetes.")),
+        "scaling": (_("Grading 100,000 submissions"), _("Dask, Slurm and Kubernetes.")),
     },
     _("How it works"): {
         "judging": (_("How an answer is judged"), _("Identity tested in numbers, and the bound on being wrong.")),
