@@ -109,7 +109,10 @@ const toldBy = ({ slips = [] }: Verdict): string[] =>
 
 test.each([
   ["[[-a1*s1 - a2*s12, -a2*s2], [a1*c1 + a2*c12, a2*c2]]", "Column 2: one angle leaves out"],
-  ["[[-a1*s1 - a2*s12, -a2*s12], [a1*c1 + a2*s12, a2*c12]]", "Entry (2, 1): a sine and a cosine are exchanged"],
+  [
+    "[[-a1*s1 - a2*s12, -a2*s12], [a1*c1 + a2*s12, a2*c12]]",
+    "Entry (2, 1): a sine and a cosine are exchanged",
+  ],
   ["[[-s1 - a2*s12, -a2*s12], [c1 + a2*c12, a2*c12]]", "Column 1: the length a1 is missing"],
   ["[[-a2*s12, -a2*s12], [a2*c12, a2*c12]]", "Column 1: a term with a1 is missing"],
   ["[[a1*s1 - a2*s12, -a2*s12], [a1*c1 + a2*c12, a2*c12]]", "Entry (1, 1): one sign"],
@@ -174,7 +177,9 @@ test("a mistake of the problem's in one column is named beside a slip in another
   expect(both.mistake).toBeUndefined();
   expect(both.slips).toHaveLength(2);
   expect(both.slips).toContainEqual({ mistake: 5, where: message("slip.column", { row: 1, column: 1 }) });
-  expect(toldBy(both)).toContainEqual(expect.stringContaining("Column 2 seems to have the wrong overall sign"));
+  expect(toldBy(both)).toContainEqual(
+    expect.stringContaining("Column 2 seems to have the wrong overall sign"),
+  );
   expect(judgeValues("[[-a2*s12, -a2*s12], [a2*c12, a2*c12]]", key).mistake).toBe(5);
 });
 
