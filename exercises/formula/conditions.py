@@ -14,8 +14,8 @@ import numpy as np
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.formula.constants import holds_at, same_value, value_of
 from qdot.exercises.formula.identity import Domain, Rounding
-from qdot.exercises.formula.pieces import Atom, Piece, is_tied
 from qdot.exercises.formula.program import Program, compile_program, evaluate
+from qdot.exercises.formula.set_parser import Atom, Piece, is_tied
 from qdot.exercises.formula.trees import Node, names
 
 SAMPLES = 50

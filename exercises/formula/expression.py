@@ -7,12 +7,14 @@ matrix or a set of conditions is for the caller to say.
 """
 
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import contextmanager
 from fractions import Fraction
 from functools import lru_cache
 from itertools import pairwise
 
-from qdot.exercises.formula.metres import METRE, without_metres
+from qdot.exercises.formula.algebra import ONE, ZERO, number
+from qdot.exercises.formula.metres import METRE, remove_metres
 from qdot.exercises.formula.names import (
     ARITY,
     FUNCTIONS,
@@ -24,8 +26,17 @@ from qdot.exercises.formula.names import (
     plain_name,
 )
 from qdot.exercises.formula.notation import plain
-from qdot.exercises.formula.products import carried_out
-from qdot.exercises.formula.trees import CHAIN, Node, ReadError, names, replaced
+from qdot.exercises.formula.products import evaluate_matrices
+from qdot.exercises.formula.trees import (
+    CHAIN,
+    Node,
+    ReadError,
+    combine_from_left,
+    fold,
+    list_of_rows,
+    names,
+    replace_names,
+)
 from qdot.exercises.formula.vocabulary import LIMITS, VOCABULARY, pattern
 
 MAX_DEPTH = LIMITS["depth"]
@@ -139,26 +150,27 @@ class _Parser:
         if self.tokens[0][0] == "end":
             raise ReadError("nothing is there")
         self.pass_parameters()
-        found = self.listed()
-        found = _braces_as_lists(found) if self.braces_are_lists else found
+        tree = self.listed()
+        if self.braces_are_lists:
+            tree = fold(
+                tree, lambda node, args: Node("list" if node.kind == "set" else node.kind, tuple(args), node.value)
+            )
         is_metre = METRE not in self.known and any(text == METRE for _, text, _ in self.tokens)
-        return carried_out(without_metres(found) if is_metre else found)
+        return evaluate_matrices(remove_metres(tree) if is_metre else tree)
 
     def listed(self) -> Node:
         """Read what stands there to the end."""
-        rows, separated = self.rows("")
+        rows, has_comma = self.rows("")
         if self.tokens[self.at][0] != "end":
             raise self.fail(f"did not expect {self.peek()!r}")
-        if len(rows) > 1 and all(len(row) == 1 for row in rows):  # a; b
-            rows = [[entry for row in rows for entry in row]]
-        if len(rows) > 1:
-            return Node("list", tuple(Node("list", tuple(row)) for row in rows))
-        items = rows[0]
-        if not items:  # semicolons alone
+        if not rows[0]:  # semicolons alone
             raise ReadError("nothing is there")
+        if len(rows) > 1 and any(len(row) > 1 for row in rows):
+            return list_of_rows(rows)
+        items = [entry for row in rows for entry in row]  # of a; b, too
         if any(item.kind == "pair" for item in items):  # x: a, y: b
             return self.paired(items)
-        return Node("list", tuple(items)) if separated or len(items) > 1 else items[0]
+        return Node("list", tuple(items)) if has_comma or len(items) > 1 else items[0]
 
     def rows(self, close: str) -> tuple[list[list[Node]], bool]:
         """Read what stands between commas, in rows where semicolons end them, and pass what closes it.
@@ -252,14 +264,20 @@ class _Parser:
                     break
             self.expect(":")
 
-    def disjunction(self) -> Node:
+    @contextmanager
+    def nested(self, what: str = "brackets") -> Iterator[None]:
+        """Count how deep brackets, bars and functions nest. Raises ReadError beyond MAX_DEPTH."""
         self.depth += 1
         if self.depth > MAX_DEPTH:
-            raise self.fail(f"brackets nest more than {MAX_DEPTH} deep")
-        terms = [self.conjunction()]
-        while self.take("or", "|"):
-            terms.append(self.conjunction())
+            raise self.fail(f"{what} nest more than {MAX_DEPTH} deep")
+        yield
         self.depth -= 1
+
+    def disjunction(self) -> Node:
+        with self.nested():
+            terms = [self.conjunction()]
+            while self.take("or", "|"):
+                terms.append(self.conjunction())
         return terms[0] if len(terms) == 1 else Node("or", tuple(terms))
 
     def conjunction(self) -> Node:
@@ -302,11 +320,11 @@ class _Parser:
         self.at += 2 if bracket else 1
         if self.text_at(-1) == "%" and self.tokens[self.at][0] in ("end", "op") and self.peek() != "(":
             raise self.fail("percentages are not read; write a decimal, as in 0.5,")
-        step = Node("*", (Node("name", value=VOCABULARY["whole_numbers"][0]), self.sum()))
+        step = Node("*", (_ANY_WHOLE_NUMBER, self.sum()))
         if bracket:
             self.expect(")")
         several = value.args if value.kind in ("list", "set") else (value,)
-        apart = tuple(Node("+", (one, step)) for one in several)
+        apart = tuple(Node("+", (term, step)) for term in several)
         return Node(value.kind, apart) if value.kind in ("list", "set") else apart[0]
 
     def sum(self) -> Node:
@@ -314,21 +332,18 @@ class _Parser:
             value = self.product()
             node = Node("set", (value, Node("neg", (value,))))
         else:
-            negative = self.sign()
-            node = self.product()
-            node = Node("neg", (node,)) if negative else node
+            node = _with_sign(self.sign(), self.product())
         while self.peek() in ("+", "-", "±"):
             op = self.peek()
             reach = self.at == self.without_brackets
             self.at += 1
-            negative = self.sign()
-            right = self.product()
+            is_negative, right = self.sign(), self.product()
             if reach and right.kind == "name" and _is_angle(str(right.value)):
                 raise self.fail(
                     f"a function without brackets stands before {op} {right.value}; write what it is of in brackets, "
                     "as in sin(theta1 + theta2),"
                 )
-            right = Node("neg", (right,)) if negative else right
+            right = _with_sign(is_negative, right)
             both = (Node("+", (node, right)), Node("-", (node, right)))
             node = Node("set", both) if op == "±" else Node(op, (node, right))
         return node
@@ -348,7 +363,7 @@ class _Parser:
             if text in ("*", "/", "."):
                 self.at += 1
                 here = self.at
-                node = Node(text if text == "/" else "*", (node, self.signed_power()))
+                node = Node(text if text == "/" else "*", (node, _with_sign(self.sign(), self.power())))
                 below = self.at if text == "/" and self.is_symbol(here) and node.args[1].kind == "name" else -1
             elif kind == "number" == self.tokens[self.at - 1][0]:
                 raise self.fail("two numbers stand side by side,")  # 1 000, 1.2.3: no product is meant
@@ -445,29 +460,22 @@ class _Parser:
             return after not in _POWERS_OF_UNIT
         return after not in _GO_ON and (next_kind in ("op", "end") or after in _WORDS)
 
-    def signed_power(self) -> Node:
-        return Node("neg", (self.power(),)) if self.sign() else self.power()
-
     def power(self) -> Node:
         base = self.primary()
         if self.tokens[self.at][1] not in ("**", "^"):
             return base
         exponents, of_last = [], base is self.without_space
         while self.take("**", "^"):
-            negative = self.sign()
-            exponent = self.primary()
-            exponents.append(Node("neg", (exponent,)) if negative else exponent)
+            exponents.append(_with_sign(self.sign(), self.primary()))
             if len(exponents) > MAX_DEPTH:
                 raise self.fail(f"powers nest more than {MAX_DEPTH} deep")
         if base.kind == "list" and len(exponents) == 1 and exponents[0].value in VOCABULARY["transposed"]:
-            return _transposed(base)
+            return _transpose(base)
         tower = exponents.pop()
         while exponents:  # -a^-b^c: the sign of an exponent covers what stands above it
             below = exponents.pop()
-            if below.kind == "neg":
-                tower = Node("neg", (Node("^", (below.args[0], tower)),))
-            else:
-                tower = Node("^", (below, tower))
+            is_negative = below.kind == "neg"
+            tower = _with_sign(is_negative, Node("^", (below.args[0] if is_negative else below, tower)))
         if of_last:  # a1c2^2
             return Node("*", (base.args[0], Node("^", (base.args[1], tower))))
         return Node("^", (base, tower))
@@ -494,14 +502,11 @@ class _Parser:
 
     def absolute(self) -> Node:
         """Read |a1*sin(theta2)| to its second bar; the bar between two conditions is an "or"."""
-        self.depth += 1
-        if self.depth > MAX_DEPTH:
-            raise self.fail(f"brackets nest more than {MAX_DEPTH} deep")
-        self.in_bars, outer = True, self.in_bars
-        inner = self.sum()
-        self.in_bars = outer
-        self.expect("|")
-        self.depth -= 1
+        with self.nested():
+            self.in_bars, outer = True, self.in_bars
+            inner = self.sum()
+            self.in_bars = outer
+            self.expect("|")
         return _call(FUNCTIONS["abs"], (inner,))
 
     def bracketed(self, close: str, kind: str) -> Node:
@@ -509,10 +514,9 @@ class _Parser:
         rows, comma = self.rows(close)
         self.in_bars, self.without_space = outer, None
         items = rows[0]
-        if len(rows) > 1 and kind in ("group", "set") and all(len(row) == 1 for row in rows):  # (a; b), {0; pi}
-            return Node("list", tuple(row[0] for row in rows))
-        if len(rows) > 1:  # [a, b; c, d]
-            return Node("list", tuple(Node("list", tuple(row)) for row in rows))
+        if len(rows) > 1:  # [a, b; c, d], or (a; b), {0; pi}
+            is_column = kind in ("group", "set") and all(len(row) == 1 for row in rows)
+            return Node("list", tuple(row[0] for row in rows)) if is_column else list_of_rows(rows)
         if kind == "group":
             return items[0] if len(items) == 1 and not comma else Node("list", tuple(items))
         return self.paired(items) if any(item.kind == "pair" for item in items) else Node(kind, tuple(items))
@@ -600,9 +604,9 @@ class _Parser:
                 factors.append(self.function(piece.parts[0]))
             else:
                 raise self.fail(f"expected what {piece.parts[0]} is of,")
-        product = factors[0]
-        for factor in factors[1:]:
-            product = self.without_space = Node("*", (product, factor))
+        product = combine_from_left("*", factors)
+        if len(factors) > 1:
+            self.without_space = product
         return product
 
     def text_at(self, ahead: int) -> str:
@@ -618,30 +622,21 @@ class _Parser:
             if joint is not None:
                 return Node("name", value=f"qd{joint.group(1)}")
         if not is_rate and len(args) == 2 and args[0].kind == "name":
-            return replaced(args[1], str(args[0].value), Node("name", value=VOCABULARY["whole_numbers"][0]))
+            return replace_names(args[1], {args[0].value: _ANY_WHOLE_NUMBER})
         raise self.fail(f"this {name} is not understood")
 
     def function(self, name: str) -> Node:
-        self.depth += 1
-        if self.depth > MAX_DEPTH:
-            raise self.fail(f"functions nest more than {MAX_DEPTH} deep")
-        made = self.function_of(name)
-        self.depth -= 1
-        return made
-
-    def function_of(self, name: str) -> Node:
         power = None
-        if self.take("^", "**"):  # sin^2(x)
-            negative = self.sign()
-            power = self.primary()
-            power = Node("neg", (power,)) if negative else power
-        if self.take("("):
-            args = self.bracketed(")", "args").args
-        elif self.take("["):
-            args = self.bracketed("]", "args").args
-            self.braces_are_lists = True
-        else:
-            args = (self.bare_argument(name),)
+        with self.nested("functions"):
+            if self.take("^", "**"):  # sin^2(x)
+                power = _with_sign(self.sign(), self.primary())
+            if self.take("("):
+                args = self.bracketed(")", "args").args
+            elif self.take("["):
+                args = self.bracketed("]", "args").args
+                self.braces_are_lists = True
+            else:
+                args = (self.bare_argument(name),)
         if len(args) != ARITY.get(name, 1):
             raise self.fail(f"{name} takes {ARITY.get(name, 1)} argument, not {len(args)},")
         if power is not None and power == _MINUS_ONE and name in VOCABULARY["inverses"]:
@@ -663,14 +658,12 @@ class _Parser:
         if not factors or self.peek() in ("/", "^", "**"):
             raise self.fail(f"expected '(' after {name},")
         self.without_brackets = self.at
-        product = factors[0]
-        for factor in factors[1:]:
-            product = Node("*", (product, factor))
-        return product
+        return combine_from_left("*", factors)
 
 
 _JOINT = pattern("joint")
 _ANGLE, _SHORT_OF_ANGLE = pattern("angle"), pattern("short_of_angle")
+_ANY_WHOLE_NUMBER = Node("name", value=VOCABULARY["whole_numbers"][0])
 _MODULO: list[str] = VOCABULARY["modulo"]
 _SYNONYMS: dict[str, str] = VOCABULARY["synonyms"]
 _PI = tuple(VOCABULARY["before_whole_numbers"])
@@ -690,60 +683,40 @@ def _is_value(node: Node) -> bool:
     return node.kind not in ("eq", "in", "and", "or") and names(node) <= set(VOCABULARY["whole_numbers"])
 
 
-def _braces_as_lists(node: Node) -> Node:
-    """Return a tree with lists for sets."""
-    done: list[Node] = []
-    stack = [(node, False)]
-    while stack:  # no recursion: a long sum is a deep tree
-        top, ready = stack.pop()
-        if not top.args:
-            done.append(Node("list") if top.kind == "set" else top)
-        elif ready:
-            args = tuple(done[len(done) - len(top.args) :])
-            done[len(done) - len(top.args) :] = [Node("list" if top.kind == "set" else top.kind, args, top.value)]
-        else:
-            stack.append((top, True))
-            stack.extend((arg, False) for arg in reversed(top.args))
-    return done[0]
-
-
 def _in_unit(value: Node, unit: str) -> Node:
     """Return a value in metres and radians: of cm a hundredth, of degrees pi/180."""
     factor = _UNITS[unit]
     if factor.startswith("/"):
-        return Node("/", (value, Node("number", value=Fraction(int(factor[1:])))))
+        return Node("/", (value, number(int(factor[1:]))))
     return _call("radians", (value,)) if factor else value
 
 
-def _transposed(matrix: Node) -> Node:
+def _transpose(matrix: Node) -> Node:
     """Return a list of rows turned; of a list of entries, which may stand for a column, that."""
     rows = [row.args for row in matrix.args if row.kind == "list"]
     if len(rows) != len(matrix.args) or len({len(row) for row in rows}) != 1:
         return matrix
-    return Node("list", tuple(Node("list", column) for column in zip(*rows, strict=True)))
+    return list_of_rows(zip(*rows, strict=True))
 
 
-_MINUS_ONE = Node("neg", (Node("number", value=Fraction(1)),))
+def _with_sign(is_negative: bool, node: Node) -> Node:
+    return Node("neg", (node,)) if is_negative else node
+
+
+_MINUS_ONE = Node("neg", (ONE,))
 
 
 def _meant(piece: NamePart) -> Node:
     if piece.kind == "name":
         return Node("name", value=piece.parts[0])
-    angle = _sum([Node("name", value=part) for part in piece.parts])
+    angle = combine_from_left("+", [Node("name", value=part) for part in piece.parts])
     return angle if piece.kind == "sum" else Node("call", (angle,), piece.kind)
 
 
 def _call(name: str, args: tuple[Node, ...]) -> Node:
     if name == "radians":
-        return Node("/", (Node("*", (args[0], Node("name", value="pi"))), Node("number", value=Fraction(180))))
+        return Node("/", (Node("*", (args[0], Node("name", value="pi"))), number(180)))
     return Node("call", args, name)
-
-
-def _sum(nodes: list[Node]) -> Node:
-    total = nodes[0]
-    for node in nodes[1:]:
-        total = Node("+", (total, node))
-    return total
 
 
 @lru_cache(maxsize=1024)
@@ -756,18 +729,17 @@ def _number(text: str) -> Node:
     return Node(kind, value=Fraction(text))
 
 
-def _filled(rows: Node, columns: Node, entries: Node) -> Node | None:
+def _fill_matrix(rows: Node, columns: Node, entries: Node) -> Node | None:
     """Return Matrix(rows, columns, entries), with the entries in a row, or in rows as in Maple; else None."""
     if entries.kind != "list" or rows.kind != "number" or columns.kind != "number":
         return None
-    if rows.value == len(entries.args) > 0 and all(
-        one.kind == "list" and len(one.args) == columns.value for one in entries.args
-    ):
+    lengths = [len(entry.args) if entry.kind == "list" else None for entry in entries.args]
+    if rows.value == len(lengths) > 0 and set(lengths) == {columns.value}:
         return entries
     if not 0 < rows.value * columns.value == len(entries.args):
         return None
-    cut = range(0, len(entries.args), int(columns.value))
-    return Node("list", tuple(Node("list", entries.args[i : i + int(columns.value)]) for i in cut))
+    width = int(columns.value)
+    return list_of_rows(entries.args[i : i + width] for i in range(0, len(entries.args), width))
 
 
 def _container(name: str, args: tuple[Node, ...], parser: _Parser) -> Node:
@@ -779,20 +751,17 @@ def _container(name: str, args: tuple[Node, ...], parser: _Parser) -> Node:
     if meant == "condition" and len(args) in (2, 3):
         return args[1]
     if meant == "transposed" and len(args) == 1:
-        return _transposed(args[0])
+        return _transpose(args[0])
     if meant == "inverse" and len(args) == 1:
         return Node("^", (args[0], _MINUS_ONE))
     if meant == "modulo" and len(args) == 2:  # what is left is a whole number of times the second less
-        return Node("-", (args[0], Node("*", (Node("name", value=VOCABULARY["whole_numbers"][0]), args[1]))))
+        return Node("-", (args[0], Node("*", (_ANY_WHOLE_NUMBER, args[1]))))
     if len(args) == 1:
         return args[0]
-    if meant == "matrix" and len(args) == 3 and (filled := _filled(*args)) is not None:
+    if meant == "matrix" and len(args) == 3 and (filled := _fill_matrix(*args)) is not None:
         return filled
     if meant == "diagonal" and len(args) <= MAX_DIAGONAL:
-        zero = Node("number", value=Fraction(0))
-        return Node("list", tuple(
-            Node("list", tuple(arg if i == j else zero for j in range(len(args)))) for i, arg in enumerate(args)
-        ))  # fmt: skip
+        return list_of_rows([arg if i == j else ZERO for j in range(len(args))] for i, arg in enumerate(args))
     if meant == "list":
         return Node("list", args)
     raise parser.fail(f"{name} with {len(args)} arguments is not understood")
@@ -811,22 +780,19 @@ def read(text: str, known: Iterable[str] = ()) -> Node:
     """
     if len(text) > MAX_LENGTH:
         raise ReadError(f"the answer is {len(text)} characters long; more than {MAX_LENGTH} are not read")
-    return (_read_short if len(text) < SHORT else _read)(text, frozenset(known))
+    return (_keep_many if len(text) < SHORT else _keep_few)(text, frozenset(known))
 
 
 SHORT = 4000
 """Characters of an answer that is kept among many; of longer ones a few are."""
 
 
-@lru_cache(maxsize=4)
-def _read(text: str, known: frozenset[str]) -> Node:
-    """Return the tree; an answer is read for its symbols, for what it says, for the mistake in it, for its page."""
+def _parse(text: str, known: frozenset[str]) -> Node:
+    """Return the tree; an answer is parsed for its symbols, its conditions, the mistake in it, and its page."""
     return _Parser(plain(text, known), known).whole()
 
 
-@lru_cache(maxsize=128)
-def _read_short(text: str, known: frozenset[str]) -> Node:
-    return _Parser(plain(text, known), known).whole()
+_keep_few, _keep_many = lru_cache(4)(_parse), lru_cache(128)(_parse)
 
 
 @lru_cache(maxsize=512)

@@ -26,14 +26,14 @@ import numpy as np
 from qdot.exercises.common.json_form import OPTIONAL
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.formula import exact
-from qdot.exercises.formula.noise import without_noise
+from qdot.exercises.formula.noise import remove_noise
 from qdot.exercises.formula.program import (
     Program,
     compile_program,
     evaluate_precisely,
     evaluate_steps,
-    outputs,
-    regions,
+    number_regions,
+    select_outputs,
 )
 from qdot.exercises.formula.trees import Node, digits_of, digits_of_decimals, names
 
@@ -68,29 +68,27 @@ class Domain:
 
     def given(self) -> dict[str, Fraction | None]:
         """Return the names that stand for numbers, None for those that are known as doubles only."""
-        return {name: _exactly(role) for name, role in self.roles.items() if not isinstance(role, str | np.ndarray)}
+        return {name: _as_fraction(role) for name, role in self.roles.items() if not isinstance(role, str | np.ndarray)}
 
     def sample(self, used: set[str], points: int, stream: Stream) -> dict[str, np.ndarray]:
         """Return values at `points` points for each name in use; an unknown name is a free signed number."""
-        out = {}
+        values = {}
         for name in sorted(used):
             role = self.roles.get(name, "signed")
-            if isinstance(role, np.ndarray):
-                out[name] = role.astype(float)
-            elif not isinstance(role, str):
-                out[name] = np.full(points, float(role))
+            if isinstance(role, str):
+                values[name] = _sample_role(role, points, stream)
             else:
-                out[name] = _drawn(role, points, stream)
-        return out
+                values[name] = role.astype(float) if isinstance(role, np.ndarray) else np.full(points, float(role))
+        return values
 
 
-def _exactly(number: float | Fraction) -> Fraction | None:
+def _as_fraction(number: float | Fraction) -> Fraction | None:
     if isinstance(number, Fraction):
         return number
     return None if digits_of(Fraction(repr(number))) >= DOUBLE else Fraction(repr(number))
 
 
-def _drawn(role: str, points: int, stream: Stream) -> np.ndarray:
+def _sample_role(role: str, points: int, stream: Stream) -> np.ndarray:
     """Return values of a role, readable ones first; those of lengths are spread evenly over orders of magnitude."""
     unit = (np.frombuffer(stream.take(8 * points), dtype=">u8") >> np.uint64(11)) / float(1 << 53)
     if role == "angle":
@@ -181,8 +179,8 @@ def compare_entries(
 
     Raises ReadError where an entry is no scalar.
     """
-    if all(without_noise(node) is node for node in reference):
-        student = [without_noise(node) for node in student]
+    if all(remove_noise(node) is node for node in reference):
+        student = [remove_noise(node) for node in student]
     theirs, ours = compile_program(student), compile_program(reference)
     given = domain.given()
     decided = exact.compare(theirs, ours, given, seed)
@@ -260,16 +258,15 @@ class _Trial:
         points: int,
     ) -> None:
         self.theirs, self.ours, self.values, self.given, self.points = theirs, ours, values, given, points
-        steps, own = evaluate_steps(theirs, values, points), evaluate_steps(ours, values, points)
-        (self.found, size), (self.expected, own_size) = outputs(theirs, steps), outputs(ours, own)
-        self.steps = [(theirs, steps), (ours, own)]
-        self.scale = _scales(own_size)
+        self.steps = [(program, evaluate_steps(program, values, points)) for program in (theirs, ours)]
+        (self.yours, size), (self.expected, expected_size) = (select_outputs(*evaluated) for evaluated in self.steps)
+        self.scale = _scales(expected_size)
         with np.errstate(all="ignore"):
             parts, amounts = np.array(allowed).T
             self.room = parts[:, None] * self.scale + amounts[:, None]
-            self.size = size + own_size
+            self.size = size + expected_size
             self.noise = 10 * _ROUNDING * self.size
-            self.off = np.abs(self.found - self.expected)
+            self.off = np.abs(self.yours - self.expected)
         self.left = _PRECISE_STEPS // (2 * (len(theirs.steps) + len(ours.steps)))
         self.examples: dict[int, tuple[int, Any, Any]] = {}
         self.precise: dict[tuple[int, int], tuple[list[Any], list[Any]]] = {}
@@ -277,7 +274,7 @@ class _Trial:
     @cached_property
     def regions(self) -> np.ndarray:
         """The region of each point."""
-        return regions(self.steps, self.points)
+        return number_regions(self.steps, self.points)
 
     @property
     def defined(self) -> int:
@@ -305,7 +302,7 @@ class _Trial:
     def _to_look_at(self, entry: int) -> list[int]:
         """Return the points that need many digits: of all regions that are not settled one, and the worst."""
         open_ = np.flatnonzero(~self._settled(entry))
-        defined = np.isfinite(self.found[entry]) & np.isfinite(self.expected[entry])
+        defined = np.isfinite(self.yours[entry]) & np.isfinite(self.expected[entry])
         # Values of two decimals may coincide (a1 = a2) and meet a removable singularity; the other points can't.
         open_ = open_[defined[open_] | (open_ >= READABLE)]
         if not len(open_):
@@ -318,25 +315,26 @@ class _Trial:
 
     def _same(self, entry: int, point: int) -> bool | None:
         """Tell whether an entry is the same with many digits; None where the reference is undefined or time is up."""
-        mine: Any = None
-        due: Any = None
+        yours: Any = None
+        expected: Any = None
         for digits in (50, 200):
-            if (both := self._precisely(point, digits)) is None:
+            if (results := self._precisely(point, digits)) is None:
                 return None
-            mine, due = both[0][entry], both[1][entry]
-            if not mpmath.isfinite(due):
+            yours, expected = results[0][entry], results[1][entry]
+            if not mpmath.isfinite(expected):
                 return None
-            if not mpmath.isfinite(mine):
+            if not mpmath.isfinite(yours):
                 continue  # with more digits it may be defined: a denominator that all but vanishes
             with mpmath.workdps(digits):
-                off, size = abs(mine - due), self.size[entry, point]
-                lost = mpmath.mpf(10) ** (5 - digits) * (size if np.isfinite(size) else 1e10 * (abs(mine) + abs(due)))
+                off, size = abs(yours - expected), self.size[entry, point]
+                scale = size if np.isfinite(size) else 1e10 * (abs(yours) + abs(expected))
+                lost = mpmath.mpf(10) ** (5 - digits) * scale
                 room = max(self.room[entry, point], SAME * self.scale[entry, point])
             if off + lost <= room:
                 return True
             if off - lost > room:
                 break
-        self.examples.setdefault(entry, (point, mine, due))
+        self.examples.setdefault(entry, (point, yours, expected))
         return False
 
     def _precisely(self, point: int, digits: int) -> tuple[list[Any], list[Any]] | None:
@@ -354,27 +352,24 @@ class _Trial:
     def counterexample(self, entry: int) -> EntryDifference:
         """Return a point where an entry differs, both values there, and the entry's number; readable ones first."""
         defined = np.isfinite(self.expected[entry])
-        clear = np.flatnonzero((self._is_clear(entry) | ~np.isfinite(self.found[entry])) & defined)
+        clear = np.flatnonzero((self._is_clear(entry) | ~np.isfinite(self.yours[entry])) & defined)
         if len(clear):
             point = int(clear[0])
-            mine, due = self.found[entry, point], self.expected[entry, point]
-        elif entry in self.examples:
-            point, mine, due = self.examples[entry]
+            values = self.yours[entry, point], self.expected[entry, point]
         else:
-            point, mine, due = self._tiny(entry)
+            point, *values = self.examples.get(entry) or self._tiny(entry)
         at = {name: _short(column[point]) for name, column in sorted(self.values.items())}
-        yours, expected = told_apart(mine, due)
-        return EntryDifference(entry, at, yours, expected)
+        return EntryDifference(entry, at, *tell_apart(*values))
 
     def _tiny(self, entry: int) -> tuple[int, Any, Any]:
         """Return a point where 50 digits tell what double precision does not, or else a point and its values."""
-        point, mine, due = 0, self.found[entry, 0], self.expected[entry, 0]
-        for k in range(READABLE):
-            if (both := self._precisely(k, 50)) is not None:
-                point, mine, due = k, both[0][entry], both[1][entry]
-                if mine != due:
+        example = (0, self.yours[entry, 0], self.expected[entry, 0])
+        for point in range(READABLE):
+            if (results := self._precisely(point, 50)) is not None:
+                example = (point, results[0][entry], results[1][entry])
+                if example[1] != example[2]:
                     break
-        return point, mine, due
+        return example
 
 
 def _scales(magnitude: np.ndarray) -> np.ndarray:
@@ -388,7 +383,7 @@ def _short(value: float) -> float:
     return float(f"{value:.6g}")
 
 
-def told_apart(yours: Any, expected: Any) -> tuple[float | str, float | str]:
+def tell_apart(yours: Any, expected: Any) -> tuple[float | str, float | str]:
     """Return two values with as many digits as it takes to see that they differ."""
     shown = number(complex(yours)), number(complex(expected))
     if shown[0] != shown[1]:

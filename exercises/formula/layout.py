@@ -5,8 +5,10 @@ LaTeX of our templates (`formula/latex`). It says what stands where, and not wha
 index here.
 """
 
-from collections.abc import Iterable, Sequence
-from typing import NamedTuple
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from typing import NamedTuple, TypeVar
+
+Printed = TypeVar("Printed")
 
 WORDS = (
     "sin", "cos", "tan", "cot", "sec", "csc", "arcsin", "arccos", "arctan", "sinh", "cosh", "tanh", "ln", "log", "exp",
@@ -104,6 +106,11 @@ def bracketed(inside: Sequence[Layout], tall: frozenset[str]) -> Pieces:
 
 def _has(pieces: Sequence[Layout], tall: frozenset[str]) -> bool:
     return any(one.kind in tall or one.text in tall or _has(one.inner, tall) for one in pieces)
+
+
+def print_layout(piece: Layout, table: Mapping[str, Callable[..., Printed]]) -> Printed:
+    """Print a formula: `table` has a function for each kind, of the piece and of its inner pieces as printed."""
+    return table[piece.kind](piece, *(print_layout(part, table) for part in piece.inner))
 
 
 def base(piece: Layout) -> Layout:

@@ -11,7 +11,7 @@ from functools import lru_cache
 
 import sympy as sp
 
-from qdot.exercises.formula.text import ByText
+from qdot.exercises.formula.text import text_of
 
 Key = tuple[object, ...]
 
@@ -33,7 +33,7 @@ def natural(name: str) -> Key:
 def _trig_key(trig: sp.Expr) -> Key:
     """Sort sines and cosines by the last joint in them, by how many joints they sum, cosines first."""
     joints = sorted(joint for s in trig.args[0].free_symbols for joint in joints_of(s))
-    return (max(joints, default=0), -len(joints), joints, isinstance(trig, sp.sin), ByText(trig))
+    return (max(joints, default=0), -len(joints), joints, isinstance(trig, sp.sin), text_of(trig))
 
 
 def joints_of(symbol: sp.Symbol) -> list[int]:
@@ -50,8 +50,8 @@ def _term_key(term: sp.Expr) -> Key:
     names = sorted(natural(s.name) for s in term.free_symbols)
     joint_first = not any(name[0] == "theta" for name in names)
     if not trigs and not moving and names:
-        return ([], [], joint_first, False, names, ByText(term))
-    return (moving, trigs, joint_first, term.is_number, names, ByText(term))
+        return ([], [], joint_first, False, names, text_of(term))
+    return (moving, trigs, joint_first, term.is_number, names, text_of(term))
 
 
 def moves(symbol: sp.Symbol) -> bool:
@@ -74,15 +74,15 @@ def _factor_key(factor: sp.Expr) -> Key:
     r"""Sort the factors of a product: numbers, lengths, c_1 and s_1, brackets, \cos\varphi_1, rates and velocities."""
     base = factor.base if factor.is_Pow else factor
     if base.is_number:
-        return (0, ByText(factor))
+        return (0, text_of(factor))
     if base.is_Symbol:
         return (6, _moving_key(base)) if moves(base) else (1, natural(base.name))
     if isinstance(base, (sp.sin, sp.cos)):
         return (3 if joint_sum(base.args[0]) is not None else 5, _trig_key(base))
     if base.is_Add and all(map(moves, base.free_symbols)):
-        return (6, (2, ByText(base)))  # as a rate stands, behind all that it is multiplied by
+        return (6, (2, text_of(base)))  # as a rate stands, behind all that it is multiplied by
     is_length = base.is_Add and all(symbol.name[0] in "aL" for symbol in base.free_symbols)
-    return (2 if is_length else 4, base.is_Add, ByText(factor))
+    return (2 if is_length else 4, base.is_Add, text_of(factor))
 
 
 @lru_cache(maxsize=4096)

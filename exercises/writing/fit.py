@@ -35,8 +35,9 @@ _CROSS, _DOTS, _OPEN, _CLOSE = (Layout("sign", sign) for sign in "×⋯()")
 def width(formula: Layout, size: float = 1.0) -> float:
     r"""Return about how wide a formula is in em; `size` is that of fractions, which are smaller inside a matrix.
 
-    >>> from qdot.exercises.formula.latex import parsed
-    >>> width(parsed(r"a_{1}")) < width(parsed(r"\frac{a_{1}}{2}")) + 0.3 < width(parsed(r"a_{1} + a_{2}"))
+    >>> from qdot.exercises.formula.latex import parse_latex
+    >>> letter, half, total = map(parse_latex, (r"a_{1}", r"\frac{a_{1}}{2}", r"a_{1} + a_{2}"))
+    >>> width(letter) < width(half) + 0.3 < width(total)
     True
     """
     kind, text, inner = formula

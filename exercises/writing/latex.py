@@ -11,7 +11,7 @@ import sympy as sp
 
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.formula import layout, order
-from qdot.exercises.formula.latex import parsed
+from qdot.exercises.formula.latex import parse_latex
 from qdot.exercises.formula.layout import Layout, Pieces, number, row, script
 from qdot.exercises.formula.order import COMPONENT, NAMED_ANGLE, decimal, joint_sum, moves
 from qdot.exercises.formula.printers.latex import latex
@@ -114,14 +114,14 @@ class _Setter:
         if factor.is_Pow:
             return self.power(factor.base, factor.exp)
         if factor.is_Symbol:
-            return parsed(symbol_latex(factor.name, self.prismatic)).inner
+            return parse_latex(symbol_latex(factor.name, self.prismatic)).inner
         if factor.is_number and factor.is_Rational:
             return self.number(factor).body
         if isinstance(factor, sp.Abs):
             return (layout.fenced("||", self.pieces(factor.args[0])),)
         if factor.func in _FUNCTIONS:
             return self.call(factor, layout.EMPTY)
-        return parsed(str(sp.latex(factor))).inner
+        return parse_latex(str(sp.latex(factor))).inner
 
     def power(self, base: sp.Expr, exponent: sp.Expr) -> Pieces:
         if exponent == sp.Rational(1, 2):
@@ -144,7 +144,7 @@ class _Setter:
             if short is not None:
                 return (script(Layout("letter", word.text[0]), row(*number(short)), above),)
             if NAMED_ANGLE.fullmatch(str(argument)):
-                return (called, *parsed(argument.name).inner)
+                return (called, *parse_latex(argument.name).inner)
             return (called, *layout.bracketed(self.angle(argument), _TALL))
         inside = layout.joined((layout.COMMA,), map(self.pieces, expression.args))
         return (called, *layout.bracketed(inside, _TALL))

@@ -10,7 +10,7 @@ from fractions import Fraction
 from itertools import pairwise
 
 from qdot.exercises.formula import layout
-from qdot.exercises.formula.latex import parsed
+from qdot.exercises.formula.latex import parse_latex
 from qdot.exercises.formula.layout import Layout, Pieces, number, row, script
 from qdot.exercises.formula.trees import Node, ReadError, as_matrix, node_text
 from qdot.exercises.writing.latex import symbol_latex
@@ -114,7 +114,7 @@ class _Setter:
         if name in _CONSTANTS:
             return (Layout("letter", _CONSTANTS[name]),)
         if _SYMBOL.fullmatch(name):
-            return parsed(symbol_latex(name, self.prismatic)).inner
+            return parse_latex(symbol_latex(name, self.prismatic)).inner
         # A name may hold what its characters are the same as, as the bracketed digits of Unicode.
         return (Layout("text", "".join(ch if ch.isalnum() or ch in "._" else "?" for ch in name)),)
 

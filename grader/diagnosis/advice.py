@@ -13,16 +13,15 @@ from qdot.exercises.arm.derivation_graph import numbers
 from qdot.exercises.arm.singularity import singular_set
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.formula.conditions import Space, compare_sets
-from qdot.exercises.formula.pieces import pieces
 from qdot.exercises.formula.program import compile_program, evaluate
-from qdot.exercises.formula.set_parser import claimed_pieces
+from qdot.exercises.formula.set_parser import parse_claims, parse_pieces
 from qdot.exercises.formula.trees import ReadError, names
 from qdot.exercises.mistakes.configurations import Values, sample_configurations
 from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.questions.results import is_derived, result
 from qdot.grader.diagnosis.formula_mistakes import in_words
 from qdot.grader.diagnosis.numbers import unit
-from qdot.grader.judging.answer import Given, with_joint
+from qdot.grader.judging.answer import ParsedAnswer, with_joint
 from qdot.grader.judging.verdict import Diagnosis
 
 POINTS = 5
@@ -47,7 +46,7 @@ EASY = (0.0, np.pi / 2, np.pi / 6)
 MOST_POSES = 81
 
 
-def advise(problem: Problem, part: Part, given: Given, seed: str = "") -> Diagnosis | None:
+def advise(problem: Problem, part: Part, given: ParsedAnswer, seed: str = "") -> Diagnosis | None:
     """Return what to look at in a wrong answer that was read; nothing where it is a letter, or text that is none."""
     if part.answer.is_a_set:
         says = _of_set(problem, part, given, seed)
@@ -60,7 +59,7 @@ def advise(problem: Problem, part: Part, given: Given, seed: str = "") -> Diagno
     return None if says is None else Diagnosis((), says)
 
 
-def _of_numbers(part: Part, given: Given) -> str | None:
+def _of_numbers(part: Part, given: ParsedAnswer) -> str | None:
     """Look at the factor between numbers that come out of no derivation and those that are due."""
     try:
         mine = evaluate(compile_program(list(given.entries)), {}, 1)[0]
@@ -72,7 +71,7 @@ def _of_numbers(part: Part, given: Given) -> str | None:
     return next(_ratio(mine, right, 5e-3), AGAIN)
 
 
-def _of_formulas(problem: Problem, part: Part, given: Given, seed: str) -> str | None:
+def _of_formulas(problem: Problem, part: Part, given: ParsedAnswer, seed: str) -> str | None:
     values = sample_configurations(problem.chain, part, problem.domain(), POINTS, Stream(f"{seed}/advice"))
     if given.symbols - set(values):
         return None
@@ -89,7 +88,7 @@ def _of_formulas(problem: Problem, part: Part, given: Given, seed: str) -> str |
 class _Look:
     """An answer and the right one, evaluated side by side."""
 
-    def __init__(self, problem: Problem, part: Part, given: Given) -> None:
+    def __init__(self, problem: Problem, part: Part, given: ParsedAnswer) -> None:
         self.chain, self.part, self.symbols = problem.chain, part, problem.symbols()
         self.program = compile_program(list(given.entries))
 
@@ -259,7 +258,7 @@ def _entry(part: Part, index: int) -> str:
     return f"entry {index + 1}" if 1 in (rows, columns) else f"row {index // columns + 1}, column {index % columns + 1}"
 
 
-def _of_set(problem: Problem, part: Part, given: Given, seed: str) -> str | None:
+def _of_set(problem: Problem, part: Part, given: ParsedAnswer, seed: str) -> str | None:
     """Look at which joints a set speaks of, and then at what each value makes of J."""
     if given.refusal is not None or given.tree is None:
         return None
@@ -279,13 +278,13 @@ def _of_set(problem: Problem, part: Part, given: Given, seed: str) -> str | None
     return _of_claims(problem, part, given, seed, together)
 
 
-def _of_claims(problem: Problem, part: Part, given: Given, seed: str, together: bool) -> str | None:
+def _of_claims(problem: Problem, part: Part, given: ParsedAnswer, seed: str, together: bool) -> str | None:
     """Look at whether what is claimed is singular; `together` tells that conditions are due that hold at once."""
     joints = [q.name for q in problem.chain.q]
     domain = problem.domain()
     try:
-        claimed = claimed_pieces(with_joint(given.tree, joints), joints) if given.tree is not None else []
-        right = [piece for (tree,) in part.answer.trees(domain.roles) for piece in pieces(tree, joints)]
+        claimed = parse_claims(with_joint(given.tree, joints), joints) if given.tree is not None else []
+        right = [piece for (tree,) in part.answer.trees(domain.roles) for piece in parse_pieces(tree, joints)]
         found = compare_sets(claimed, right, Space(joints, domain, part.rounding), seed)
     except ReadError:
         return None

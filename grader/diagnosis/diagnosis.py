@@ -38,8 +38,7 @@ from qdot.grader.diagnosis.numbers import SAME, InNumbers, says_something, unit
 from qdot.grader.diagnosis.residuals import missing_links
 from qdot.grader.diagnosis.rounding import is_right, rounded, rounded_values
 from qdot.grader.diagnosis.set_mistakes import behind_set
-from qdot.grader.judging.answer import Given
-from qdot.grader.judging.function_values import Table
+from qdot.grader.judging.answer import ParsedAnswer, Table
 from qdot.grader.judging.judge import judge_given
 from qdot.grader.judging.verdict import Diagnosis, Outcome, known_by
 
@@ -76,7 +75,7 @@ class Cause:
 def diagnose(
     problem: Problem,
     part: Part,
-    given: Given,
+    given: ParsedAnswer,
     seed: str = "",
     causes: Sequence[Cause] = (),
     mistake_weights: MistakeWeights = NO_WEIGHTS,
@@ -113,7 +112,7 @@ def diagnose(
     return named(answer, causes, mistake_weights)
 
 
-def is_one_mistake(problem: Problem, part: Part, given: Given, seed: str) -> bool:
+def is_one_mistake(problem: Problem, part: Part, given: ParsedAnswer, seed: str) -> bool:
     """Tell whether a single known mistake gives all that is wrong in an answer in formulas or in several numbers.
 
     What such a mistake would spoil besides may be right: no cause is named then, but a better answer never earns less.
@@ -137,7 +136,7 @@ def is_one_mistake(problem: Problem, part: Part, given: Given, seed: str) -> boo
     return any(each is not None and each.is_one and each.mistakes != OF_ANOTHER for each in one_kind)
 
 
-def _wronged(problem: Problem, part: Part, given: Given, seed: str) -> "Wronged | None":
+def _wronged(problem: Problem, part: Part, given: ParsedAnswer, seed: str) -> "Wronged | None":
     """Return an answer with its values at configurations, None where no mistakes in the derivation are known."""
     if not is_derived(part):
         return None
@@ -164,7 +163,7 @@ def _wronged_function(problem: Problem, part: Part, table: Table) -> "Wronged | 
     )
 
 
-def _in_numbers(part: Part, given: Given, values: Values) -> InNumbers | None:
+def _in_numbers(part: Part, given: ParsedAnswer, values: Values) -> InNumbers | None:
     if part.answer.offered:
         return _option(part, given)
     if given.rows is None:
@@ -191,14 +190,14 @@ def _room(part: Part, entries: Sequence[Node]) -> tuple[float, float]:
     return max(min(relative or 5e-3, 0.6 * 10.0 ** (1 - max(digits, 3))), 1e-5), 0.0
 
 
-def _option(part: Part, given: Given) -> InNumbers | None:
+def _option(part: Part, given: ParsedAnswer) -> InNumbers | None:
     if not given.chosen:
         return None
     values = np.array(option_numbers(part.answer.offered[given.chosen[0]]))[:, None, None]
     return InNumbers(values, np.abs(values), (0.0, THREE_DECIMALS))
 
 
-def _behind_options(part: Part, given: Given) -> Diagnosis | None:
+def _behind_options(part: Part, given: ParsedAnswer) -> Diagnosis | None:
     """Return the mistakes behind the first wrong option that was chosen, as they were kept when it was made."""
     for index in given.chosen:
         blames = [] if index in part.answer.right else blames_of(part, index)

@@ -28,9 +28,8 @@ from qdot.exercises.formula.trees import Node, ReadError, names, size_of
 from qdot.exercises.mistakes.configurations import sample_configurations
 from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.questions import QUESTIONS
-from qdot.grader.judging.answer import Given
-from qdot.grader.judging.direction import judge_direction
-from qdot.grader.judging.formulas import judge_expression, judge_matrix, judge_numbers, judge_singular
+from qdot.grader.judging.answer import ParsedAnswer
+from qdot.grader.judging.formulas import judge_direction, judge_expression, judge_matrix, judge_numbers, judge_singular
 from qdot.grader.judging.verdict import Judgement
 
 MOST_ROWS = 4
@@ -68,7 +67,7 @@ def nothing_copied(part: Part, rows: Rows) -> bool:
 def follow(
     problem: Problem,
     part: Part,
-    answers: Mapping[str, Given],
+    answers: Mapping[str, ParsedAnswer],
     wrong: Sequence[str],
     seed: str,
     is_copied: IsCopied = nothing_copied,
@@ -97,7 +96,12 @@ class _Context:
     """A problem with a student's answers, and values for its symbols."""
 
     def __init__(
-        self, problem: Problem, answers: Mapping[str, Given], wrong: Sequence[str], seed: str, is_copied: IsCopied
+        self,
+        problem: Problem,
+        answers: Mapping[str, ParsedAnswer],
+        wrong: Sequence[str],
+        seed: str,
+        is_copied: IsCopied,
     ) -> None:
         self.problem, self.answers, self.wrong = problem, answers, wrong
         self.seed, self.is_copied = f"{seed}/follow", is_copied
@@ -154,7 +158,7 @@ class _Context:
         is_in_formulas = part.answer.entries() and not part.answer.is_in_numbers
         return part.answer.trees(self.domain.roles) if is_in_formulas else None
 
-    def usable(self, name: str, given: Given, due: Rows) -> Rows | None:
+    def usable(self, name: str, given: ParsedAnswer, due: Rows) -> Rows | None:
         """Return the rows of a wrong answer from which something may follow."""
         rows = given.rows
         if rows is None or (len(rows), len(rows[0])) != (len(due), len(due[0])):
@@ -177,7 +181,7 @@ class _Context:
             for other in (self._in_numbers(given) for part, given in self.answers.items() if part != name)
         )
 
-    def _in_numbers(self, given: Given) -> np.ndarray | None:
+    def _in_numbers(self, given: ParsedAnswer) -> np.ndarray | None:
         """Return another answer in numbers, None where it has none."""
         if given.rows is None or given.symbols - set(self.domain.roles) or len(given.text) > 10 * LONGEST:
             return None
@@ -240,7 +244,7 @@ class _Context:
         except ReadError:
             return None
 
-    def judged(self, part: Part, result: "Rows | np.ndarray", answer: Given) -> Judgement | None:
+    def judged(self, part: Part, result: "Rows | np.ndarray", answer: ParsedAnswer) -> Judgement | None:
         """Judge an answer against what follows; None where that is easier than what is due, or of no use."""
         if isinstance(result, np.ndarray):
             return self._judged_numbers(part, result, answer)
@@ -263,7 +267,7 @@ class _Context:
         rows = None if jacobian is None else self.due(jacobian)
         return None if rows is None else _determinant(rows)
 
-    def _judged_numbers(self, part: Part, values: np.ndarray, answer: Given) -> Judgement | None:
+    def _judged_numbers(self, part: Part, values: np.ndarray, answer: ParsedAnswer) -> Judgement | None:
         largest = float(np.abs(values).max(initial=0.0))
         if not np.isfinite(values).all() or np.count_nonzero(np.abs(values) > 1e-6 * largest) < len(values):
             return None

@@ -17,10 +17,8 @@ from qdot.exercises.arm.singularity import Component
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.formula.conditions import SetComparison, Space, compare_sets
 from qdot.exercises.formula.identity import READABLE
-from qdot.exercises.formula.pieces import Piece
-from qdot.exercises.formula.pieces import pieces as read_pieces
 from qdot.exercises.formula.program import Program, compile_program, evaluate
-from qdot.exercises.formula.set_parser import claimed_pieces
+from qdot.exercises.formula.set_parser import Piece, parse_claims, parse_pieces
 from qdot.exercises.formula.trees import Node, ReadError, digits_of_decimals, names, node_text
 from qdot.exercises.mistakes.base import Mistake, MistakenAnswer
 from qdot.exercises.mistakes.catalogue import (
@@ -35,7 +33,7 @@ from qdot.exercises.mistakes.configurations import Values
 from qdot.exercises.mistakes.sets import missed_mistake, zero_there
 from qdot.exercises.problem.problem import Part, Problem
 from qdot.grader.diagnosis.rounding import EXACTLY, NEAR
-from qdot.grader.judging.answer import Given, with_joint
+from qdot.grader.judging.answer import ParsedAnswer, with_joint
 from qdot.grader.judging.judge import judge_given
 from qdot.grader.judging.verdict import Diagnosis, Outcome, known_by
 
@@ -57,14 +55,14 @@ class Marks:
 
 
 def behind_set(
-    problem: Problem, part: Part, given: Given, seed: str, mistake_weights: MistakeWeights = NO_WEIGHTS
+    problem: Problem, part: Part, given: ParsedAnswer, seed: str, mistake_weights: MistakeWeights = NO_WEIGHTS
 ) -> Diagnosis | None:
     """Return the mistake that makes the right set one that was given, or what is wrong in this."""
     if given.tree is None:
         return None
     joints = [q.name for q in problem.chain.q]
     try:
-        pieces = claimed_pieces(with_joint(given.tree, joints), joints)
+        pieces = parse_claims(with_joint(given.tree, joints), joints)
     except ReadError:
         return None
     look = _Look(problem, seed)
@@ -110,7 +108,7 @@ class _Claims:
         trees = part.answer.by_condition([tree for (tree,) in part.answer.trees(roles)])
         self.chain, self.components, self.claimed, self.seed = problem.chain, part.answer.components, claimed, seed
         self.space = Space(joints, problem.domain(), part.rounding)
-        self.due = [[piece for tree in group for piece in read_pieces(tree, joints)] for group in trees]
+        self.due = [[piece for tree in group for piece in parse_pieces(tree, joints)] for group in trees]
         self.compared = self._compare(claimed, [piece for group in self.due for piece in group])
 
     def _compare(self, some: Sequence[Piece], others: Sequence[Piece]) -> SetComparison:
@@ -181,7 +179,7 @@ def _told(
     return Diagnosis(tuple(one.name for one, _ in told), says, known_by=made, either=len(told) > 1)
 
 
-def _as_configurations(problem: Problem, part: Part, given: Given, seed: str) -> Diagnosis | None:
+def _as_configurations(problem: Problem, part: Part, given: ParsedAnswer, seed: str) -> Diagnosis | None:
     for mistake, slip in mistaken_answers(problem.chain, part):
         if _judged(problem, part, given, slip, seed) is Outcome.CORRECT:
             return Diagnosis(
@@ -190,7 +188,7 @@ def _as_configurations(problem: Problem, part: Part, given: Given, seed: str) ->
     return None
 
 
-def _judged(problem: Problem, part: Part, given: Given, slip: MistakenAnswer, seed: str) -> Outcome:
+def _judged(problem: Problem, part: Part, given: ParsedAnswer, slip: MistakenAnswer, seed: str) -> Outcome:
     try:
         return judge_given(problem, replace(part, answer=slip.answer), given, seed).outcome
     except ReadError:  # what the mistake gives is no set

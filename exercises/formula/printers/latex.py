@@ -15,8 +15,8 @@ _STAR = Layout("sign", "*")
 def latex(formula: Layout) -> str:
     r"""Return a formula as LaTeX.
 
-    >>> from qdot.exercises.formula.latex import parsed
-    >>> latex(parsed(r"-\frac a2\cos(x_{1}-1)"))
+    >>> from qdot.exercises.formula.latex import parse_latex
+    >>> latex(parse_latex(r"-\frac a2\cos(x_{1}-1)"))
     '-\\frac{a}{2} \\cos(x_{1} - 1)'
     """
     return _row(formula.inner) if formula.kind == "row" else _piece(formula)

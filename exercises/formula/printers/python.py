@@ -102,16 +102,16 @@ def list_code(items: Sequence[str], taken: int, depth: int = 0) -> str:
     if taken + len(line) <= WIDTH and "\n" not in line:
         return line
     indent = "    " * depth
-    shown = "".join(f"{_wrapped(item + ',', depth + 1)}\n" for item in items)
+    shown = "".join(f"{_wrap(item + ',', depth + 1)}\n" for item in items)
     return f"[\n{shown}{indent}]"
 
 
-def bracketed(text: str, taken: int) -> str:
-    """Return a formula, in brackets on lines of its own where it does not fit behind what is `taken`."""
-    return text if taken + len(text) <= WIDTH else f"(\n{_wrapped(text, 1)}\n)"
+def bracket_long_text(text: str, taken: int) -> str:
+    """Return a formula, in brackets on lines of its own if it does not fit behind what is `taken`."""
+    return text if taken + len(text) <= WIDTH else f"(\n{_wrap(text, 1)}\n)"
 
 
-def _wrapped(text: str, depth: int) -> str:
+def _wrap(text: str, depth: int) -> str:
     """Return text that stands in brackets on lines of its own, broken before operators, never inside cos(...).
 
     Nor inside of brackets that are short, as in (d3 + 0.39).

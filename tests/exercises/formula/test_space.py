@@ -9,8 +9,8 @@ from qdot.exercises.common.stream import Stream
 from qdot.exercises.formula.conditions import MEMBER, SAMPLES, TYPED, SetComparison, Space, compare_sets
 from qdot.exercises.formula.expression import read
 from qdot.exercises.formula.identity import Domain, Rounding
-from qdot.exercises.formula.pieces import WHOLE, Piece, pieces
 from qdot.exercises.formula.program import compile_program, evaluate
+from qdot.exercises.formula.set_parser import WHOLE, Piece, parse_pieces
 from qdot.exercises.formula.trees import ReadError, node_text
 
 JOINTS = ("theta1", "theta2", "d3")
@@ -19,7 +19,7 @@ SPACE = Space(JOINTS, Domain(ROLES))
 
 
 def read_pieces(text: str) -> list[Piece]:
-    return pieces(read(text), JOINTS)
+    return parse_pieces(read(text), JOINTS)
 
 
 def shape(text: str) -> list[list[str | None]]:

@@ -260,14 +260,14 @@ def test_a_difference_too_small_to_show_comes_with_the_values_of_its_point(monke
 def test_two_values_are_shown_with_as_many_digits_as_it_takes() -> None:
     def shown(off: str) -> tuple[Any, Any]:
         with mpmath.workdps(60):
-            return identity.told_apart(mpmath.pi + mpmath.mpf(off), +mpmath.pi)
+            return identity.tell_apart(mpmath.pi + mpmath.mpf(off), +mpmath.pi)
 
     assert shown("1e-3") == (3.14259, 3.14159)
     assert shown("1e-7") == ("3.1415928", "3.1415927")
     assert shown("1e-8") == ("3.141592664", "3.141592654")
     assert shown("1e-30")[0] != shown("1e-30")[1]
     assert shown("1e-55") == (3.14159, 3.14159)
-    assert identity.told_apart(complex(np.nan), 0.5) == ("not a finite number", 0.5)
+    assert identity.tell_apart(complex(np.nan), 0.5) == ("not a finite number", 0.5)
 
 
 def test_numbers_are_shown_with_six_digits_or_in_words() -> None:
