@@ -41,7 +41,7 @@ Size = tuple[float, float, float, float]
 """Degree and height of the numerator, degree and height of the denominator."""
 
 
-def _added(x: Size, y: Size, count: int) -> Size:
+def _add_sizes(x: Size, y: Size, count: int) -> Size:
     if not count:
         return x
     return (
@@ -58,11 +58,11 @@ def _log_sum(x: float, y: float) -> float:
     return high if low == -inf else high + (1.0 if high - low < 1 else 2.0 ** max(low - high + 1, -60.0))
 
 
-def _multiplied(x: Size, y: Size) -> Size:
+def _multiply_sizes(x: Size, y: Size) -> Size:
     return x[0] + y[0], x[1] + y[1], x[2] + y[2], x[3] + y[3]
 
 
-def _inverted(x: Size) -> Size:
+def _invert_size(x: Size) -> Size:
     return x[2], x[3], x[0], x[1]
 
 
@@ -120,14 +120,14 @@ def _plain_op(op: str, operands: tuple[int, ...], constant: Any, sizes: Sequence
     if op == "sum":
         size: Size = (0.0, -inf, 0.0, 0.0)
         for term, count in zip(sizes, constant, strict=True):
-            size = _added(size, term, count)
+            size = _add_sizes(size, term, count)
         return (op, operands, constant), size
     if op == "neg":
         return (op, operands, None), sizes[0]
     if op in ("*", "/"):
-        return (op, operands, None), _multiplied(sizes[0], sizes[1] if op == "*" else _inverted(sizes[1]))
+        return (op, operands, None), _multiply_sizes(sizes[0], sizes[1] if op == "*" else _invert_size(sizes[1]))
     if op == "integer power":
-        a, b, c, d = sizes[0] if constant >= 0 else _inverted(sizes[0])
+        a, b, c, d = sizes[0] if constant >= 0 else _invert_size(sizes[0])
         times = abs(constant)
         return (op, operands, constant), (times * a, times * b, times * c, times * d) if constant else _NO_SIZE
     return None
@@ -154,8 +154,8 @@ def _trigonometric_op(op: str, angle: FoundAngle | None) -> tuple[Op, Size] | No
     if turns > _LARGEST:  # more than a double holds, it may be
         return None
     degree = float(turns)
-    one, two = (degree, 0.0, degree, 0.0), (2 * degree, 1.0, degree, 1.0)
-    size = {"exp": one, "sin": two, "cos": two, "sec": _inverted(two), "csc": _inverted(two)}.get(op)
+    exponential, sine = (degree, 0.0, degree, 0.0), (2 * degree, 1.0, degree, 1.0)
+    size = {"exp": exponential, "sin": sine, "cos": sine, "sec": _invert_size(sine), "csc": _invert_size(sine)}.get(op)
     return (op, (), phase), size or (2 * degree, 1.0, 2 * degree, 1.0)
 
 
@@ -358,7 +358,7 @@ PLACES = 2
 """Points at which functions are known again: two different ones agree there with a chance of 1 in 10^40 or so."""
 
 
-def known_by(program: Program, seed: str) -> list[tuple[int | None, ...] | None]:
+def fingerprint_results(program: Program, seed: str) -> list[tuple[int | None, ...] | None]:
     """Return numbers by which each result is known again: the same function has the same, however it is written.
 
     They are its values modulo a prime at points that depend on `seed` and on the names alone; None at a point where it
@@ -366,8 +366,9 @@ def known_by(program: Program, seed: str) -> list[tuple[int | None, ...] | None]
 
     >>> from qdot.exercises.formula.expression import read
     >>> from qdot.exercises.formula.program import compile_program
-    >>> one, same, other = known_by(compile_program([read("2*sin(x)*cos(x)"), read("sin(2*x)"), read("sin(x)")]), "s")
-    >>> one == same, one == other
+    >>> program = compile_program([read("2*sin(x)*cos(x)"), read("sin(2*x)"), read("sin(x)")])
+    >>> double, same, single = fingerprint_results(program, "s")
+    >>> double == same, double == single
     (True, False)
     """
     modular, field = modular_program(program, {}), _field_of(seed)

@@ -66,7 +66,7 @@ class Domain:
 
     roles: Mapping[str, str | float | Fraction | np.ndarray]
 
-    def given(self) -> dict[str, Fraction | None]:
+    def fixed_values(self) -> dict[str, Fraction | None]:
         """Return the names that stand for numbers, None for those that are known as doubles only."""
         return {name: _as_fraction(role) for name, role in self.roles.items() if not isinstance(role, str | np.ndarray)}
 
@@ -182,10 +182,10 @@ def compare_entries(
     if all(remove_noise(node) is node for node in reference):
         student = [remove_noise(node) for node in student]
     theirs, ours = compile_program(student), compile_program(reference)
-    given = domain.given()
-    decided = exact.compare(theirs, ours, given, seed)
-    doubles = {name for name, value in given.items() if value is None}
-    allowed = [_allowed(node, rounding, doubles) for node in student]
+    constants = domain.fixed_values()
+    decided = exact.compare(theirs, ours, constants, seed)
+    doubles = {name for name, value in constants.items() if value is None}
+    allowed = [_allowance(node, rounding, doubles) for node in student]
     certain = [
         entry.equal is True or (entry.equal is False and not any(room))
         for entry, room in zip(decided, allowed, strict=True)
@@ -196,7 +196,7 @@ def compare_entries(
         return Comparison(tuple(equal), Certificate("exact", points, max(entry.bound for entry in decided)))
     count = _count(theirs, certain)
     values = domain.sample(set().union(*(names(node) for node in (*student, *reference))), count, Stream(seed))
-    trial = _Trial(theirs, ours, allowed, values, given, count)
+    trial = _Trial(theirs, ours, allowed, values, constants, count)
     for k, sure in enumerate(certain):
         if not sure:
             equal[k] = trial.equal(k)
@@ -205,11 +205,11 @@ def compare_entries(
     if all(certain):
         bound = max((entry.bound for entry in decided if entry.equal), default=0.0)
         return Comparison(tuple(equal), Certificate("exact", points, bound, example))
-    bound = missed(trial.defined, SHARE_BRANCHING if theirs.branches else SHARE)
+    bound = chance_of_missing(trial.defined, SHARE_BRANCHING if theirs.branches else SHARE)
     return Comparison(tuple(equal), Certificate("numeric", trial.points, bound, example))
 
 
-def missed(points: int, share: float = SHARE) -> float:
+def chance_of_missing(points: int, share: float = SHARE) -> float:
     """Return the chance that none of the points lies where an answer is wrong that is so at that share of them."""
     return float((1.0 - share) ** points)
 
@@ -226,7 +226,7 @@ def allowed_for_decimals(node: Node) -> float:
     return FLOATS if digits_of_decimals(node) >= PRINTED else 0.0
 
 
-def _allowed(node: Node, rounding: Rounding | None, doubles: AbstractSet[str]) -> tuple[float, float]:
+def _allowance(node: Node, rounding: Rounding | None, doubles: AbstractSet[str]) -> tuple[float, float]:
     """Return what an entry may be off: a part of the size of the reference's terms, and an amount."""
     floats = FLOATS if doubles and names(node) & doubles else allowed_for_decimals(node)
     return (floats, 0.0) if rounding is None else (max(floats, rounding.relative), rounding.absolute)
@@ -254,10 +254,10 @@ class _Trial:
         ours: Program,
         allowed: Sequence[tuple[float, float]],
         values: Mapping[str, np.ndarray],
-        given: Mapping[str, Fraction | None],
+        constants: Mapping[str, Fraction | None],
         points: int,
     ) -> None:
-        self.theirs, self.ours, self.values, self.given, self.points = theirs, ours, values, given, points
+        self.theirs, self.ours, self.values, self.given, self.points = theirs, ours, values, constants, points
         self.steps = [(program, evaluate_steps(program, values, points)) for program in (theirs, ours)]
         (self.yours, size), (self.expected, expected_size) = (select_outputs(*evaluated) for evaluated in self.steps)
         self.scale = _scales(expected_size)
@@ -285,8 +285,8 @@ class _Trial:
         """Decide an entry, and keep the point where it differs."""
         if self._is_clear(entry).any():
             return False
-        looked = [self._same(entry, int(point)) for point in self._to_look_at(entry)]
-        return False not in looked and (True in looked or bool(self._settled(entry).any()))
+        looked = [self._is_same(entry, int(point)) for point in self._to_look_at(entry)]
+        return False not in looked and (True in looked or bool(self._is_settled(entry).any()))
 
     def _is_clear(self, entry: int) -> np.ndarray:
         """Return where the difference is much larger than rounding can have made it."""
@@ -294,14 +294,14 @@ class _Trial:
             least = self.room[entry] + self.noise[entry] + _CLEAR * self.scale[entry]
             return np.asarray((self.off[entry] > least) & np.isfinite(self.off[entry]))
 
-    def _settled(self, entry: int) -> np.ndarray:
+    def _is_settled(self, entry: int) -> np.ndarray:
         """Return where double precision shows that an entry is off by no more than it may be."""
         with np.errstate(all="ignore"):
             return np.asarray(self.off[entry] + self.noise[entry] <= self.room[entry])
 
     def _to_look_at(self, entry: int) -> list[int]:
         """Return the points that need many digits: of all regions that are not settled one, and the worst."""
-        open_ = np.flatnonzero(~self._settled(entry))
+        open_ = np.flatnonzero(~self._is_settled(entry))
         defined = np.isfinite(self.yours[entry]) & np.isfinite(self.expected[entry])
         # Values of two decimals may coincide (a1 = a2) and meet a removable singularity; the other points can't.
         open_ = open_[defined[open_] | (open_ >= READABLE)]
@@ -313,7 +313,7 @@ class _Trial:
         worst = [int(open_[i]) for i in np.argpartition(-suspect[open_], min(_SUSPECTS, len(open_) - 1))[:_SUSPECTS]]
         return list(dict.fromkeys(first[:_REGIONS] + worst))
 
-    def _same(self, entry: int, point: int) -> bool | None:
+    def _is_same(self, entry: int, point: int) -> bool | None:
         """Tell whether an entry is the same with many digits; None where the reference is undefined or time is up."""
         yours: Any = None
         expected: Any = None
@@ -355,11 +355,11 @@ class _Trial:
         clear = np.flatnonzero((self._is_clear(entry) | ~np.isfinite(self.yours[entry])) & defined)
         if len(clear):
             point = int(clear[0])
-            values = self.yours[entry, point], self.expected[entry, point]
+            yours, expected = self.yours[entry, point], self.expected[entry, point]
         else:
-            point, *values = self.examples.get(entry) or self._tiny(entry)
-        at = {name: _short(column[point]) for name, column in sorted(self.values.items())}
-        return EntryDifference(entry, at, *tell_apart(*values))
+            point, yours, expected = self.examples.get(entry) or self._tiny(entry)
+        at = {name: _round(column[point]) for name, column in sorted(self.values.items())}
+        return EntryDifference(entry, at, *tell_apart(yours, expected))
 
     def _tiny(self, entry: int) -> tuple[int, Any, Any]:
         """Return a point where 50 digits tell what double precision does not, or else a point and its values."""
@@ -379,7 +379,7 @@ def _scales(magnitude: np.ndarray) -> np.ndarray:
     return np.where((magnitude > 0) & np.isfinite(magnitude), magnitude, largest)
 
 
-def _short(value: float) -> float:
+def _round(value: float) -> float:
     return float(f"{value:.6g}")
 
 
@@ -404,4 +404,4 @@ def number(value: complex) -> float | str:
         return "not a finite number"
     if abs(value.imag) > 1e-9 * abs(value):
         return f"{value.real:.6g} + {value.imag:.6g}i"
-    return _short(value.real)
+    return _round(value.real)

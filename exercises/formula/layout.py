@@ -93,7 +93,7 @@ def parts(piece: Layout) -> Pieces:
 
 def joined(between: Sequence[Layout], listed: Iterable[Sequence[Layout]]) -> Pieces:
     """Return what is listed with the same pieces between any two."""
-    parts = [piece for one in listed for piece in (*between, *one)]
+    parts = [piece for item in listed for piece in (*between, *item)]
     return tuple(parts[len(between) :])
 
 
@@ -105,7 +105,7 @@ def bracketed(inside: Sequence[Layout], tall: frozenset[str]) -> Pieces:
 
 
 def _has(pieces: Sequence[Layout], tall: frozenset[str]) -> bool:
-    return any(one.kind in tall or one.text in tall or _has(one.inner, tall) for one in pieces)
+    return any(piece.kind in tall or piece.text in tall or _has(piece.inner, tall) for piece in pieces)
 
 
 def print_layout(piece: Layout, table: Mapping[str, Callable[..., Printed]]) -> Printed:

@@ -148,20 +148,20 @@ def _by_velocity(factor: sp.Expr) -> bool:
 def terms(expression: sp.Expr, flip: bool = False) -> tuple[tuple[bool, sp.Expr], ...]:
     """Return the terms of a sum in order, each after whether it is subtracted, with all signs changed if `flip`."""
     in_order = sorted(sp.Add.make_args(expression), key=_term_key)
-    signed = [_signed(term, flip) for term in in_order]
+    signed = [_with_sign(term, flip) for term in in_order]
     if any(map(_is_moving, in_order)):
         # 0.12 + a_2 c_2, but a_1 c_1 - 0.6: a constant stands first unless it is subtracted
-        signed.sort(key=lambda one: _place_in_sum(one[1], one[0]))
+        signed.sort(key=lambda term: _place_in_sum(term[1], term[0]))
         return tuple(_plus_first(signed))
     # theta_1 - theta_2 + theta_3 + 0.1, but d_2 - d_1: numbers last, and no minus first
     behind = signed[0][0]
-    signed.sort(key=lambda one: (one[1].is_number, behind and one[0]))
+    signed.sort(key=lambda term: (term[1].is_number, behind and term[0]))
     if signed[0][0] and not signed[-1][0]:  # 0.2 - a_1
         signed = [signed[-1], *signed[:-1]]
     return tuple(signed)
 
 
-def _signed(term: sp.Expr, flip: bool) -> tuple[bool, sp.Expr]:
+def _with_sign(term: sp.Expr, flip: bool) -> tuple[bool, sp.Expr]:
     """Return whether a term is subtracted, and the term, whose brackets have the signs that go with that."""
     if flip and not (changed := -term).is_Add:
         return product(changed).negative, changed
@@ -171,7 +171,7 @@ def _signed(term: sp.Expr, flip: bool) -> tuple[bool, sp.Expr]:
 def _plus_first(signed: list[tuple[bool, sp.Expr]]) -> list[tuple[bool, sp.Expr]]:
     """Return terms with the sine and cosine of one angle at their front so that these start without a minus."""
     if signed[0][0] and all(_RATE.fullmatch(str(symbol)) for _, term in signed for symbol in term.free_symbols):
-        return sorted(signed, key=lambda one: one[0])  # qd2 - qd1
+        return sorted(signed, key=lambda term: term[0])  # qd2 - qd1
     if len(signed) > 1 and signed[0][0] and not signed[1][0] and not any(map(moves, signed[0][1].free_symbols)):
         angles = [{trig.args for trig in term.atoms(sp.sin, sp.cos)} for _, term in signed[:2]]
         if angles[0] == angles[1]:  # 0.06 s_2 - 0.35 c_2

@@ -242,12 +242,12 @@ _LARGEST_ANGLE = 1e60
 """Beyond that, reducing an angle to one turn takes more digits than are carried."""
 
 
-def _bounded(function: Callable[[Any], Any], largest: float) -> Callable[[Any], Any]:
+def _limit_argument(function: Callable[[Any], Any], largest: float) -> Callable[[Any], Any]:
     return lambda x: function(x) if abs(x) < largest else mpmath.nan
 
 
 def _trigonometric(function: Callable[[Any], Any]) -> Callable[[Any], Any]:
-    inside = _bounded(function, _LARGEST_ANGLE)
+    inside = _limit_argument(function, _LARGEST_ANGLE)
     return lambda x: inside(x) if abs(mpmath.im(x)) < _LARGEST_EXPONENT else mpmath.nan
 
 
@@ -259,7 +259,7 @@ def _power(x: Any, y: Any) -> Any:
 
 _MP: dict[str, Callable[..., Any]] = {
     **{name: _trigonometric(getattr(mpmath, name)) for name in ("sin", "cos", "tan", "cot", "sec", "csc")},
-    **{name: _bounded(getattr(mpmath, name), _LARGEST_EXPONENT) for name in ("exp", "sinh", "cosh", "tanh")},
+    **{name: _limit_argument(getattr(mpmath, name), _LARGEST_EXPONENT) for name in ("exp", "sinh", "cosh", "tanh")},
     **{name: getattr(mpmath, name) for name in ("log", "sqrt", "asin", "acos", "atan", "sign")},
     "abs": abs, "acot": lambda x: mpmath.atan(1 / x), "atan2": lambda y, x: mpmath.atan2(mpmath.re(y), mpmath.re(x)),
     "*": lambda x, y: x * y, "/": lambda x, y: x / y, "neg": lambda x: -x, "power": _power,

@@ -18,7 +18,7 @@ import sympy as sp
 
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.formula.constants import turns_of
-from qdot.exercises.formula.exact import known_by
+from qdot.exercises.formula.exact import fingerprint_results
 from qdot.exercises.formula.expression import tree_of_reference
 from qdot.exercises.formula.program import compile_program, evaluate
 from qdot.exercises.formula.set_parser import parse_claims
@@ -158,11 +158,11 @@ class _Own:
     def formulas(self, entries: Sequence[Node], seed: str, up_to_a_factor: bool = False) -> tuple[object, ...]:
         """Return what is the same for the same formulas; with `up_to_a_factor`, for their multiples, too."""
         trees = [self.undone(entry) for entry in entries]
-        numbers = known_by(compile_program(trees), seed)
+        numbers = fingerprint_results(compile_program(trees), seed)
         pivot = next((tree for tree, number in zip(trees, numbers, strict=True) if number and any(number)), None)
         if up_to_a_factor and pivot is not None:
             trees = [Node("/", (tree, pivot)) for tree in trees]
-            numbers = known_by(compile_program(trees), seed)
+            numbers = fingerprint_results(compile_program(trees), seed)
         return tuple(_text(tree) if number is None else number for tree, number in zip(trees, numbers, strict=True))
 
     def conditions(self, tree: Node, joints: Sequence[str], seed: str) -> tuple[object, ...]:

@@ -55,19 +55,19 @@ def read_answer(problem: Problem, part: Part, text: str, points_seed: str = "") 
     return read_as(expected_form(problem, part), text, points_seed)
 
 
-def read_as(due: ExpectedForm, text: str, points_seed: str = "") -> ParsedAnswer:
+def read_as(expected: ExpectedForm, text: str, points_seed: str = "") -> ParsedAnswer:
     """Return what a text is as the answer that is due, as `read_answer` does."""
     if is_table(text):
         constant = constant_text(text)
         if constant is None:
-            return ParsedAnswer(text, table=read_table(text, due.domain, points_seed))
-        return replace(read_as(due, constant), text=text)
-    if due.metres not in (None, CUBED) and _CUBIC.search(text):
-        return refuse(text, f"m^3 can't be right here, for m^{due.metres} is due; write the formula alone")
-    parsed = due.answer.accept(_Reading(text, due))
-    is_formula = isinstance(due.answer, answers.Expression | answers.Matrix)
+            return ParsedAnswer(text, table=read_table(text, expected.domain, points_seed))
+        return replace(read_as(expected, constant), text=text)
+    if expected.metres not in (None, CUBED) and _CUBIC.search(text):
+        return refuse(text, f"m^3 can't be right here, for m^{expected.metres} is due; write the formula alone")
+    parsed = expected.answer.accept(_Reading(text, expected))
+    is_formula = isinstance(expected.answer, answers.Expression | answers.Matrix)
     if parsed.refusal is not None and is_formula and (with_point := with_points(text)) != text:
-        pointed = due.answer.accept(_Reading(with_point, due))  # as pages of many languages print decimals
+        pointed = expected.answer.accept(_Reading(with_point, expected))  # as pages of many languages print decimals
         return parsed if pointed.refusal is not None else replace(pointed, text=text)
     return parsed
 
@@ -82,27 +82,27 @@ class _Reading(answers.AnswerVisitor[ParsedAnswer]):
     """Reads a text by the form of the answer that is due."""
 
     text: str
-    due: ExpectedForm
+    expected: ExpectedForm
 
     def formula(self, answer: answers.Expression) -> ParsedAnswer:
         """Read a formula."""
-        return read_formula(self.text, self.due.domain, self.due.labels)
+        return read_formula(self.text, self.expected.domain, self.expected.labels)
 
     def matrix(self, answer: answers.Matrix) -> ParsedAnswer:
         """Read rows of formulas."""
-        return read_matrix(self.text, answer.shape, self.due.domain, self.due.labels, self.due.columns)
+        return read_matrix(self.text, answer.shape, self.expected.domain, self.expected.labels, self.expected.columns)
 
     def direction(self, answer: answers.Direction) -> ParsedAnswer:
         """Read a vector."""
-        return read_matrix(self.text, answer.shape, self.due.domain, self.due.labels)
+        return read_matrix(self.text, answer.shape, self.expected.domain, self.expected.labels)
 
     def numbers(self, answer: answers.Number) -> ParsedAnswer:
         """Read numbers."""
-        return read_numbers(self.text, len(answer.reference), self.due.labels, answer.units)
+        return read_numbers(self.text, len(answer.reference), self.expected.labels, answer.units)
 
     def conditions(self, answer: answers.ConditionSet) -> ParsedAnswer:
         """Read conditions."""
-        return read_conditions(self.text, self.due.domain, self.due.joints)
+        return read_conditions(self.text, self.expected.domain, self.expected.joints)
 
     def one_of(self, answer: answers.Choice) -> ParsedAnswer:
         """Read an option."""

@@ -16,8 +16,8 @@ from qdot.exercises.formula.identity import (
     EntryDifference,
     Rounding,
     SetDifference,
+    chance_of_missing,
     compare_entries,
-    missed,
     number,
     tell_apart,
 )
@@ -346,7 +346,7 @@ def _are_degrees(claimed: Sequence[Piece], truth: Sequence[Piece], space: Space,
 
 def _set_certificate(comparison: SetComparison) -> Certificate:
     example = None if comparison.equal else SetDifference(comparison.missing, comparison.surplus)
-    return Certificate("numeric", comparison.least, missed(comparison.least), example)
+    return Certificate("numeric", comparison.least, chance_of_missing(comparison.least), example)
 
 
 def _set_reason(comparison: SetComparison, joints: Sequence[str], what: str) -> str:

@@ -18,7 +18,7 @@ from qdot.exercises.formula.identity import (
     Domain,
     EntryDifference,
     Rounding,
-    missed,
+    chance_of_missing,
     tell_apart,
 )
 from qdot.exercises.formula.program import compile_program, evaluate
@@ -127,4 +127,4 @@ def _compare(
         yours, right_value = tell_apart(complex(answered[entry, point]), complex(expected[entry, point]))
         values = {name: float(f"{column[point]:.6g}") for name, column in sorted(at.items())}
         example = EntryDifference(entry, values, yours, right_value)
-    return Comparison(tuple(equal), Certificate("numeric", POINTS, missed(POINTS), example))
+    return Comparison(tuple(equal), Certificate("numeric", POINTS, chance_of_missing(POINTS), example))

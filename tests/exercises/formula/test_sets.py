@@ -109,7 +109,7 @@ def test_a_piece_with_a_condition_in_it_is_held_to_the_tolerance_of_what_was_sea
 
     space = Told(asked)
     compare_sets(parsed("theta1 = 0 and cos(theta2 + theta3) = 0"), ONE, space, "s")
-    assert seen == [MEMBER, space.typed]
+    assert seen == [MEMBER, space.typed_tolerance]
 
 
 @pytest.mark.parametrize(

@@ -5,7 +5,14 @@ from types import SimpleNamespace
 
 import pytest
 
-from qdot.exercises.formula.identity import Certificate, Domain, EntryDifference, Rounding, SetDifference, missed
+from qdot.exercises.formula.identity import (
+    Certificate,
+    Domain,
+    EntryDifference,
+    Rounding,
+    SetDifference,
+    chance_of_missing,
+)
 from qdot.grader.diagnosis.advice import _entry
 from qdot.grader.judging.answer import with_points
 from qdot.grader.judging.verdict import Judgement, Outcome
@@ -225,7 +232,7 @@ def test_a_rounded_value_that_is_allowed_is_no_reason() -> None:
 
 
 def test_the_certificate_of_a_set_has_its_points_and_what_is_wrong() -> None:
-    assert singular("sin(theta2) = 0", *FOLD).certificate == Certificate("numeric", 50, missed(50))
+    assert singular("sin(theta2) = 0", *FOLD).certificate == Certificate("numeric", 50, chance_of_missing(50))
     certificate = singular("{theta2: [0, 1]}", *FOLD).certificate
     assert certificate is not None
     assert isinstance(certificate.counterexample, SetDifference)
