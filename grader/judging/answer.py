@@ -199,8 +199,9 @@ def _other_unit(text: str, labels: Sequence[str], units: Sequence[str]) -> str:
         expected = units if place is None else units[place : place + 1]
         kinds = set(map(kind_of_unit, expected))
         if expected and "" not in kinds and kind_of_unit(unit) not in ("", *kinds):
-            is_one_of_several = place is not None and len(units) > 1
-            where = f"entry {place + 1} is in {expected[0]}" if is_one_of_several else f"{expected[0]} is due"
+            where = f"{expected[0]} is due"
+            if place is not None and len(units) > 1:
+                where = f"entry {place + 1} is in {expected[0]}"
             return f"{unit} can't be right here, for {where}; write it in {expected[0]}, or the number alone"
     return ""
 

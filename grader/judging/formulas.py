@@ -306,8 +306,7 @@ _EXACTLY = "the exact value, as in pi/3 or acos(1/3)"
 
 def _joints_of(piece: Piece, space: Space) -> frozenset[str]:
     """Return the joints of which a piece says something."""
-    names_used = (names(atom.zero) | {atom.joint} for atom in piece)
-    return frozenset(space.joints).intersection(set().union(*names_used))
+    return frozenset(space.joints) & {name for atom in piece for name in (*names(atom.zero), atom.joint)}
 
 
 def _count_matched(covered: Sequence[bool | None], conditions: Sequence[Sequence[Piece]]) -> list[tuple[int, int]]:

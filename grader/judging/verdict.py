@@ -73,8 +73,8 @@ def known_by(mistake: str, words: Mapping[str, object]) -> str:
     >>> known_by("offset-sign", {"joint": 2, "degrees": "45°"})
     'offset-sign joint=2'
     """
-    words = [f"{name}={value}" for name, value in sorted(words.items()) if name not in NOT_THE_MISTAKE and value != ""]
-    return " ".join([mistake, *words])
+    places = [f"{name}={value}" for name, value in sorted(words.items()) if name not in NOT_THE_MISTAKE and value != ""]
+    return " ".join([mistake, *places])
 
 
 @dataclass(frozen=True)
