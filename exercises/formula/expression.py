@@ -425,16 +425,17 @@ class _Parser:
 
     def is_column_ahead(self) -> bool:
         """Tell whether the list that begins here has rows, as in [a; b] or [[a, b], [c, d]]."""
-        depth, at = 0, self.at
-        while at < len(self.tokens):
-            text = self.tokens[at][1]
-            depth += _DEEPER.get(text, 0)
+        return self.peek(1) == "[" or (1, ";") in self.bracket_ahead()
+
+    def bracket_ahead(self) -> list[tuple[int, str]]:
+        """Return the tokens from the bracket that begins here to its end, each after how deep it is."""
+        depth, inside = 0, list[tuple[int, str]]()
+        for at in range(self.at, len(self.tokens)):
+            depth += _DEEPER.get(self.tokens[at][1], 0)
+            inside.append((depth, self.tokens[at][1]))
             if depth == 0:
-                return False
-            if (text == ";" and depth == 1) or (text == "[" and at == self.at + 1):
-                return True
-            at += 1
-        return False
+                break
+        return inside
 
     def parse_row_below(self, node: Node) -> Node:
         """Return a list of rows with the one that follows."""
@@ -546,15 +547,11 @@ class _Parser:
         pieces = pieces_of(raw, self.known)
         symbol = pieces[0].parts[0] if len(pieces) == 1 and pieces[0].kind == "name" else ""
         if opens and symbol and not {name, symbol} & self.known and symbol not in _BEFORE_BRACKETS:
-            if self.begins_statement() and (behind := self.behind_bracket()) and self.tokens[behind][1] == "=":
+            behind = self.at + len(self.bracket_ahead())
+            if self.begins_statement() and behind < len(self.tokens) and self.tokens[behind][1] == "=":
                 self.at = behind  # J(q) = …
                 return Node("name", value=symbol)
-            problem = (
-                "is not understood; write the formula with sin, cos, tan, sqrt, exp, atan2,"
-                if name not in VOCABULARY["negations"]
-                else "says where they are not; write where they are,"
-            )
-            raise self.fail(f"the function {name!r} {problem}")
+            raise self.fail(f"the function {name!r} {_NEGATION if name in VOCABULARY['negations'] else _UNKNOWN}")
         product = self.multiply_parts(pieces)
         if pieces[-1].kind in FUNCTIONS and _SHORT_OF_ANGLE.search(name):
             self.without_brackets = self.at
@@ -563,15 +560,6 @@ class _Parser:
     def begins_statement(self) -> bool:
         """Tell whether the name that was passed last is the first of a statement."""
         return self.at == 1 or self.tokens[self.at - 2][1] in _BEFORE_STATEMENT
-
-    def behind_bracket(self) -> int:
-        """Return where the bracket that begins here has been closed; 0 if it never is."""
-        depth = 0
-        for at in range(self.at, len(self.tokens)):
-            depth += _DEEPER.get(self.tokens[at][1], 0)
-            if depth == 0:
-                return at + 1
-        return 0
 
     def is_angle_ahead(self) -> bool:
         """Tell whether an angle or a bracket follows, behind a power if there is one: c theta1, s^2(theta1)."""
@@ -661,6 +649,8 @@ class _Parser:
 _JOINT = pattern("joint")
 _ANGLE, _SHORT_OF_ANGLE = pattern("angle"), pattern("short_of_angle")
 _ANY_WHOLE_NUMBER = Node("name", value=VOCABULARY["whole_numbers"][0])
+_NEGATION = "says where they are not; write where they are,"
+_UNKNOWN = "is not understood; write the formula with sin, cos, tan, sqrt, exp, atan2,"
 _MODULO: list[str] = VOCABULARY["modulo"]
 _SYNONYMS: dict[str, str] = VOCABULARY["synonyms"]
 _PI = tuple(VOCABULARY["before_whole_numbers"])

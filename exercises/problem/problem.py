@@ -108,7 +108,7 @@ def _sort_marks(text: str, marks: Sequence[str]) -> tuple[list[str], list[str], 
         if not kind:
             called = mark.replace("_", "-")
             known = {name: kind for kind, names in _MARKS.items() for name in names}
-            meant = ALIASES.get(called) or _TWIST_ORDER_ALIASES.get(called) or likeliest(mark, list(known))
+            meant = ALIASES.get(called) or likeliest(mark, list(known))
             is_what = f" (did you mean the {known[meant]} {meant!r}?)" if meant else ""
             raise QdotError(
                 f"{text!r}: {mark!r} is neither a variation nor a convention nor an order of twists{is_what}; "
@@ -130,18 +130,9 @@ OF_ORDER = f'the order of twists is for arms that are told by their axes (conven
 _MARKS = {"convention": CONVENTIONS, "order of twists": TWIST_ORDERS, "variation": (*STEPS, *AXES)}
 
 
-_TWIST_ORDER_ALIASES = {
-    **dict.fromkeys(("w-v", "omegav", "wv", "angular-first", "lynch-park", "(omega,v)"), TWIST_ORDERS[0]),
-    **dict.fromkeys(
-        ("v-w", "vomega", "vw", "linear-first", "murray", "murray-li-sastry", "(v,omega)"), TWIST_ORDERS[1]
-    ),
-}
-"""Other names of orders of twists."""
-
-
 def find_twist_order(name: str) -> str:
     """Return the order of twists for an identity, "" for the default one. Raises QdotError if it is unknown."""
-    return _find("order of twists", name, TWIST_ORDERS, _TWIST_ORDER_ALIASES)
+    return _find("order of twists", name, TWIST_ORDERS, {})
 
 
 def find_convention(name: str) -> str:
