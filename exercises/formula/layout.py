@@ -59,7 +59,7 @@ def fraction(above: Sequence[Layout], below: Sequence[Layout], small: bool = Fal
     return Layout("fraction", "tfrac" if small else "frac", (row(*above), row(*below)))
 
 
-def fenced(brackets: str, inside: Sequence[Layout]) -> Layout:
+def fence(brackets: str, inside: Sequence[Layout]) -> Layout:
     """Return pieces between brackets that grow with them."""
     return Layout("fenced", brackets, (row(*inside),))
 
@@ -79,7 +79,7 @@ def scientific(digits: str, power: int) -> Pieces:
     return (*number(digits), DOT, script(Layout("number", "10"), above=row(*number(str(power)))))
 
 
-def raised(pieces: Pieces, above: Layout) -> Pieces:
+def raise_to(pieces: Pieces, above: Layout) -> Pieces:
     """Return pieces with a power at the last of them."""
     last = pieces[-1]
     foot, below, before = last.inner if last.kind == "script" else (last, EMPTY, EMPTY)
@@ -91,16 +91,16 @@ def parts(piece: Layout) -> Pieces:
     return piece.inner if piece.kind == "row" else (piece,)
 
 
-def joined(between: Sequence[Layout], listed: Iterable[Sequence[Layout]]) -> Pieces:
+def join(between: Sequence[Layout], listed: Iterable[Sequence[Layout]]) -> Pieces:
     """Return what is listed with the same pieces between any two."""
     parts = [piece for item in listed for piece in (*between, *item)]
     return tuple(parts[len(between) :])
 
 
-def bracketed(inside: Sequence[Layout], tall: frozenset[str]) -> Pieces:
+def bracket(inside: Sequence[Layout], tall: frozenset[str]) -> Pieces:
     """Return pieces in brackets, that grow only where there is something inside whose kind or text is in `tall`."""
     if _has(inside, tall):
-        return (fenced("()", inside),)
+        return (fence("()", inside),)
     return (Layout("sign", "("), *inside, Layout("sign", ")"))
 
 

@@ -108,7 +108,7 @@ def _rows(formula: Layout, room: float) -> Rows:
         if not left and right[:1] != (layout.EQUALS,) and rows:  # a sum goes on
             rows[-1] = (rows[-1][0], (*rows[-1][1], *(right[1:] if right[:1] == (layout.QUAD,) else right)))
             continue
-        beside = layout.joined((layout.QUAD,), [(*a, *b) for a, b in pairs])
+        beside = layout.join((layout.QUAD,), [(*a, *b) for a, b in pairs])
         if len(pairs) > 1 and _wide(beside) <= room - 2.0:
             pairs = [(left, beside[len(left) :])]
         rows += pairs
@@ -117,7 +117,7 @@ def _rows(formula: Layout, room: float) -> Rows:
 
 def _sides(equation: Pieces) -> tuple[Pieces, Pieces]:
     left, *rest = layout.split(equation, layout.EQUALS)
-    return (left, (layout.EQUALS, *layout.joined((layout.EQUALS,), rest))) if rest else ((), left)
+    return (left, (layout.EQUALS, *layout.join((layout.EQUALS,), rest))) if rest else ((), left)
 
 
 def _equation(left: Pieces, right: Pieces, room: float) -> Rows:

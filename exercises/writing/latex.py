@@ -110,7 +110,7 @@ class _Setter:
     def factor(self, factor: sp.Expr, flip: bool = False, alone: bool = False) -> Pieces:
         if factor.is_Add:
             inside = _sum(self.terms(factor, flip))
-            return inside if alone else layout.bracketed(inside, _TALL)
+            return inside if alone else layout.bracket(inside, _TALL)
         if factor.is_Pow:
             return self.power(factor.base, factor.exp)
         if factor.is_Symbol:
@@ -118,7 +118,7 @@ class _Setter:
         if factor.is_number and factor.is_Rational:
             return self.number(factor).body
         if isinstance(factor, sp.Abs):
-            return (layout.fenced("||", self.pieces(factor.args[0])),)
+            return (layout.fence("||", self.pieces(factor.args[0])),)
         if factor.func in _FUNCTIONS:
             return self.call(factor, layout.EMPTY)
         return parse_latex(str(sp.latex(factor))).inner
@@ -133,8 +133,8 @@ class _Setter:
             return self.call(base, above)
         shown = self.factor(base)
         if not (base.is_Add or base.is_Symbol or (base.is_Integer and base > 0)):
-            shown = layout.bracketed(shown, _TALL)
-        return layout.raised(shown, above)
+            shown = layout.bracket(shown, _TALL)
+        return layout.raise_to(shown, above)
 
     def call(self, expression: sp.Expr, above: Layout) -> Pieces:
         word, argument = _FUNCTIONS[expression.func], expression.args[0]
@@ -145,9 +145,9 @@ class _Setter:
                 return (script(Layout("letter", word.text[0]), row(*number(short)), above),)
             if NAMED_ANGLE.fullmatch(str(argument)):
                 return (called, *parse_latex(argument.name).inner)
-            return (called, *layout.bracketed(self.angle(argument), _TALL))
-        inside = layout.joined((layout.COMMA,), map(self.pieces, expression.args))
-        return (called, *layout.bracketed(inside, _TALL))
+            return (called, *layout.bracket(self.angle(argument), _TALL))
+        inside = layout.join((layout.COMMA,), map(self.pieces, expression.args))
+        return (called, *layout.bracket(inside, _TALL))
 
     def angle(self, value: sp.Expr) -> Pieces:
         """Return an angle, what is a simple number of degrees of it in degrees: theta_1 + 30, but 30 - theta_1."""
