@@ -42,7 +42,7 @@ if TYPE_CHECKING:
     from qdot.grader.grading.check import check_notebook as check_notebook
     from qdot.grader.grading.marking import mark as mark
     from qdot.grader.grading.notebook import grade_notebook as grade_notebook
-    from qdot.grader.judging.answer import Given as Given
+    from qdot.grader.judging.answer import ParsedAnswer as ParsedAnswer
     from qdot.grader.judging.answer_parser import read_answer as read_answer
     from qdot.grader.judging.judge import judge as judge
     from qdot.grader.judging.verdict import Diagnosis as Diagnosis
@@ -60,15 +60,15 @@ _HOMES = {
     "exercises.solve.solver": ("Solution", "solve"), "exercises.verify": ("ProblemCertificate", "certify"),
     "grader.diagnosis.diagnosis": ("diagnose",), "grader.grading.check": ("check_notebook",),
     "grader.grading.marking": ("mark",), "grader.grading.notebook": ("grade_notebook",),
-    "grader.judging.answer": ("Given",), "grader.judging.answer_parser": ("read_answer",),
+    "grader.judging.answer": ("ParsedAnswer",), "grader.judging.answer_parser": ("read_answer",),
     "grader.judging.judge": ("judge",),
     "grader.judging.verdict": ("Diagnosis", "Judgement", "Outcome", "Verdict"),
 }  # fmt: skip
 """Where what is offered here is made: SymPy is loaded for who asks for it, and not for who asks for the version."""
 
 __all__ = [
-    "ASKED", "ENGINE", "FAMILIES", "Answer", "Assignment", "Base", "Certificate", "Chain", "Diagnosis", "Given",
-    "Joint", "Judgement", "Outcome", "Part", "Point", "Problem", "ProblemCertificate", "ProblemId", "QdotError",
+    "ASKED", "ENGINE", "FAMILIES", "Answer", "Assignment", "Base", "Certificate", "Chain", "Diagnosis", "Joint",
+    "Judgement", "Outcome", "ParsedAnswer", "Part", "Point", "Problem", "ProblemCertificate", "ProblemId", "QdotError",
     "Solution", "Verdict", "certify", "check_notebook", "diagnose", "generate", "grade_notebook", "judge",
     "load_assignment", "mark", "read_answer", "read_robot", "show", "solve",
 ]  # fmt: skip

@@ -1,23 +1,15 @@
-"""The types of answers: each is one class in a module of its own, with all that depends on its type.
+"""The types of answers: each is one class with all that depends on its type.
 
 Beside the types, which stand in `TYPES` below:
 
-    forms               the forms of answers, with a way for each, for those who treat forms differently (`Forms`)
-    base                what every type can be asked
-    rows, letters       what types of formulas have in common, and types whose answer is the letters of options
+    base            what every type can be asked; `AnswerVisitor`, for code that treats the forms of answers differently
+    formulas        formulas, numbers, directions, conditions
+    options         letters of options
 """
 
-from qdot.exercises.answers.base import Answer, Json
-from qdot.exercises.answers.choice import TRUE_FALSE, Choice
-from qdot.exercises.answers.conditions import ConditionSet
-from qdot.exercises.answers.direction import Direction
-from qdot.exercises.answers.expression import Expression
-from qdot.exercises.answers.forms import Forms
-from qdot.exercises.answers.letters import LETTERS, Letters
-from qdot.exercises.answers.matching import Matching
-from qdot.exercises.answers.matrix import Matrix
-from qdot.exercises.answers.number import Number
-from qdot.exercises.answers.selection import Selection
+from qdot.exercises.answers.base import Answer, AnswerVisitor, Json
+from qdot.exercises.answers.formulas import ConditionSet, Direction, Expression, Matrix, Number
+from qdot.exercises.answers.options import LETTERS, TRUE_FALSE, Choice, Letters, Matching, Selection
 
 TYPES: dict[str, type[Answer]] = {
     kind.type: kind
@@ -26,6 +18,6 @@ TYPES: dict[str, type[Answer]] = {
 """Every type of answer by its name."""
 
 __all__ = [
-    "LETTERS", "TRUE_FALSE", "TYPES", "Answer", "Choice", "ConditionSet", "Direction", "Expression", "Forms", "Json",
-    "Letters", "Matching", "Matrix", "Number", "Selection",
+    "LETTERS", "TRUE_FALSE", "TYPES", "Answer", "AnswerVisitor", "Choice", "ConditionSet", "Direction", "Expression",
+    "Json", "Letters", "Matching", "Matrix", "Number", "Selection",
 ]  # fmt: skip

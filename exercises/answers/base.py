@@ -1,21 +1,76 @@
 """What every type of answer can be asked: its shape, its reference as text and as data, and what a notebook shows.
 
-A type is one class in a module of its own, and has its line in `answers.TYPES`. What is the same for most types
-stands here.
+A type is one class and has its line in `answers.TYPES`. Code outside of this folder that treats the forms of answers
+differently is an `AnswerVisitor`.
 """
 
 from abc import ABC, abstractmethod
 from collections.abc import Iterable
-from typing import Any, ClassVar
+from typing import Any, ClassVar, Generic, NoReturn, TypeVar
 
 import sympy as sp
 
-from qdot.exercises.answers.forms import Forms, T
 from qdot.exercises.formula.expression import tree_of_reference
 from qdot.exercises.formula.printers.python import Write, python_text
 from qdot.exercises.formula.trees import Node
 
 Json = dict[str, Any]
+T = TypeVar("T")
+
+
+class AnswerVisitor(Generic[T]):
+    """A method for each form of answer, called with the answer; by default that of a wider form.
+
+    Each type of answer calls the method for its form (`Answer.accept`). Methods that do the same for several forms are
+    written once, as `formulas`, `letters` or `default`.
+    """
+
+    def formula(self, answer: Any) -> T:
+        """Take one formula."""
+        return self.formulas(answer)
+
+    def matrix(self, answer: Any) -> T:
+        """Take a matrix of formulas, or a vector."""
+        return self.formulas(answer)
+
+    def formulas(self, answer: Any) -> T:
+        """Take formulas, one or in rows and columns."""
+        return self.default(answer)
+
+    def direction(self, answer: Any) -> T:
+        """Take a vector up to a factor."""
+        return self.default(answer)
+
+    def numbers(self, answer: Any) -> T:
+        """Take numbers with units."""
+        return self.default(answer)
+
+    def conditions(self, answer: Any) -> T:
+        """Take conditions on the joints."""
+        return self.default(answer)
+
+    def one_of(self, answer: Any) -> T:
+        """Take one of several options."""
+        return self.letters(answer)
+
+    def some_of(self, answer: Any) -> T:
+        """Take several options."""
+        return self.letters(answer)
+
+    def matching(self, answer: Any) -> T:
+        """Take an option for each item."""
+        return self.letters(answer)
+
+    def letters(self, answer: Any) -> T:
+        """Take letters of options, whatever they stand for."""
+        return self.default(answer)
+
+    def default(self, answer: Any) -> T:
+        """Take whatever has no way of its own."""
+        return self._none(answer)
+
+    def _none(self, answer: Any) -> NoReturn:
+        raise TypeError(f"{type(self).__name__} has no way for answers of type {answer.type}")
 
 
 class Answer(ABC):
@@ -33,8 +88,8 @@ class Answer(ABC):
     """Whether configurations are due, as conditions on the joints."""
 
     @abstractmethod
-    def told_to(self, forms: Forms[T]) -> T:
-        """Return what is made of it by somebody who has a way of asking for each form of answer."""
+    def accept(self, visitor: AnswerVisitor[T]) -> T:
+        """Return what the visitor's method for this form of answer returns."""
 
     @property
     def shape(self) -> tuple[int, int] | None:
@@ -133,8 +188,3 @@ class Answer(ABC):
     def placeholder(self, taken: int = 0) -> str:
         """Return what an unanswered cell assigns: `blank`, in the shape that is due."""
         return "blank"
-
-
-def rows_typed(rows: list[list[str]]) -> str:
-    """Return rows of text as a matrix is typed."""
-    return "[" + ", ".join(f"[{', '.join(row)}]" for row in rows) + "]"

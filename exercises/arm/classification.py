@@ -22,7 +22,7 @@ from qdot.exercises.common.stream import Stream
 from qdot.exercises.formula.conditions import Space
 from qdot.exercises.formula.expression import read
 from qdot.exercises.formula.identity import Domain
-from qdot.exercises.formula.pieces import Piece, pieces
+from qdot.exercises.formula.set_parser import Piece, parse_pieces
 
 _LOOKED_AT = 60
 """About how many samples are examined for what they have in common; too few might all miss an exception."""
@@ -87,7 +87,7 @@ def _samples(chain: Chain, condition: str, seed: str, arms: int, each: int) -> t
         stream = Stream(f"{seed}/{condition}/{first}")
         numbers = range(first, arms, 2 if slides else 1)
         values = [_sample_distinct_lengths(chain, stream) for _ in numbers]
-        for piece in pieces(read(condition), [q.name for q in chain.q]) if values else ():
+        for piece in parse_pieces(read(condition), [q.name for q in chain.q]) if values else ():
             for number, samples in zip(numbers, _configurations(chain, piece, values, role, stream, each), strict=True):
                 samples_by_arm[number] += samples
     return tuple(sample for samples in samples_by_arm for sample in samples)

@@ -17,7 +17,7 @@ from qdot.exercises.arm.joint_solvability import drop_implied, follows, may_hold
 from qdot.exercises.arm.relations import Relation, factor_by_half_angle, relation_of
 from qdot.exercises.arm.trigonometry import Factored, factor_trig, substitute
 from qdot.exercises.common.stream import Stream
-from qdot.exercises.formula.text import ByText
+from qdot.exercises.formula.text import text_of
 
 MOST_WAYS, MOST_PARTS = 300, 40
 """Ways in which minors vanish together that are examined at most, and ways that anyone would read."""
@@ -489,7 +489,7 @@ def _is_never_zero(expression: sp.Expr, search: Search) -> bool:
 def _changes_sign(expression: sp.Expr, search: Search) -> bool:
     """Tell whether an expression takes both signs when real numbers replace its joints, sines and cosines."""
     draws = Stream("signs")
-    atoms = sorted(expression.atoms(sp.sin, sp.cos) | expression.free_symbols, key=ByText)
+    atoms = sorted(expression.atoms(sp.sin, sp.cos) | expression.free_symbols, key=text_of)
     signs = set()
     for _ in range(_SIGNS):
         values = {

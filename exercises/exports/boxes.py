@@ -11,17 +11,17 @@ from qdot.exercises.answers import (
     LETTERS,
     TRUE_FALSE,
     Answer,
+    AnswerVisitor,
     Choice,
     ConditionSet,
     Direction,
     Expression,
-    Forms,
     Matching,
     Matrix,
     Number,
     Selection,
 )
-from qdot.exercises.formula.latex import parsed
+from qdot.exercises.formula.latex import parse_latex
 from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.quizzes import ASKED
 from qdot.exercises.quizzes.options import Options
@@ -131,7 +131,7 @@ def options_of(problem: Problem, part: Part, share: float = 1.0) -> PaperOptions
 
 def _width(text: str) -> float:
     formulas = re.findall(r"\$([^$]+)\$", text)
-    return sum(width(parsed(latex)) for latex in formulas) + PROSE * len(re.sub(r"\$[^$]+\$", "", text))
+    return sum(width(parse_latex(latex)) for latex in formulas) + PROSE * len(re.sub(r"\$[^$]+\$", "", text))
 
 
 # --- boxes ---
@@ -159,11 +159,11 @@ def working_room(solution: str) -> int:
 
 def box_of(problem: Problem, part: Part, solution: str = "") -> Box | None:
     """Return a box that fits the answer, with working space for its solution; None if an option is ticked."""
-    return part.answer.told_to(_Boxes(problem, part, working_room(solution)))
+    return part.answer.accept(_Boxes(problem, part, working_room(solution)))
 
 
 @dataclass(frozen=True)
-class _Boxes(Forms[Box | None]):
+class _Boxes(AnswerVisitor[Box | None]):
     """The box of each form of answer."""
 
     problem: Problem
@@ -202,6 +202,6 @@ class _Boxes(Forms[Box | None]):
     def _cells(self, answer: Answer, entries: Sequence[object]) -> Box:
         """Return a cell for each entry, all as high as the longest entry needs."""
         rows, columns = answer.shape or (1, 1)
-        widest = max((width(parsed(tex(entry, self.problem.chain))) for entry in entries), default=0.0)
+        widest = max((width(parse_latex(tex(entry, self.problem.chain))) for entry in entries), default=0.0)
         lines = max(1, min(3, math.ceil(WRITTEN * widest * columns / PAGE)))
         return replace(Box(self.working, rows, columns), height=ROW + LINE * (lines - 1))

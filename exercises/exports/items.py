@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import sympy as sp
 
-from qdot.exercises.answers import LETTERS, TRUE_FALSE, Choice, Forms, Letters, Matching, Number, Selection
+from qdot.exercises.answers import LETTERS, TRUE_FALSE, AnswerVisitor, Choice, Letters, Matching, Number, Selection
 from qdot.exercises.assignment.assignment import Slot
 from qdot.exercises.assignment.draws import Variant
 from qdot.exercises.common.errors import QdotError
@@ -234,7 +234,7 @@ def entry_labels(problem: Problem, part: Part, shape: tuple[int, ...]) -> tuple[
 
 
 @dataclass(frozen=True)
-class _Options(Forms[Choose | Match]):
+class _Options(AnswerVisitor[Choose | Match]):
     """Converts an answer with options to the form that platforms use."""
 
     problem: Problem
@@ -281,7 +281,7 @@ class _Maker:
     def item(self) -> Item | None:
         answer = self.part.answer
         if answer.offered:
-            form = answer.told_to(_Options(self.problem, self.part, self.tells_mistakes))
+            form = answer.accept(_Options(self.problem, self.part, self.tells_mistakes))
             return self._build_item(question_alone(self.problem, self.part), form)
         numeric_part = ask_in_numbers(self.problem, self.part)
         if numeric_part is None:

@@ -13,11 +13,11 @@ import sympy as sp
 from qdot.exercises.answers import (
     LETTERS,
     Answer,
+    AnswerVisitor,
     Choice,
     ConditionSet,
     Direction,
     Expression,
-    Forms,
     Matching,
     Matrix,
     Number,
@@ -25,7 +25,7 @@ from qdot.exercises.answers import (
 )
 from qdot.exercises.exports.export_format import Earns
 from qdot.exercises.exports.known_wrong import KnownWrongAnswer, known_wrong
-from qdot.exercises.formula.latex import parsed
+from qdot.exercises.formula.latex import parse_latex
 from qdot.exercises.problem.credit import AMISS, HALF, OWN
 from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.questions.results import is_product
@@ -65,12 +65,12 @@ def marking(problem: Problem, part: Part, earns: Earns) -> Marking:
     meanings = right.answer.partition("$$")[0]  # of names of angles, which need not be said again
     wrong = _options(part) if part.answer.offered else _mistakes(problem, part, earns)
     marks = (replace(mark, answer=mark.answer.removeprefix(meanings)) for mark in wrong)
-    return Marking((right, *marks), part.answer.told_to(_Rules(part)))
+    return Marking((right, *marks), part.answer.accept(_Rules(part)))
 
 
 def _drop_illegible(answer: str) -> str:
     """Return an answer, or "" if its formulas would become too small to read on the sheet."""
-    formulas = (parsed(latex) for latex in re.findall(r"\$\$(.*?)\$\$", answer, re.DOTALL))
+    formulas = (parse_latex(latex) for latex in re.findall(r"\$\$(.*?)\$\$", answer, re.DOTALL))
     return answer if all(width(fitted(each, ROOM)) <= LEGIBLE * ROOM for each in formulas) else ""
 
 
@@ -91,14 +91,14 @@ def _options(part: Part) -> Iterator[Mark]:
 def _mistakes(problem: Problem, part: Part, earns: Earns) -> Iterator[Mark]:
     """Yield the answers that known mistakes lead to, with what they earn."""
     for known in known_wrong(problem, part, MOST):
-        wrong = replace(part, answer=part.answer.told_to(_Wrong(known)))
+        wrong = replace(part, answer=part.answer.accept(_Wrong(known)))
         typed = wrong.answer.as_typed()
         shown = _drop_illegible(short_answer(problem, wrong)) if len(typed) <= LONGEST else ""
         yield Mark(known.title, shown or TOO_LONG, _points(part, earns(problem, part, typed)))
 
 
 @dataclass(frozen=True)
-class _Wrong(Forms[Answer]):
+class _Wrong(AnswerVisitor[Answer]):
     """A wrong answer in the form of the right one."""
 
     known: KnownWrongAnswer
@@ -121,7 +121,7 @@ class _Wrong(Forms[Answer]):
 
 
 @dataclass(frozen=True)
-class _Rules(Forms[str]):
+class _Rules(AnswerVisitor[str]):
     """States the rule for partial credit in a sentence, as in docs/partial-credit.md."""
 
     part: Part
@@ -145,7 +145,7 @@ class _Rules(Forms[str]):
 
     def numbers(self, answer: Number) -> str:
         if len(answer.reference) == 1:
-            return self.other(answer)
+            return self.default(answer)
         return self._apply_policy(self._entries(answer.reference))
 
     def _entries(self, reference: sp.Matrix) -> str:
@@ -176,7 +176,7 @@ class _Rules(Forms[str]):
             f"Each right letter: {self._worth(Fraction(1, len(answer.items)))}; one given twice is none."
         )
 
-    def other(self, answer: Answer) -> str:
+    def default(self, answer: Answer) -> str:
         return "Everything or nothing."
 
     def _worth(self, share: Fraction) -> str:

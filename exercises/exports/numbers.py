@@ -223,12 +223,12 @@ def _best_configuration(right: np.ndarray, mistakes: Sequence[Wrong]) -> int | N
     somewhere = np.nan_to_num(np.abs(right)).max(axis=-1)
     always = somewhere > SAME * somewhere.max()
     small = ((np.abs(right) < TINY * size) & always[..., None]).sum(axis=(0, 1))
-    told_apart = np.zeros(right.shape[-1], dtype=int)
+    tell_apart = np.zeros(right.shape[-1], dtype=int)
     for mistake_result in mistakes:
         apart = np.abs(mistake_result.answer - right)
-        told_apart += np.where(np.isfinite(apart), apart, 0.0).max(axis=(0, 1)) > APART * size
+        tell_apart += np.where(np.isfinite(apart), apart, 0.0).max(axis=(0, 1)) > APART * size
     usable = np.isfinite(right).all(axis=(0, 1)) & (size > SAME)
-    order = [(small[k], -told_apart[k], k) for k in range(right.shape[-1]) if usable[k]]
+    order = [(small[k], -tell_apart[k], k) for k in range(right.shape[-1]) if usable[k]]
     return min(order)[2] if order else None
 
 

@@ -6,7 +6,7 @@ import re
 import uuid
 from collections.abc import Generator, Mapping, Sequence
 
-from qdot.exercises.answers import Answer, Forms, Number
+from qdot.exercises.answers import Answer, AnswerVisitor, Number
 from qdot.exercises.assignment.assignment import SECRET_FILE, Assignment, Slot
 from qdot.exercises.exports.bank import bank
 from qdot.exercises.exports.export_format import File, Order, robots
@@ -64,7 +64,7 @@ def _question_files(assignment: Assignment, slot: Slot, parts: tuple[Part, ...])
 # --- the elements in which answers are given ---
 
 
-class _Element(Forms[str]):
+class _Element(AnswerVisitor[str]):
     """Returns the kind of PrairieLearn elements for a type of answer."""
 
     def one_of(self, answer: Answer) -> str:
@@ -79,7 +79,7 @@ class _Element(Forms[str]):
     def numbers(self, answer: Number) -> str:
         return "wholes" if answer.tolerance < EXACTLY else "numbers"
 
-    def other(self, answer: Answer) -> str:
+    def default(self, answer: Answer) -> str:
         return "text"
 
 
@@ -89,7 +89,7 @@ EXACTLY = 1e-6
 
 def element_of(answer: Answer) -> str:
     """Return the element of question.html in which an answer is given; all variants of a slot have the same."""
-    return answer.told_to(_Element())
+    return answer.accept(_Element())
 
 
 def input_names(part: Part) -> list[str]:

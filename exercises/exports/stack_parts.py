@@ -12,7 +12,7 @@ from fractions import Fraction
 import numpy as np
 import sympy as sp
 
-from qdot.exercises.answers import LETTERS, Answer, Choice, ConditionSet, Direction, Forms, Number
+from qdot.exercises.answers import LETTERS, Answer, AnswerVisitor, Choice, ConditionSet, Direction, Number
 from qdot.exercises.arm.singularity import Component
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.exports.known_wrong import KnownWrongAnswer, domain_of, known_wrong, same_entries, tolerances_of
@@ -101,11 +101,11 @@ class StackPart:
 
 def stack_part_of(problem: Problem, part: Part) -> StackPart | str:
     """Return a part as STACK asks it, or why STACK can't ask it."""
-    return part.answer.told_to(_Asking(problem, part))
+    return part.answer.accept(_Asking(problem, part))
 
 
 @dataclass(frozen=True)
-class _Asking(Forms["StackPart | str"]):
+class _Asking(AnswerVisitor["StackPart | str"]):
     """Returns how STACK asks for each form of answer, or why it can't."""
 
     problem: Problem

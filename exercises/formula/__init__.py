@@ -1,4 +1,4 @@
-"""Formulas as people write them: read, evaluated, compared as functions and as sets of configurations.
+"""Formulas as people write them: parsed, evaluated, compared as functions and as sets of configurations.
 
 From the bottom up:
 
@@ -9,15 +9,14 @@ From the bottom up:
     vocabulary                          words, signs, units and habits of those who write: vocabulary.json
     names, trees                        what a name stands for; expressions as trees of plain nodes
     algebra                             trees added, multiplied and differentiated, without SymPy
-    notation, tables                    what people bring along as plain text; vectors and matrices without commas
-    products                            matrices that stand as operands, worked out
+    notation, tables                    LaTeX, typography and units as plain text; vectors and matrices without commas
+    products                            operations on matrices carried out
     metres                              the unit m told apart from a whole number
     expression                          text to a tree by a grammar, in whatever notation it was written
-    noise                               what floating-point numbers leave of zero, taken away
+    noise                               removes what floating-point numbers leave of zero
     program                             trees evaluated at many points at once
     field, angles, exact                rational functions of sines and cosines, compared modulo a random prime
     identity                            are two expressions the same function
     scale                               are they the same but for a sign, or for a constant factor
-    constants, pieces, conditions       typed values; conditions as a union of pieces; are two sets the same
-    set_parser                          the conditions that an answer claims, and whether they would take too long
+    constants, set_parser, conditions   typed values; conditions as a union of pieces; are two sets the same
 """

@@ -77,7 +77,7 @@ def terms_of(node: Node, most: int) -> list[Node] | None:
     if len(known) < len(inside):
         return None
     if node.kind == "*":
-        terms = [times(one, other) for one in known[0] for other in known[1]]
+        terms = [times(left, right) for left in known[0] for right in known[1]]
     elif node.kind == "neg":
         terms = [negative(term) for term in known[0]]
     else:
@@ -145,10 +145,10 @@ def derivative(node: Node, name: str) -> Node | None:
         return None
     if all(slope == ZERO for slope in known):
         return ZERO
-    return _made(node, known)
+    return _differentiate_node(node, known)
 
 
-def _made(node: Node, slopes: Sequence[Node]) -> Node | None:
+def _differentiate_node(node: Node, slopes: Sequence[Node]) -> Node | None:
     if node.kind == "neg":
         return negative(slopes[0])
     if node.kind == "call":

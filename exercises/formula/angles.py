@@ -13,7 +13,8 @@ PARTS = 8
 
 Angle = dict[str, Fraction]
 """A sum of names and of pi (under "pi") with rational factors; the constant term stands under ""."""
-
+FoundAngle = tuple[Angle, bool]
+"""An angle, and whether it is multiplied by i."""
 
 MOST_BITS = 10_000
 """Size of a factor beyond which nothing is an angle: products of long numbers would fill the memory."""
@@ -42,56 +43,34 @@ def phase_of(angle: Angle) -> Phase | None:
     return Phase(tuple((name, int(power)) for name, power in powers), int(turn) % ORDER)
 
 
-class Angles:
-    """The angles among the steps of a program, with whether each is to be multiplied by i."""
-
-    def __init__(self, steps: Sequence[Step]) -> None:
-        self.steps = steps
-        self.found: dict[int, tuple[Angle, bool] | None] = {}
-
-    def at(self, index: int) -> tuple[Angle, bool] | None:
-        """Return the angle that a step is; None where it is none."""
-        todo = [index]
-        while todo:  # no recursion: a product of many factors is a deep program
-            top = todo[-1]
-            missing = [i for i in self.steps[top][1] if i not in self.found] if top not in self.found else []
-            if missing:
-                todo += missing
-            else:
-                todo.pop()
-                if top not in self.found:
-                    self.found[top] = self._made(*self.steps[top])
-        return self.found[index]
-
-    def _made(self, op: str, operands: tuple[int, ...], constant: Any) -> tuple[Angle, bool] | None:
-        if op == "number":
-            return {"": constant}, False
-        if op == "name":
-            return (
-                ({"": Fraction(1)}, True)
-                if constant == "I"
-                else None
-                if constant == "E"
-                else ({constant: Fraction(1)}, False)
-            )
-        args = [self.found[i] for i in operands]
-        if any(arg is None for arg in args):
-            return None
-        known = [arg for arg in args if arg is not None]
-        if op == "sum":
-            return _sum_of(known, constant)
-        if op == "neg":
-            return _times(known[0], Fraction(-1), False)
-        if op == "*":
-            for one, other in (known, known[::-1]):
-                if set(one[0]) <= {""}:
-                    return _times(other, one[0].get("", Fraction(0)), one[1])
-        if op == "/" and set(known[1][0]) <= {""} and known[1][0].get("") and not known[1][1]:
-            return _times(known[0], 1 / known[1][0][""], False)
-        return None
+def find_angles(steps: Sequence[Step]) -> list[FoundAngle | None]:
+    """Return the angle that each step of a program is, and whether it is multiplied by i; None for other steps."""
+    angles: list[FoundAngle | None] = []
+    for op, operands, constant in steps:
+        args = [angle for angle in (angles[i] for i in operands) if angle is not None]
+        angles.append(_angle_of_step(op, args, constant) if len(args) == len(operands) else None)
+    return angles
 
 
-def _sum_of(terms: Sequence[tuple[Angle, bool]], counts: Sequence[int]) -> tuple[Angle, bool] | None:
+def _angle_of_step(op: str, args: Sequence[FoundAngle], constant: Any) -> FoundAngle | None:
+    if op == "number":
+        return {"": constant}, False
+    if op == "name" and constant != "E":
+        return ({"": Fraction(1)}, True) if constant == "I" else ({constant: Fraction(1)}, False)
+    if op == "sum":
+        return _sum_of(args, constant)
+    if op == "neg":
+        return _times(args[0], Fraction(-1), False)
+    if op == "*":
+        for (factor, is_imaginary), angle in (args, args[::-1]):
+            if set(factor) <= {""}:
+                return _times(angle, factor.get("", Fraction(0)), is_imaginary)
+    if op == "/" and set(args[1][0]) <= {""} and args[1][0].get("") and not args[1][1]:
+        return _times(args[0], 1 / args[1][0][""], False)
+    return None
+
+
+def _sum_of(terms: Sequence[FoundAngle], counts: Sequence[int]) -> FoundAngle | None:
     if len({imaginary for _, imaginary in terms}) > 1:
         return None
     total: Angle = {}
@@ -103,7 +82,7 @@ def _sum_of(terms: Sequence[tuple[Angle, bool]], counts: Sequence[int]) -> tuple
     return total, terms[0][1] if terms else False
 
 
-def _times(angle: tuple[Angle, bool], factor: Fraction, imaginary: bool) -> tuple[Angle, bool] | None:
+def _times(angle: FoundAngle, factor: Fraction, imaginary: bool) -> FoundAngle | None:
     sign = -1 if imaginary and angle[1] else 1
     product = {name: sign * factor * value for name, value in angle[0].items()}
     return None if any(map(_is_long, product.values())) else (product, imaginary != angle[1])

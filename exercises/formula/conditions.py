@@ -14,8 +14,8 @@ import numpy as np
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.formula.constants import holds_at, same_value, value_of
 from qdot.exercises.formula.identity import Domain, Rounding
-from qdot.exercises.formula.pieces import Atom, Piece, is_tied
 from qdot.exercises.formula.program import Program, compile_program, evaluate
+from qdot.exercises.formula.set_parser import Atom, Piece, is_tied
 from qdot.exercises.formula.trees import Node, names
 
 SAMPLES = 50
@@ -52,9 +52,10 @@ def _ready(piece: Piece, joints: Sequence[str]) -> _Ready:
 
     A value that is tied can't be put in: what it differs from its joint by is one more expression that vanishes.
     """
-    given = [atom for atom in piece if atom.joint is not None]
-    tied = [atom for atom in given if is_tied(atom, piece, joints)]
-    plain = sorted((atom for atom in given if atom not in tied), key=lambda atom: bool(names(atom.zero) & set(joints)))
+    assigned = [atom for atom in piece if atom.joint is not None]
+    tied = [atom for atom in assigned if is_tied(atom, piece, joints)]
+    untied = [atom for atom in assigned if atom not in tied]
+    plain = sorted(untied, key=lambda atom: bool(names(atom.zero) & set(joints)))
     ready = _Ready([(str(atom.joint), compile_program([atom.zero])) for atom in plain])
     zeros = [atom.zero for atom in piece if atom.joint is None]
     zeros += [Node("-", (Node("name", value=atom.joint), atom.zero)) for atom in tied]
@@ -65,7 +66,7 @@ def _ready(piece: Piece, joints: Sequence[str]) -> _Ready:
     return ready
 
 
-def _nudged(values: Mapping[str, np.ndarray], count: int, nudges: Sequence[tuple[str, Any]]) -> dict[str, np.ndarray]:
+def _nudge(values: Mapping[str, np.ndarray], count: int, nudges: Sequence[tuple[str, Any]]) -> dict[str, np.ndarray]:
     """Return the configurations once for each nudge of a joint, one block after another: one walk through a program."""
     out = {name: np.tile(column, len(nudges)) for name, column in values.items()}
     for i, (joint, nudge) in enumerate(nudges):
@@ -75,7 +76,7 @@ def _nudged(values: Mapping[str, np.ndarray], count: int, nudges: Sequence[tuple
     return out
 
 
-def _of_defined(function: Callable[..., Any], rows: np.ndarray) -> np.ndarray:
+def _ignore_undefined(function: Callable[..., Any], rows: np.ndarray) -> np.ndarray:
     """Return nanmedian or nanmin of every row, a column; nan where nothing is defined, without NumPy's warning."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", RuntimeWarning)
@@ -96,7 +97,7 @@ class Space:
         self.joints, self.domain, self.rounding = tuple(joints), domain, rounding
 
     @property
-    def typed(self) -> float:
+    def typed_tolerance(self) -> float:
         """How far off values of joints may be that were typed."""
         if self.rounding is None:
             return TYPED
@@ -141,7 +142,7 @@ class Space:
     def _descend(self, ready: _Ready, values: dict[str, np.ndarray], count: int, squared: bool) -> np.ndarray:
         last = np.full(count, np.inf)
         # How large the terms are at random, not where they vanish: near 0, sin(theta) has no larger terms than itself.
-        typical = _of_defined(np.nanmedian, self._zeros(ready, values, count)[1])
+        typical = _ignore_undefined(np.nanmedian, self._zeros(ready, values, count)[1])
         for _ in range(_MOST_STEPS):
             residual, _ = self._zeros(ready, values, count)
             if not ready.free or np.all((last < _STILL) | ~np.isfinite(residual).all(axis=0)):
@@ -204,7 +205,7 @@ class Space:
     def _complex_slopes(self, ready: _Ready, values: Mapping[str, np.ndarray], count: int) -> np.ndarray:
         """Return the slope of one zero, (count, joints), to the last digit: Im f(x + ih) / h needs no difference."""
         assert ready.zeros is not None
-        nudged = _nudged(values, count, [(joint, 1e-20j) for joint in ready.free])
+        nudged = _nudge(values, count, [(joint, 1e-20j) for joint in ready.free])
         nudged_zeros, _ = evaluate(ready.zeros, nudged, count * len(ready.free))
         slopes = nudged_zeros[0].imag.reshape(len(ready.free), count).T / 1e-20
         return np.where(np.isfinite(slopes), slopes, 0.0)
@@ -215,7 +216,7 @@ class Space:
         Of shape (count, zeros, joints). At a zero, sqrt(x^2) has no slope that differences could tell, but x^2 has one.
         """
         step, joints = 1e-6, len(ready.free)
-        nudged = _nudged(values, count, [(joint, side * step) for side in (1, -1) for joint in ready.free])
+        nudged = _nudge(values, count, [(joint, side * step) for side in (1, -1) for joint in ready.free])
         ends = self._zeros(ready, nudged, 2 * joints * count)[0].reshape(-1, 2, joints, count)
         ends = ends**2 if squared else ends
         return np.asarray((ends[:, 0] - ends[:, 1]).transpose(2, 0, 1) / (2 * step))
@@ -228,14 +229,15 @@ class Space:
         count = min(4000, max(SAMPLES, _VALUES // len(ready.zeros.steps)))
         misses, size = evaluate(ready.zeros, self.domain.sample(used, count, stream), count)
         with np.errstate(all="ignore"):
-            return float(_of_defined(np.nanmin, np.max(np.abs(misses) / np.maximum(size, 1e-300), axis=0)[None])[0, 0])
+            nearness = np.max(np.abs(misses) / np.maximum(size, 1e-300), axis=0)
+        return float(_ignore_undefined(np.nanmin, nearness[None])[0, 0])
 
     def _zeros(self, ready: _Ready, values: Mapping[str, np.ndarray], count: int) -> tuple[np.ndarray, np.ndarray]:
         assert ready.zeros is not None
         zeros, size = evaluate(ready.zeros, values, count)
         return np.where(np.abs(zeros.imag) < MEMBER, zeros.real, np.nan), size
 
-    def shown(self, name: str, value: float) -> float:
+    def round_value(self, name: str, value: float) -> float:
         """Return a value of six digits, an angle between -pi and pi; 0 for the residue of a search for a zero."""
         if self.domain.roles.get(name) == "angle":
             value = float(np.angle(np.exp(1j * value)))
@@ -269,16 +271,16 @@ class Space:
 
         Conditions for joints that have no such value are left to the search.
         """
-        given = {str(atom.joint): value_of(atom.zero) for atom in piece if atom.joint is not None}
-        typed = {joint: value for joint, value in given.items() if value is not None}
-        return any(all(self._meets(atom, typed, symbols) for atom in other) for other in outer)
+        values = {str(atom.joint): value_of(atom.zero) for atom in piece if atom.joint is not None}
+        typed = {joint: value for joint, value in values.items() if value is not None}
+        return any(all(self._meets(atom, typed, symbols) for atom in expected) for expected in outer)
 
     def _meets(self, atom: Atom, typed: Mapping[str, Any], symbols: Mapping[str, Any]) -> bool:
         if atom.joint is not None:
-            due = value_of(atom.zero)
-            if due is None or atom.joint not in typed:
+            expected = value_of(atom.zero)
+            if expected is None or atom.joint not in typed:
                 return True
-            return same_value(typed[atom.joint], due, self.domain.roles.get(atom.joint) == "angle")
+            return same_value(typed[atom.joint], expected, self.domain.roles.get(atom.joint) == "angle")
         used = names(atom.zero)
         if not used & set(typed) or used & set(self.joints) - set(typed):
             return True
@@ -289,7 +291,7 @@ class Space:
         """Return how large the terms of an expression are at random poses (where it vanishes they may vanish, too)."""
         stream = Stream("typical")
         poses = {joint: np.array([stream.uniform(-3, 3) for _ in range(count)]) for joint in ready.free}
-        return float(_of_defined(np.nanmedian, self._zeros(ready, {**values, **poses}, count)[1][:1])[0, 0])
+        return float(_ignore_undefined(np.nanmedian, self._zeros(ready, {**values, **poses}, count)[1][:1])[0, 0])
 
     def _vanishes(self, atom: Atom, values: Mapping[str, np.ndarray], count: int, tolerance: float) -> np.ndarray:
         """Tell where an expression is zero, by the distance to its zero: |f| / |f's slope|, whatever its scale.
@@ -347,11 +349,11 @@ def compare_sets(claimed: Sequence[Piece], reference: Sequence[Piece], space: Sp
             counts.append(count)
             # Values that were stated are held to the tolerance of all answers, what was projected to the projection's.
             stated = all(atom.joint is not None for atom in piece)
-            searched = MEMBER if tag == "claimed" else max(MEMBER, space.typed)
-            inside = space.contains(outer, values, count, space.typed if stated else searched)
+            searched = MEMBER if tag == "claimed" else max(MEMBER, space.typed_tolerance)
+            inside = space.contains(outer, values, count, space.typed_tolerance if stated else searched)
             if stated and count and inside.all() and space.rounding is None:
-                given = space.domain.given()
-                symbols = {name: given.get(name) or float(column[0]) for name, column in values.items()}
+                constants = space.domain.fixed_values()
+                symbols = {name: constants.get(name) or float(column[0]) for name, column in values.items()}
                 if not space.holds_exactly(piece, outer, symbols):
                     inside, rounded = np.zeros(count, dtype=bool), rounded or tag == "claimed"
             elif stated and count and not inside.all() and tag == "claimed":
@@ -359,7 +361,7 @@ def compare_sets(claimed: Sequence[Piece], reference: Sequence[Piece], space: Sp
             held.append(None if count == 0 else bool(inside.all()))
             if count and not inside.all() and example is None:
                 first = int(np.nonzero(~inside)[0][0])
-                example = {name: space.shown(name, values[name][first]) for name in sorted(values)}
+                example = {name: space.round_value(name, values[name][first]) for name in sorted(values)}
         return held, example
 
     sound, surplus = inclusion(claimed, reference, "claimed")

@@ -7,7 +7,7 @@ from typing import Any
 import mpmath
 import numpy as np
 
-from qdot.exercises.formula.angles import Angles
+from qdot.exercises.formula.angles import find_angles
 from qdot.exercises.formula.identity import FLOATS, SAME
 from qdot.exercises.formula.program import compile_program, evaluate, evaluate_precisely
 from qdot.exercises.formula.trees import Node, names
@@ -23,13 +23,13 @@ def value_of(node: Node) -> Any:
     return mpmath.re(value) if mpmath.isfinite(value) and abs(mpmath.im(value)) < SAME else None
 
 
-def same_value(one: Any, other: Any, angles: bool) -> bool:
+def same_value(value: Any, expected: Any, angles: bool) -> bool:
     """Tell whether two values are the same, angles modulo whole turns: to the digits that programs print of doubles."""
     with mpmath.workdps(DIGITS):
-        off = one - other
+        off = value - expected
         if angles:
             off -= 2 * mpmath.pi * mpmath.nint(off / (2 * mpmath.pi))
-        return bool(abs(off) <= FLOATS * max(1, abs(other)))
+        return bool(abs(off) <= FLOATS * max(1, abs(expected)))
 
 
 def holds_at(zero: Node, at: Mapping[str, Any], symbols: Mapping[str, Any]) -> bool:
@@ -48,7 +48,7 @@ def turns_of(node: Node) -> Fraction | None:
     Fraction(1, 1)
     """
     program = compile_program([node])
-    angle = Angles(program.steps).at(program.outputs[0])
+    angle = find_angles(program.steps)[program.outputs[0]]
     if angle is None or angle[1] or set(angle[0]) - {"pi", ""} or angle[0].get(""):
         return None
     return angle[0].get("pi", Fraction(0)) % 2

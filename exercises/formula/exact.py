@@ -21,14 +21,17 @@ independent of the w, so that they are symbols like any other.
 """
 
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import lru_cache
-from math import comb, inf, isqrt, log2
+from math import comb, inf, isqrt, log2, prod
 from typing import Any
 
+from sympy import multiplicity
+
 from qdot.exercises.common.stream import Stream
-from qdot.exercises.formula.angles import Angle, Angles, Phase, phase_of
+from qdot.exercises.formula.angles import FoundAngle, Phase, find_angles, phase_of
 from qdot.exercises.formula.field import BITS, ORDER, PRIMES, Field, SharedField, below, draw_field
 from qdot.exercises.formula.program import Program, Step
 
@@ -38,7 +41,7 @@ Size = tuple[float, float, float, float]
 """Degree and height of the numerator, degree and height of the denominator."""
 
 
-def _added(x: Size, y: Size, count: int) -> Size:
+def _add_sizes(x: Size, y: Size, count: int) -> Size:
     if not count:
         return x
     return (
@@ -55,11 +58,11 @@ def _log_sum(x: float, y: float) -> float:
     return high if low == -inf else high + (1.0 if high - low < 1 else 2.0 ** max(low - high + 1, -60.0))
 
 
-def _multiplied(x: Size, y: Size) -> Size:
+def _multiply_sizes(x: Size, y: Size) -> Size:
     return x[0] + y[0], x[1] + y[1], x[2] + y[2], x[3] + y[3]
 
 
-def _inverted(x: Size) -> Size:
+def _invert_size(x: Size) -> Size:
     return x[2], x[3], x[0], x[1]
 
 
@@ -74,15 +77,15 @@ Op = tuple[str, tuple[int, ...], Any]
 
 @dataclass(frozen=True)
 class ModularProgram:
-    """The steps of a program as they are done modulo a prime, None where that can't be; and the size of each."""
+    """The steps of a program as they are done modulo a prime, each with its size; None for those that can't be."""
 
-    ops: tuple[Op | None, ...]
-    sizes: tuple[Size, ...]
+    steps: tuple[tuple[Op, Size] | None, ...]
     outputs: tuple[int, ...]
 
-    def supports(self, entry: int) -> bool:
-        """Whether a result is a rational function, as far as can be seen from the text."""
-        return self.ops[self.outputs[entry]] is not None
+    def size(self, entry: int) -> Size | None:
+        """Return the size of a result; None unless it is a rational function, as far as can be seen from the text."""
+        step = self.steps[self.outputs[entry]]
+        return None if step is None else step[1]
 
 
 _NO_SIZE: Size = (0.0, 0.0, 0.0, 0.0)
@@ -92,55 +95,45 @@ _LARGEST = 1e15
 
 def modular_program(program: Program, fixed: Mapping[str, Fraction | None]) -> ModularProgram:
     """Return a program modulo a prime; some names stand for numbers, None for those that are no fractions."""
-    steps = [_known(step, fixed) for step in program.steps]
-    angles = Angles(steps)
-    ops: list[Op | None] = []
-    sizes: list[Size] = []
+    steps = [_replace_fixed_name(step, fixed) for step in program.steps]
+    angles = find_angles(steps)
+    modular: list[tuple[Op, Size] | None] = []
     for op, operands, constant in steps:
+        sizes = [step[1] for step in (modular[i] for i in operands) if step is not None]
         if op in _TRIGONOMETRIC:
-            made = _trigonometric_op(op, angles.at(operands[0]))
+            step = _trigonometric_op(op, angles[operands[0]])
         elif op == "sqrt":
-            made = _root_op(angles.at(operands[0]))
-        elif any(ops[i] is None for i in operands):
-            made = None
+            step = _root_op(angles[operands[0]])
         else:
-            made = _plain_op(op, operands, constant, [sizes[i] for i in operands])
-        if made is not None and max(made[1]) > _LARGEST:
-            made = None
-        ops.append(None if made is None else made[0])
-        sizes.append(_NO_SIZE if made is None else made[1])
-    return ModularProgram(tuple(ops), tuple(sizes), program.outputs)
+            step = _plain_op(op, operands, constant, sizes) if len(sizes) == len(operands) else None
+        modular.append(None if step is None or max(step[1]) > _LARGEST else step)
+    return ModularProgram(tuple(modular), program.outputs)
 
 
-def _plain_op(op: str, operands: tuple[int, ...], constant: Any, args: Sequence[Size]) -> tuple[Op, Size] | None:
+def _plain_op(op: str, operands: tuple[int, ...], constant: Any, sizes: Sequence[Size]) -> tuple[Op, Size] | None:
     if op == "number":
         return (op, (), constant), (0.0, _log(constant.numerator), 0.0, _log(constant.denominator))
-    if op == "name":
-        if constant == "E":
-            return None
-        return ("turn", (), ORDER // 4) if constant == "I" else (op, (), constant), (
-            float(constant != "I"),
-            0.0,
-            0.0,
-            0.0,
-        )
+    if op == "name" and constant == "I":
+        return ("turn", (), ORDER // 4), _NO_SIZE
+    if op == "name" and constant != "E":
+        return (op, (), constant), (1.0, 0.0, 0.0, 0.0)
     if op == "sum":
         size: Size = (0.0, -inf, 0.0, 0.0)
-        for arg, count in zip(args, constant, strict=True):
-            size = _added(size, arg, count)
+        for term, count in zip(sizes, constant, strict=True):
+            size = _add_sizes(size, term, count)
         return (op, operands, constant), size
     if op == "neg":
-        return (op, operands, None), args[0]
+        return (op, operands, None), sizes[0]
     if op in ("*", "/"):
-        return (op, operands, None), _multiplied(args[0], args[1] if op == "*" else _inverted(args[1]))
+        return (op, operands, None), _multiply_sizes(sizes[0], sizes[1] if op == "*" else _invert_size(sizes[1]))
     if op == "integer power":
-        a, b, c, d = args[0] if constant >= 0 else _inverted(args[0])
+        a, b, c, d = sizes[0] if constant >= 0 else _invert_size(sizes[0])
         times = abs(constant)
         return (op, operands, constant), (times * a, times * b, times * c, times * d) if constant else _NO_SIZE
     return None
 
 
-def _known(step: Step, fixed: Mapping[str, Fraction | None]) -> Step:
+def _replace_fixed_name(step: Step, fixed: Mapping[str, Fraction | None]) -> Step:
     if step[0] != "name" or step[2] not in fixed:
         return step
     value = fixed[step[2]]
@@ -150,7 +143,7 @@ def _known(step: Step, fixed: Mapping[str, Fraction | None]) -> Step:
 _TRIGONOMETRIC = frozenset({"sin", "cos", "tan", "cot", "sec", "csc", "exp"})
 
 
-def _trigonometric_op(op: str, angle: tuple[Angle, bool] | None) -> tuple[Op, Size] | None:
+def _trigonometric_op(op: str, angle: FoundAngle | None) -> tuple[Op, Size] | None:
     """Return a sine and the like of an angle that is real, an exponential of one that is imaginary."""
     if angle is None or angle[1] != (op == "exp"):
         return None
@@ -161,8 +154,8 @@ def _trigonometric_op(op: str, angle: tuple[Angle, bool] | None) -> tuple[Op, Si
     if turns > _LARGEST:  # more than a double holds, it may be
         return None
     degree = float(turns)
-    one, two = (degree, 0.0, degree, 0.0), (2 * degree, 1.0, degree, 1.0)
-    size = {"exp": one, "sin": two, "cos": two, "sec": _inverted(two), "csc": _inverted(two)}.get(op)
+    exponential, sine = (degree, 0.0, degree, 0.0), (2 * degree, 1.0, degree, 1.0)
+    size = {"exp": exponential, "sin": sine, "cos": sine, "sec": _invert_size(sine), "csc": _invert_size(sine)}.get(op)
     return (op, (), phase), size or (2 * degree, 1.0, 2 * degree, 1.0)
 
 
@@ -170,29 +163,19 @@ _ROOTS = {2: ((1, 180), (1, -180)), 3: ((1, 120), (1, -120)), 5: ((1, 0), (2, 28
 """Square roots of 2, 3 and 5 as sums of multiples of powers of the root of unity."""
 
 
-def _root_op(angle: tuple[Angle, bool] | None) -> tuple[Op, Size] | None:
+def _root_op(angle: FoundAngle | None) -> tuple[Op, Size] | None:
     """Return the square root of a number whose squarefree part has the prime factors 2, 3 and 5 only."""
     if angle is None or set(angle[0]) - {""} or angle[1]:
         return None
     number = angle[0].get("", Fraction(0))
-    product, roots = abs(number.numerator) * number.denominator, []
-    for prime in (2, 3, 5):
-        if _valuation(product, prime) % 2:
-            product //= prime
-            roots.append(prime)
-    whole = isqrt(product)
-    if whole * whole != product:
+    product = abs(number.numerator) * number.denominator
+    roots = tuple(prime for prime in (2, 3, 5) if product and multiplicity(prime, product) % 2)
+    whole = isqrt(product // prod(roots))
+    if whole * whole * prod(roots) != product:
         return None
     factor = Fraction(whole, number.denominator)
     size = (0.0, _log(factor.numerator) + 3.0 * len(roots), 0.0, _log(factor.denominator))
-    return ("root", (), (factor, tuple(roots), ORDER // 4 if number < 0 else 0)), size
-
-
-def _valuation(number: int, prime: int) -> int:
-    count = 0
-    while number and number % prime == 0:
-        number, count = number // prime, count + 1
-    return count
+    return ("root", (), (factor, roots, ORDER // 4 if number < 0 else 0)), size
 
 
 # --- evaluation ---
@@ -206,24 +189,20 @@ class _Point:
 
     def __init__(self, field: Field, stream: Stream, by_name: bool = False) -> None:
         self.field, self.stream, self.by_name = field, stream, by_name
-        self.names: dict[str, int] = {}
-        self.phases: dict[str, int] = {}
+        self.values: dict[str, int] = {}
 
-    def name(self, name: str) -> int:
-        if name not in self.names:
-            self.names[name] = self._drawn(f"name/{name}")
-        return self.names[name]
-
-    def _drawn(self, what: str) -> int:
-        return 1 + below(self.stream.part(what) if self.by_name else self.stream, self.field.prime - 1)
+    def value(self, name: str) -> int:
+        """Return the value of a name."""
+        if name not in self.values:
+            stream = self.stream.part(name) if self.by_name else self.stream
+            self.values[name] = 1 + below(stream, self.field.prime - 1)
+        return self.values[name]
 
     def phase(self, phase: Phase) -> int:
-        prime = self.field.prime
+        """Return exp(i angle)."""
         value = self.field.power(phase.turn)
         for name, power in phase.powers:
-            if name not in self.phases:
-                self.phases[name] = self._drawn(f"phase/{name}")
-            value = value * pow(self.phases[name], power, prime) % prime
+            value = value * pow(self.value(f"phase/{name}"), power, self.field.prime) % self.field.prime
         return value
 
 
@@ -239,22 +218,17 @@ def _inverse(value: int, prime: int) -> int:
 
 def run(program: ModularProgram, point: _Point) -> list[int | None]:
     """Return the results modulo the prime; None where one is undefined there or can't be worked out so."""
-    prime = point.field.prime
     values: list[int | None] = []
-    for op in program.ops:
+    for step in program.steps:
         value = None
-        if op is not None:
-            args = [values[i] for i in op[1]]
-            if None not in args:
-                try:
-                    value = _done(op[0], args, op[2], point) % prime
-                except ZeroDivisionError:
-                    value = None
+        if step is not None and None not in (args := [values[i] for i in step[0][1]]):
+            with suppress(ZeroDivisionError):
+                value = _apply(step[0][0], args, step[0][2], point) % point.field.prime
         values.append(value)
     return [values[i] for i in program.outputs]
 
 
-def _done(op: str, args: list[Any], data: Any, point: _Point) -> int:
+def _apply(op: str, args: list[Any], data: Any, point: _Point) -> int:
     prime = point.field.prime
     if op == "*":
         return args[0] * args[1]
@@ -265,7 +239,7 @@ def _done(op: str, args: list[Any], data: Any, point: _Point) -> int:
     if op == "neg":
         return -args[0]
     if op == "name":
-        return point.name(data)
+        return point.value(f"name/{data}")
     if op == "number":
         return _residue(data, prime)
     if op == "/":
@@ -334,46 +308,44 @@ def compare(
     theirs = modular_program(student, fixed)
     ours = theirs if student == reference else modular_program(reference, fixed)
     stream = Stream(f"{seed}/exact")
-    entries = [_Entry(theirs, ours, k) for k in range(len(ours.outputs))]
+    entries = [_Entry(theirs.size(k), ours.size(k)) for k in range(len(ours.outputs))]
     for trial in range(TRIES):
-        still = [entry for entry in entries if entry.is_open]
-        if not still:
+        if not any(entry.is_open for entry in entries):
             break
         field = _SHARED.get() if trial == 0 and draw is None else (draw or draw_field)(stream)
         point = _Point(field, stream)
-        values = run(theirs, point)
-        due = values if ours is theirs else run(ours, point)
-        for entry in still:
-            entry.seen(values[entry.number], due[entry.number], point.field)
+        student_values = run(theirs, point)
+        reference_values = student_values if ours is theirs else run(ours, point)
+        for entry, student_value, reference_value in zip(entries, student_values, reference_values, strict=True):
+            if entry.is_open:
+                entry.add_point(student_value, reference_value, field)
     return [entry.verdict() for entry in entries]
 
 
 class _Entry:
     """One result of the two: what was seen of it at the points so far."""
 
-    def __init__(self, theirs: ModularProgram, ours: ModularProgram, number: int) -> None:
-        self.number = number
-        self.able = theirs.supports(number) and ours.supports(number)
-        self.sizes = theirs.sizes[theirs.outputs[number]], ours.sizes[ours.outputs[number]]
+    def __init__(self, student_size: Size | None, reference_size: Size | None) -> None:
+        self.sizes = student_size and reference_size and (student_size, reference_size)
         self.same, self.tried, self.undefined, self.differs, self.bound = 0, 0, 0, False, inf
 
     @property
     def is_open(self) -> bool:
-        return self.able and not self.differs and self.bound > WANTED
+        return self.sizes is not None and not self.differs and self.bound > WANTED
 
-    def seen(self, theirs: int | None, ours: int | None, field: Field) -> None:
+    def add_point(self, student_value: int | None, reference_value: int | None, field: Field) -> None:
         self.tried += 1
-        if theirs is None or ours is None:
-            self.undefined += ours is not None
-        elif theirs != ours:
+        if student_value is None or reference_value is None:
+            self.undefined += reference_value is not None
+        elif student_value != reference_value:
             self.differs = True
-        else:
+        elif self.sizes is not None:
             self.same += 1
             single = chance(*self.sizes, field.bits, field.choices)
             self.bound = min(1.0, comb(self.tried, self.same) * single**self.same)
 
     def verdict(self) -> Exact:
-        if not self.able:
+        if self.sizes is None:
             return Exact()
         if self.differs or self.undefined == self.tried:
             return Exact(False, self.tried)
@@ -386,7 +358,7 @@ PLACES = 2
 """Points at which functions are known again: two different ones agree there with a chance of 1 in 10^40 or so."""
 
 
-def known_by(program: Program, seed: str) -> list[tuple[int | None, ...] | None]:
+def fingerprint_results(program: Program, seed: str) -> list[tuple[int | None, ...] | None]:
     """Return numbers by which each result is known again: the same function has the same, however it is written.
 
     They are its values modulo a prime at points that depend on `seed` and on the names alone; None at a point where it
@@ -394,15 +366,15 @@ def known_by(program: Program, seed: str) -> list[tuple[int | None, ...] | None]
 
     >>> from qdot.exercises.formula.expression import read
     >>> from qdot.exercises.formula.program import compile_program
-    >>> one, same, other = known_by(compile_program([read("2*sin(x)*cos(x)"), read("sin(2*x)"), read("sin(x)")]), "s")
-    >>> one == same, one == other
+    >>> program = compile_program([read("2*sin(x)*cos(x)"), read("sin(2*x)"), read("sin(x)")])
+    >>> double, same, single = fingerprint_results(program, "s")
+    >>> double == same, double == single
     (True, False)
     """
     modular, field = modular_program(program, {}), _field_of(seed)
     values = [run(modular, _Point(field, Stream(f"{seed}/{k}"), by_name=True)) for k in range(PLACES)]
-    return [
-        tuple(column) if modular.supports(entry) else None for entry, column in enumerate(zip(*values, strict=True))
-    ]
+    columns = zip(*values, strict=True)
+    return [None if modular.size(entry) is None else column for entry, column in enumerate(columns)]
 
 
 @lru_cache(maxsize=16)

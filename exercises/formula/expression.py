@@ -7,12 +7,14 @@ matrix or a set of conditions is for the caller to say.
 """
 
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import contextmanager
 from fractions import Fraction
 from functools import lru_cache
 from itertools import pairwise
 
-from qdot.exercises.formula.metres import METRE, without_metres
+from qdot.exercises.formula.algebra import ONE, ZERO, number
+from qdot.exercises.formula.metres import METRE, remove_metres
 from qdot.exercises.formula.names import (
     ARITY,
     FUNCTIONS,
@@ -24,8 +26,17 @@ from qdot.exercises.formula.names import (
     plain_name,
 )
 from qdot.exercises.formula.notation import plain
-from qdot.exercises.formula.products import carried_out
-from qdot.exercises.formula.trees import CHAIN, Node, ReadError, names, replaced
+from qdot.exercises.formula.products import evaluate_matrices
+from qdot.exercises.formula.trees import (
+    CHAIN,
+    Node,
+    ReadError,
+    combine_from_left,
+    fold,
+    list_of_rows,
+    names,
+    replace_names,
+)
 from qdot.exercises.formula.vocabulary import LIMITS, VOCABULARY, pattern
 
 MAX_DEPTH = LIMITS["depth"]
@@ -62,10 +73,10 @@ def _tokens(text: str) -> list[tuple[str, str, int]]:
             break
         kind = match.lastgroup
         if kind != "space":
-            said = text[at:end]
-            tokens.append((str(kind), said, at))
-            if said in _DEEPER:
-                depth += _DEEPER[said]
+            token = text[at:end]
+            tokens.append((str(kind), token, at))
+            if token in _DEEPER:
+                depth += _DEEPER[token]
                 if depth > MAX_DEPTH:  # found here, it costs no more than what stands before it
                     raise ReadError(f"brackets nest more than {MAX_DEPTH} deep {_where(text, at)}")
         at = end
@@ -88,7 +99,7 @@ class _Parser:
 
     def __init__(self, text: str, known: frozenset[str]) -> None:
         self.text, self.known = text, known
-        self.tokens, self.at, self.depth = self.meant(_tokens(text)), 0, 0
+        self.tokens, self.at, self.depth = self.translate_words(_tokens(text)), 0, 0
         if (signs := sum(text == "±" for _, text, _ in self.tokens)) > MOST_EITHER:
             raise ReadError(f"the answer has {signs} signs ±, each of which doubles what it means; write them out")
         self.without_brackets = -1
@@ -100,25 +111,25 @@ class _Parser:
         self.braces_are_lists = False
         """Whether functions have square brackets, as in Mathematica, where {a, b} is a list."""
 
-    def meant(self, tokens: list[tuple[str, str, int]]) -> list[tuple[str, str, int]]:
+    def translate_words(self, tokens: list[tuple[str, str, int]]) -> list[tuple[str, str, int]]:
         """Return tokens with what words between formulas mean put for them: "or" for what is "or" in German."""
-        found = []
+        translated = []
         for kind, text, at in tokens:
             word = _SYNONYMS.get(text) if kind == "name" and text not in self.known else None
             if word:
-                found.append(("number" if word.isdigit() else "name" if word.isalpha() else "op", word, at))
+                translated.append(("number" if word.isdigit() else "name" if word.isalpha() else "op", word, at))
             elif word is None and kind == "name" and "." in text and (factors := factors_of(text, self.known)):
                 start = at
                 for factor in factors:  # a1.a2.sin
-                    found += [("op", "*", start), ("name", factor, start)]
+                    translated += [("op", "*", start), ("name", factor, start)]
                     start += len(factor) + 1
-                del found[-2 * len(factors)]
+                del translated[-2 * len(factors)]
             elif word is None:
-                found.append((kind, text, at))
-        return found
+                translated.append((kind, text, at))
+        return translated
 
-    def peek(self) -> str:
-        return self.tokens[self.at][1]
+    def peek(self, ahead: int = 0) -> str:
+        return self.tokens[min(self.at + ahead, len(self.tokens) - 1)][1]
 
     def fail(self, message: str) -> ReadError:
         return ReadError(f"{message} {_where(self.text, self.tokens[self.at][2])}")
@@ -135,47 +146,48 @@ class _Parser:
             instead = self.peek() or "the end"
             raise self.fail(f"expected '{text}', found {instead!r},")
 
-    def whole(self) -> Node:
+    def parse(self) -> Node:
         if self.tokens[0][0] == "end":
             raise ReadError("nothing is there")
         self.pass_parameters()
-        found = self.listed()
-        found = _braces_as_lists(found) if self.braces_are_lists else found
+        tree = self.parse_to_end()
+        if self.braces_are_lists:
+            tree = fold(
+                tree, lambda node, args: Node("list" if node.kind == "set" else node.kind, tuple(args), node.value)
+            )
         is_metre = METRE not in self.known and any(text == METRE for _, text, _ in self.tokens)
-        return carried_out(without_metres(found) if is_metre else found)
+        return evaluate_matrices(remove_metres(tree) if is_metre else tree)
 
-    def listed(self) -> Node:
+    def parse_to_end(self) -> Node:
         """Read what stands there to the end."""
-        rows, separated = self.rows("")
+        rows, has_comma = self.parse_rows("")
         if self.tokens[self.at][0] != "end":
             raise self.fail(f"did not expect {self.peek()!r}")
-        if len(rows) > 1 and all(len(row) == 1 for row in rows):  # a; b
-            rows = [[entry for row in rows for entry in row]]
-        if len(rows) > 1:
-            return Node("list", tuple(Node("list", tuple(row)) for row in rows))
-        items = rows[0]
-        if not items:  # semicolons alone
+        if not rows[0]:  # semicolons alone
             raise ReadError("nothing is there")
+        if len(rows) > 1 and any(len(row) > 1 for row in rows):
+            return list_of_rows(rows)
+        items = [entry for row in rows for entry in row]  # of a; b, too
         if any(item.kind == "pair" for item in items):  # x: a, y: b
-            return self.paired(items)
-        return Node("list", tuple(items)) if separated or len(items) > 1 else items[0]
+            return self.make_dictionary(items)
+        return Node("list", tuple(items)) if has_comma or len(items) > 1 else items[0]
 
-    def rows(self, close: str) -> tuple[list[list[Node]], bool]:
+    def parse_rows(self, close: str) -> tuple[list[list[Node]], bool]:
         """Read what stands between commas, in rows where semicolons end them, and pass what closes it.
 
         Tell whether there was a comma. In braces, and where nothing closes it, an entry may be named, as in x: a.
         """
         rows: list[list[Node]] = [[]]
         comma = False
-        while not self.closed(close):
+        while not self.take_end(close):
             if self.take(";"):
                 rows.append([])
                 continue
-            item = self.disjunction()
+            item = self.parse_disjunction()
             if not close and self.is_comma_and() and self.is_condition(item):
-                item = self.joined(item, rows == [[]])
+                item = self.join_conditions(item, rows == [[]])
             if close in ("", "}") and self.take(":"):
-                item = Node("pair", (item, self.disjunction()))
+                item = Node("pair", (item, self.parse_disjunction()))
             rows[-1].append(item)
             if self.take(","):
                 comma = True
@@ -193,7 +205,7 @@ class _Parser:
             raise self.fail("expected a number, a symbol or a bracket, found the end")
 
     def is_comma_and(self) -> bool:
-        return self.peek() == "," and self.text_at(1) in ("and", "&")
+        return self.peek() == "," and self.peek(1) in ("and", "&")
 
     def is_condition(self, node: Node) -> bool:
         """Tell whether a term is on a symbol of the problem; x = 1 only names an entry."""
@@ -201,7 +213,7 @@ class _Parser:
             return all(map(self.is_condition, node.args))
         return node.kind in ("eq", "in") and not names(node.args[0]).isdisjoint(self.known)
 
-    def joined(self, first: Node, is_alone: bool) -> Node:
+    def join_conditions(self, first: Node, is_alone: bool) -> Node:
         """Read A, and B as A and B where B is a condition; with other commas or alternatives it may mean two things.
 
         Before a value, as in theta2 = 0, and pi, the comma parts a list.
@@ -211,7 +223,7 @@ class _Parser:
         while self.is_comma_and():
             before = self.at
             self.at += 2
-            term = self.relation()
+            term = self.parse_relation()
             if not self.is_condition(term):
                 self.at = before
                 break
@@ -226,10 +238,10 @@ class _Parser:
             )
         return Node("and", tuple(terms))
 
-    def closed(self, close: str) -> bool:
+    def take_end(self, close: str) -> bool:
         return self.take(close) if close else self.tokens[self.at][0] == "end"
 
-    def paired(self, items: Sequence[Node]) -> Node:
+    def make_dictionary(self, items: Sequence[Node]) -> Node:
         pairs: list[list[Node]] = []
         for item in items:
             if item.kind == "pair":
@@ -252,124 +264,127 @@ class _Parser:
                     break
             self.expect(":")
 
-    def disjunction(self) -> Node:
+    @contextmanager
+    def count_nesting(self, what: str = "brackets") -> Iterator[None]:
+        """Count how deep brackets, bars and functions nest. Raises ReadError beyond MAX_DEPTH."""
         self.depth += 1
         if self.depth > MAX_DEPTH:
-            raise self.fail(f"brackets nest more than {MAX_DEPTH} deep")
-        terms = [self.conjunction()]
-        while self.take("or", "|"):
-            terms.append(self.conjunction())
+            raise self.fail(f"{what} nest more than {MAX_DEPTH} deep")
+        yield
         self.depth -= 1
+
+    def parse_disjunction(self) -> Node:
+        with self.count_nesting():
+            terms = [self.parse_conjunction()]
+            while self.take("or", "|"):
+                terms.append(self.parse_conjunction())
         return terms[0] if len(terms) == 1 else Node("or", tuple(terms))
 
-    def conjunction(self) -> Node:
-        terms = [self.relation()]
+    def parse_conjunction(self) -> Node:
+        terms = [self.parse_relation()]
         while self.take("and", "&"):
-            terms.append(self.relation())
+            terms.append(self.parse_relation())
         return terms[0] if len(terms) == 1 else Node("and", tuple(terms))
 
-    def relation(self) -> Node:
-        sides = [self.modulo(self.sum())]
+    def parse_relation(self) -> Node:
+        sides = [self.parse_modulo(self.parse_sum())]
         while self.take("=", "=="):
-            sides.append(self.values())
+            sides.append(self.parse_right_side())
         if len(sides) > 2 and sides[0].kind == "name" and sides[1].kind == "list":
             del sides[0]  # P = [x; y] = […]
         equations = tuple(Node("eq", pair) for pair in pairwise(sides))
         if len(equations) > 1:  # theta1 = theta2 = 0
             return Node("and", equations, CHAIN)
         if not equations and self.take("in"):
-            return Node("in", (sides[0], self.modulo(self.sum())))
+            return Node("in", (sides[0], self.parse_modulo(self.parse_sum())))
         return equations[0] if equations else sides[0]
 
-    def values(self) -> Node:
+    def parse_right_side(self) -> Node:
         """Read what stands right of an equation: a value, or several, as in theta2 = 0 or pi."""
-        found = [self.modulo(self.sum())]
+        alternatives = [self.parse_modulo(self.parse_sum())]
         while self.peek() in ("or", "and", "|", "&"):
             here = self.at
             self.at += 1
-            other = self.modulo(self.sum()) if self.tokens[self.at][0] != "end" else None
-            if other is None or self.peek() in ("=", "==", "in", ":") or not _is_value(other):
+            alternative = self.parse_modulo(self.parse_sum()) if self.tokens[self.at][0] != "end" else None
+            if alternative is None or self.peek() in ("=", "==", "in", ":") or not _is_value(alternative):
                 self.at = here  # another condition begins there
                 break
-            found.append(other)
-        return found[0] if len(found) == 1 else Node("set", tuple(found))
+            alternatives.append(alternative)
+        return alternatives[0] if len(alternatives) == 1 else Node("set", tuple(alternatives))
 
-    def modulo(self, value: Node) -> Node:
+    def parse_modulo(self, value: Node) -> Node:
         """Read theta2 = 0 mod pi, or (mod pi): the value and all that are whole multiples of pi apart."""
-        bracket = self.peek() == "(" and self.text_at(1) in _MODULO
+        bracket = self.peek() == "(" and self.peek(1) in _MODULO
         if not bracket and self.peek() not in _MODULO:
             return value
         self.at += 2 if bracket else 1
-        if self.text_at(-1) == "%" and self.tokens[self.at][0] in ("end", "op") and self.peek() != "(":
+        if self.peek(-1) == "%" and self.tokens[self.at][0] in ("end", "op") and self.peek() != "(":
             raise self.fail("percentages are not read; write a decimal, as in 0.5,")
-        step = Node("*", (Node("name", value=VOCABULARY["whole_numbers"][0]), self.sum()))
+        step = Node("*", (_ANY_WHOLE_NUMBER, self.parse_sum()))
         if bracket:
             self.expect(")")
         several = value.args if value.kind in ("list", "set") else (value,)
-        apart = tuple(Node("+", (one, step)) for one in several)
+        apart = tuple(Node("+", (term, step)) for term in several)
         return Node(value.kind, apart) if value.kind in ("list", "set") else apart[0]
 
-    def sum(self) -> Node:
+    def parse_sum(self) -> Node:
         if self.take("±"):
-            value = self.product()
+            value = self.parse_product()
             node = Node("set", (value, Node("neg", (value,))))
         else:
-            negative = self.sign()
-            node = self.product()
-            node = Node("neg", (node,)) if negative else node
+            node = _with_sign(self.parse_sign(), self.parse_product())
         while self.peek() in ("+", "-", "±"):
             op = self.peek()
             reach = self.at == self.without_brackets
             self.at += 1
-            negative = self.sign()
-            right = self.product()
+            is_negative, right = self.parse_sign(), self.parse_product()
             if reach and right.kind == "name" and _is_angle(str(right.value)):
                 raise self.fail(
                     f"a function without brackets stands before {op} {right.value}; write what it is of in brackets, "
                     "as in sin(theta1 + theta2),"
                 )
-            right = Node("neg", (right,)) if negative else right
+            right = _with_sign(is_negative, right)
             both = (Node("+", (node, right)), Node("-", (node, right)))
             node = Node("set", both) if op == "±" else Node(op, (node, right))
         return node
 
-    def sign(self) -> bool:
+    def parse_sign(self) -> bool:
         negative = False
         while self.peek() in ("+", "-") and self.tokens[self.at][0] == "op":
             negative ^= self.peek() == "-"
             self.at += 1
         return negative
 
-    def product(self) -> Node:
-        node = self.power()
+    def parse_product(self) -> Node:
+        node = self.parse_power()
         below = -1
         while True:
             kind, text, _ = self.tokens[self.at]
             if text in ("*", "/", "."):
                 self.at += 1
                 here = self.at
-                node = Node(text if text == "/" else "*", (node, self.signed_power()))
+                node = Node(text if text == "/" else "*", (node, _with_sign(self.parse_sign(), self.parse_power())))
                 below = self.at if text == "/" and self.is_symbol(here) and node.args[1].kind == "name" else -1
             elif kind == "number" == self.tokens[self.at - 1][0]:
                 raise self.fail("two numbers stand side by side,")  # 1 000, 1.2.3: no product is meant
             elif kind == "number" and text.startswith("."):  # a1.2
                 raise self.fail(f"the point of {text} may stand for a product; write *{text[1:]}, or *0{text},")
-            elif text == "(" and self.text_at(1) in _MODULO:
+            elif text == "(" and self.peek(1) in _MODULO:
                 return node
             elif kind == "name" and self.is_unit(text):
                 self.at += 1
                 node = _in_unit(node, text)
             elif kind == "name" and text not in _WORDS and self.at == below:
                 raise self.fail(
-                    f"/{self.text_at(-1)} {text} may mean two things; write what stands below in brackets, as in "
+                    f"/{self.peek(-1)} {text} may mean two things; write what stands below in brackets, as in "
                     "a/(b*c), or a/b*c,"
                 )
             elif text == "|" and self.is_bar_of_factor():
-                node = Node("*", (node, self.power()))
+                node = Node("*", (node, self.parse_power()))
             elif text == "[" and self.is_row_below(node):
-                node = self.with_row(node)
+                node = self.parse_row_below(node)
             elif kind == "number" or text in ("(", "[") or (kind == "name" and text not in _WORDS):
-                node = Node("*", (node, self.factor()))
+                node = Node("*", (node, self.parse_factor()))
             else:
                 return node
 
@@ -377,10 +392,10 @@ class _Parser:
         """Tell whether a single name stands there, as what a quotient is divided by."""
         return self.tokens[at][0] == "name" and self.at == at + 1 and not self.tokens[at][1].startswith(_PI)
 
-    def factor(self) -> Node:
+    def parse_factor(self) -> Node:
         """Read a factor without a sign before it; [0] is none, but picks an entry in Python."""
         bracket = self.peek() == "["
-        here, node = self.at, self.power()
+        here, node = self.at, self.parse_power()
         if bracket and node.kind == "list" and len(node.args) == 1 and node.args[0].kind in ("number", "neg"):
             self.at = here
             raise self.fail("did not expect '['; an entry of a vector has a name, as a1 or theta2,")
@@ -406,25 +421,26 @@ class _Parser:
 
     def is_row_below(self, node: Node) -> bool:
         """Tell whether a list is a row, or several, with another below it, as calculators write [a, b][c, d]."""
-        return node.kind == "list" and len(node.args) > 1 and self.text_at(-1) == "]" and not self.is_column_ahead()
+        return node.kind == "list" and len(node.args) > 1 and self.peek(-1) == "]" and not self.is_column_ahead()
 
     def is_column_ahead(self) -> bool:
         """Tell whether the list that begins here has rows, as in [a; b] or [[a, b], [c, d]]."""
-        depth, at = 0, self.at
-        while at < len(self.tokens):
-            text = self.tokens[at][1]
-            depth += _DEEPER.get(text, 0)
-            if depth == 0:
-                return False
-            if (text == ";" and depth == 1) or (text == "[" and at == self.at + 1):
-                return True
-            at += 1
-        return False
+        return self.peek(1) == "[" or (1, ";") in self.bracket_ahead()
 
-    def with_row(self, node: Node) -> Node:
+    def bracket_ahead(self) -> list[tuple[int, str]]:
+        """Return the tokens from the bracket that begins here to its end, each after how deep it is."""
+        depth, inside = 0, list[tuple[int, str]]()
+        for at in range(self.at, len(self.tokens)):
+            depth += _DEEPER.get(self.tokens[at][1], 0)
+            inside.append((depth, self.tokens[at][1]))
+            if depth == 0:
+                break
+        return inside
+
+    def parse_row_below(self, node: Node) -> Node:
         """Return a list of rows with the one that follows."""
         self.take("[")
-        row = self.bracketed("]", "list")
+        row = self.parse_bracket("]", "list")
         rows = node.args if all(arg.kind == "list" for arg in node.args) else (node,)
         if len(rows) >= MAX_DIAGONAL or any(len(each.args) != len(row.args) for each in rows):
             raise self.fail("two lists of different lengths stand side by side,")
@@ -445,113 +461,98 @@ class _Parser:
             return after not in _POWERS_OF_UNIT
         return after not in _GO_ON and (next_kind in ("op", "end") or after in _WORDS)
 
-    def signed_power(self) -> Node:
-        return Node("neg", (self.power(),)) if self.sign() else self.power()
-
-    def power(self) -> Node:
-        base = self.primary()
+    def parse_power(self) -> Node:
+        base = self.parse_primary()
         if self.tokens[self.at][1] not in ("**", "^"):
             return base
         exponents, of_last = [], base is self.without_space
         while self.take("**", "^"):
-            negative = self.sign()
-            exponent = self.primary()
-            exponents.append(Node("neg", (exponent,)) if negative else exponent)
+            exponents.append(_with_sign(self.parse_sign(), self.parse_primary()))
             if len(exponents) > MAX_DEPTH:
                 raise self.fail(f"powers nest more than {MAX_DEPTH} deep")
         if base.kind == "list" and len(exponents) == 1 and exponents[0].value in VOCABULARY["transposed"]:
-            return _transposed(base)
+            return _transpose(base)
         tower = exponents.pop()
         while exponents:  # -a^-b^c: the sign of an exponent covers what stands above it
             below = exponents.pop()
-            if below.kind == "neg":
-                tower = Node("neg", (Node("^", (below.args[0], tower)),))
-            else:
-                tower = Node("^", (below, tower))
+            is_negative = below.kind == "neg"
+            tower = _with_sign(is_negative, Node("^", (below.args[0] if is_negative else below, tower)))
         if of_last:  # a1c2^2
             return Node("*", (base.args[0], Node("^", (base.args[1], tower))))
         return Node("^", (base, tower))
 
-    def primary(self) -> Node:
+    def parse_primary(self) -> Node:
         kind, text, _ = self.tokens[self.at]
         if kind == "number":
             self.at += 1
             return _number(text)
         if kind == "name" and text not in _WORDS:
             self.at += 1
-            return self.named(text)
+            return self.parse_name(text)
         if self.take("..."):
             return Node("blank")
         if self.take("("):
-            return self.bracketed(")", "group")
+            return self.parse_bracket(")", "group")
         if self.take("["):
-            return self.bracketed("]", "list")
+            return self.parse_bracket("]", "list")
         if self.take("{"):
-            return self.bracketed("}", "set")
+            return self.parse_bracket("}", "set")
         if self.take("|"):
-            return self.absolute()
+            return self.parse_absolute()
         raise self.fail("expected a number, a symbol or a bracket, found " + (repr(text) if text else "the end"))
 
-    def absolute(self) -> Node:
+    def parse_absolute(self) -> Node:
         """Read |a1*sin(theta2)| to its second bar; the bar between two conditions is an "or"."""
-        self.depth += 1
-        if self.depth > MAX_DEPTH:
-            raise self.fail(f"brackets nest more than {MAX_DEPTH} deep")
-        self.in_bars, outer = True, self.in_bars
-        inner = self.sum()
-        self.in_bars = outer
-        self.expect("|")
-        self.depth -= 1
+        with self.count_nesting():
+            self.in_bars, outer = True, self.in_bars
+            inner = self.parse_sum()
+            self.in_bars = outer
+            self.expect("|")
         return _call(FUNCTIONS["abs"], (inner,))
 
-    def bracketed(self, close: str, kind: str) -> Node:
+    def parse_bracket(self, close: str, kind: str) -> Node:
         self.in_bars, outer = False, self.in_bars
-        rows, comma = self.rows(close)
+        rows, comma = self.parse_rows(close)
         self.in_bars, self.without_space = outer, None
         items = rows[0]
-        if len(rows) > 1 and kind in ("group", "set") and all(len(row) == 1 for row in rows):  # (a; b), {0; pi}
-            return Node("list", tuple(row[0] for row in rows))
-        if len(rows) > 1:  # [a, b; c, d]
-            return Node("list", tuple(Node("list", tuple(row)) for row in rows))
+        if len(rows) > 1:  # [a, b; c, d], or (a; b), {0; pi}
+            is_column = kind in ("group", "set") and all(len(row) == 1 for row in rows)
+            return Node("list", tuple(row[0] for row in rows)) if is_column else list_of_rows(rows)
         if kind == "group":
             return items[0] if len(items) == 1 and not comma else Node("list", tuple(items))
-        return self.paired(items) if any(item.kind == "pair" for item in items) else Node(kind, tuple(items))
+        return self.make_dictionary(items) if any(item.kind == "pair" for item in items) else Node(kind, tuple(items))
 
-    def named(self, raw: str) -> Node:
+    def parse_name(self, raw: str) -> Node:
         if len(raw) > LONGEST:
             raise self.fail(f"a name of {len(raw)} characters is no symbol of this field,")
         if raw.endswith(".diff") and self.peek() == "(":  # theta1.diff(t)
-            return self.bound("Derivative", _meant(pieces_of(raw.removesuffix(".diff"), self.known)[0]))
+            return self.parse_bound("Derivative", _node_of_part(pieces_of(raw.removesuffix(".diff"), self.known)[0]))
         name = plain_name(raw)
         opens = self.peek() == "("
         if opens and name in _BOUND:
-            return self.bound(name, None)
+            return self.parse_bound(name, None)
         varies = name in self.known or _JOINT.fullmatch(name) is not None
-        if opens and varies and self.text_at(1) == "t" and self.text_at(2) == ")":
+        if opens and varies and self.peek(1) == "t" and self.peek(2) == ")":
             self.at += 3  # theta1(t), as dynamicsymbols prints it
-            return _meant(pieces_of(raw, self.known)[0])
+            return _node_of_part(pieces_of(raw, self.known)[0])
         if opens and name in _CONTAINERS:
             self.at += 1
-            return _container(name, self.bracketed(")", "args").args, self)
+            return _container(name, self.parse_bracket(")", "args").args, self)
         if name in VOCABULARY["undefined"]:
             raise self.fail(f"{name} is not an answer{VOCABULARY['undefined_because'].get(name, '')};")
         if name in VOCABULARY["blank"]:
             return Node("blank")
         if name in SHORTHAND and name not in self.known and self.is_angle_ahead():
-            return self.shorthand(name)
+            return self.parse_shorthand(name)
         pieces = pieces_of(raw, self.known)
-        one = pieces[0].parts[0] if len(pieces) == 1 and pieces[0].kind == "name" else ""
-        if opens and one and not {name, one} & self.known and one not in _BEFORE_BRACKETS:
-            if self.begins_statement() and (behind := self.behind_bracket()) and self.tokens[behind][1] == "=":
+        symbol = pieces[0].parts[0] if len(pieces) == 1 and pieces[0].kind == "name" else ""
+        if opens and symbol and not {name, symbol} & self.known and symbol not in _BEFORE_BRACKETS:
+            behind = self.at + len(self.bracket_ahead())
+            if self.begins_statement() and behind < len(self.tokens) and self.tokens[behind][1] == "=":
                 self.at = behind  # J(q) = …
-                return Node("name", value=one)
-            said = (
-                "is not understood; write the formula with sin, cos, tan, sqrt, exp, atan2,"
-                if name not in VOCABULARY["negations"]
-                else "says where they are not; write where they are,"
-            )
-            raise self.fail(f"the function {name!r} {said}")
-        product = self.product_of(pieces)
+                return Node("name", value=symbol)
+            raise self.fail(f"the function {name!r} {_NEGATION if name in VOCABULARY['negations'] else _UNKNOWN}")
+        product = self.multiply_parts(pieces)
         if pieces[-1].kind in FUNCTIONS and _SHORT_OF_ANGLE.search(name):
             self.without_brackets = self.at
         return product
@@ -560,88 +561,67 @@ class _Parser:
         """Tell whether the name that was passed last is the first of a statement."""
         return self.at == 1 or self.tokens[self.at - 2][1] in _BEFORE_STATEMENT
 
-    def behind_bracket(self) -> int:
-        """Return where the bracket that begins here has been closed; 0 if it never is."""
-        depth = 0
-        for at in range(self.at, len(self.tokens)):
-            depth += _DEEPER.get(self.tokens[at][1], 0)
-            if depth == 0:
-                return at + 1
-        return 0
-
     def is_angle_ahead(self) -> bool:
         """Tell whether an angle or a bracket follows, behind a power if there is one: c theta1, s^2(theta1)."""
-        ahead = 0 if self.peek() not in ("^", "**") else 4 if self.text_at(1) == "(" else 2
+        ahead = 0 if self.peek() not in ("^", "**") else 4 if self.peek(1) == "(" else 2
         kind, text, _ = self.tokens[min(self.at + ahead, len(self.tokens) - 1)]
         piece = pieces_of(text, self.known)[0] if kind == "name" else None
         return text == "(" or (piece is not None and (piece.kind == "sum" or _is_angle(piece.parts[0])))
 
-    def shorthand(self, name: str) -> Node:
+    def parse_shorthand(self, name: str) -> Node:
         """Read c or s, of what follows: S(1), as SymPy has it, is no sine."""
         here, function = self.at, SHORTHAND[name]
-        call = self.function(function)
+        call = self.parse_function(function)
         if not any(map(_is_angle, names(call))):
             self.at = here
             raise self.fail(f"{name} is {function} before an angle only, as in {name}(theta1); write {function}(…),")
         return call
 
-    def product_of(self, pieces: Sequence[NamePart]) -> Node:
+    def multiply_parts(self, pieces: Sequence[NamePart]) -> Node:
         """Return the product that names without a space stand for; a function is of what follows it."""
         factors: list[Node] = []
         todo = list(pieces)
         while todo:
             piece = todo.pop(0)
             if piece.kind != "function":
-                factors.append(_meant(piece))
+                factors.append(_node_of_part(piece))
             elif todo and todo[0].kind != "function" and piece.parts[0] not in ARITY:
-                factors.append(_call(piece.parts[0], (_meant(todo.pop(0)),)))
+                factors.append(_call(piece.parts[0], (_node_of_part(todo.pop(0)),)))
                 self.without_brackets = self.at if not todo else -1
             elif not todo:
-                factors.append(self.function(piece.parts[0]))
+                factors.append(self.parse_function(piece.parts[0]))
             else:
                 raise self.fail(f"expected what {piece.parts[0]} is of,")
-        product = factors[0]
-        for factor in factors[1:]:
-            product = self.without_space = Node("*", (product, factor))
+        product = combine_from_left("*", factors)
+        if len(factors) > 1:
+            self.without_space = product
         return product
 
-    def text_at(self, ahead: int) -> str:
-        return self.tokens[min(self.at + ahead, len(self.tokens) - 1)][1]
-
-    def bound(self, name: str, of: Node | None) -> Node:
+    def parse_bound(self, name: str, of: Node | None) -> Node:
         """Read Derivative(theta1(t), t), which is the rate qd1, or Lambda(_n, …), whose _n is any whole number."""
         self.at += 1
-        args = ((of,) if of is not None else ()) + self.bracketed(")", "args").args
+        args = ((of,) if of is not None else ()) + self.parse_bracket(")", "args").args
         is_rate = _BOUND[name] == "rate"
         if is_rate and len(args) in (1, 2) and args[0].kind == "name":
             joint = _JOINT.fullmatch(str(args[0].value))
             if joint is not None:
                 return Node("name", value=f"qd{joint.group(1)}")
         if not is_rate and len(args) == 2 and args[0].kind == "name":
-            return replaced(args[1], str(args[0].value), Node("name", value=VOCABULARY["whole_numbers"][0]))
+            return replace_names(args[1], {args[0].value: _ANY_WHOLE_NUMBER})
         raise self.fail(f"this {name} is not understood")
 
-    def function(self, name: str) -> Node:
-        self.depth += 1
-        if self.depth > MAX_DEPTH:
-            raise self.fail(f"functions nest more than {MAX_DEPTH} deep")
-        made = self.function_of(name)
-        self.depth -= 1
-        return made
-
-    def function_of(self, name: str) -> Node:
+    def parse_function(self, name: str) -> Node:
         power = None
-        if self.take("^", "**"):  # sin^2(x)
-            negative = self.sign()
-            power = self.primary()
-            power = Node("neg", (power,)) if negative else power
-        if self.take("("):
-            args = self.bracketed(")", "args").args
-        elif self.take("["):
-            args = self.bracketed("]", "args").args
-            self.braces_are_lists = True
-        else:
-            args = (self.bare_argument(name),)
+        with self.count_nesting("functions"):
+            if self.take("^", "**"):  # sin^2(x)
+                power = _with_sign(self.parse_sign(), self.parse_primary())
+            if self.take("("):
+                args = self.parse_bracket(")", "args").args
+            elif self.take("["):
+                args = self.parse_bracket("]", "args").args
+                self.braces_are_lists = True
+            else:
+                args = (self.parse_bare_argument(name),)
         if len(args) != ARITY.get(name, 1):
             raise self.fail(f"{name} takes {ARITY.get(name, 1)} argument, not {len(args)},")
         if power is not None and power == _MINUS_ONE and name in VOCABULARY["inverses"]:
@@ -649,7 +629,7 @@ class _Parser:
         call = _call(name, args)
         return Node("^", (call, power)) if power is not None else call
 
-    def bare_argument(self, name: str) -> Node:
+    def parse_bare_argument(self, name: str) -> Node:
         """Read what a function without brackets is of: numbers and one name, as in sin 2 theta1."""
         factors = []
         if self.tokens[self.at][0] == "number":
@@ -659,18 +639,18 @@ class _Parser:
             if any(piece.kind != "name" for piece in pieces_of(self.peek(), self.known)[1:]):
                 raise self.fail(f"expected '(' after {name},")  # sin theta1cos(theta2)
             self.at += 1
-            factors.append(self.named(self.text_at(-1)))
+            factors.append(self.parse_name(self.peek(-1)))
         if not factors or self.peek() in ("/", "^", "**"):
             raise self.fail(f"expected '(' after {name},")
         self.without_brackets = self.at
-        product = factors[0]
-        for factor in factors[1:]:
-            product = Node("*", (product, factor))
-        return product
+        return combine_from_left("*", factors)
 
 
 _JOINT = pattern("joint")
 _ANGLE, _SHORT_OF_ANGLE = pattern("angle"), pattern("short_of_angle")
+_ANY_WHOLE_NUMBER = Node("name", value=VOCABULARY["whole_numbers"][0])
+_NEGATION = "says where they are not; write where they are,"
+_UNKNOWN = "is not understood; write the formula with sin, cos, tan, sqrt, exp, atan2,"
 _MODULO: list[str] = VOCABULARY["modulo"]
 _SYNONYMS: dict[str, str] = VOCABULARY["synonyms"]
 _PI = tuple(VOCABULARY["before_whole_numbers"])
@@ -690,60 +670,40 @@ def _is_value(node: Node) -> bool:
     return node.kind not in ("eq", "in", "and", "or") and names(node) <= set(VOCABULARY["whole_numbers"])
 
 
-def _braces_as_lists(node: Node) -> Node:
-    """Return a tree with lists for sets."""
-    done: list[Node] = []
-    stack = [(node, False)]
-    while stack:  # no recursion: a long sum is a deep tree
-        top, ready = stack.pop()
-        if not top.args:
-            done.append(Node("list") if top.kind == "set" else top)
-        elif ready:
-            args = tuple(done[len(done) - len(top.args) :])
-            done[len(done) - len(top.args) :] = [Node("list" if top.kind == "set" else top.kind, args, top.value)]
-        else:
-            stack.append((top, True))
-            stack.extend((arg, False) for arg in reversed(top.args))
-    return done[0]
-
-
 def _in_unit(value: Node, unit: str) -> Node:
     """Return a value in metres and radians: of cm a hundredth, of degrees pi/180."""
     factor = _UNITS[unit]
     if factor.startswith("/"):
-        return Node("/", (value, Node("number", value=Fraction(int(factor[1:])))))
+        return Node("/", (value, number(int(factor[1:]))))
     return _call("radians", (value,)) if factor else value
 
 
-def _transposed(matrix: Node) -> Node:
+def _transpose(matrix: Node) -> Node:
     """Return a list of rows turned; of a list of entries, which may stand for a column, that."""
     rows = [row.args for row in matrix.args if row.kind == "list"]
     if len(rows) != len(matrix.args) or len({len(row) for row in rows}) != 1:
         return matrix
-    return Node("list", tuple(Node("list", column) for column in zip(*rows, strict=True)))
+    return list_of_rows(zip(*rows, strict=True))
 
 
-_MINUS_ONE = Node("neg", (Node("number", value=Fraction(1)),))
+def _with_sign(is_negative: bool, node: Node) -> Node:
+    return Node("neg", (node,)) if is_negative else node
 
 
-def _meant(piece: NamePart) -> Node:
+_MINUS_ONE = Node("neg", (ONE,))
+
+
+def _node_of_part(piece: NamePart) -> Node:
     if piece.kind == "name":
         return Node("name", value=piece.parts[0])
-    angle = _sum([Node("name", value=part) for part in piece.parts])
+    angle = combine_from_left("+", [Node("name", value=part) for part in piece.parts])
     return angle if piece.kind == "sum" else Node("call", (angle,), piece.kind)
 
 
 def _call(name: str, args: tuple[Node, ...]) -> Node:
     if name == "radians":
-        return Node("/", (Node("*", (args[0], Node("name", value="pi"))), Node("number", value=Fraction(180))))
+        return Node("/", (Node("*", (args[0], Node("name", value="pi"))), number(180)))
     return Node("call", args, name)
-
-
-def _sum(nodes: list[Node]) -> Node:
-    total = nodes[0]
-    for node in nodes[1:]:
-        total = Node("+", (total, node))
-    return total
 
 
 @lru_cache(maxsize=1024)
@@ -756,18 +716,17 @@ def _number(text: str) -> Node:
     return Node(kind, value=Fraction(text))
 
 
-def _filled(rows: Node, columns: Node, entries: Node) -> Node | None:
+def _fill_matrix(rows: Node, columns: Node, entries: Node) -> Node | None:
     """Return Matrix(rows, columns, entries), with the entries in a row, or in rows as in Maple; else None."""
     if entries.kind != "list" or rows.kind != "number" or columns.kind != "number":
         return None
-    if rows.value == len(entries.args) > 0 and all(
-        one.kind == "list" and len(one.args) == columns.value for one in entries.args
-    ):
+    lengths = [len(entry.args) if entry.kind == "list" else None for entry in entries.args]
+    if rows.value == len(lengths) > 0 and set(lengths) == {columns.value}:
         return entries
     if not 0 < rows.value * columns.value == len(entries.args):
         return None
-    cut = range(0, len(entries.args), int(columns.value))
-    return Node("list", tuple(Node("list", entries.args[i : i + int(columns.value)]) for i in cut))
+    width = int(columns.value)
+    return list_of_rows(entries.args[i : i + width] for i in range(0, len(entries.args), width))
 
 
 def _container(name: str, args: tuple[Node, ...], parser: _Parser) -> Node:
@@ -779,20 +738,17 @@ def _container(name: str, args: tuple[Node, ...], parser: _Parser) -> Node:
     if meant == "condition" and len(args) in (2, 3):
         return args[1]
     if meant == "transposed" and len(args) == 1:
-        return _transposed(args[0])
+        return _transpose(args[0])
     if meant == "inverse" and len(args) == 1:
         return Node("^", (args[0], _MINUS_ONE))
     if meant == "modulo" and len(args) == 2:  # what is left is a whole number of times the second less
-        return Node("-", (args[0], Node("*", (Node("name", value=VOCABULARY["whole_numbers"][0]), args[1]))))
+        return Node("-", (args[0], Node("*", (_ANY_WHOLE_NUMBER, args[1]))))
     if len(args) == 1:
         return args[0]
-    if meant == "matrix" and len(args) == 3 and (filled := _filled(*args)) is not None:
+    if meant == "matrix" and len(args) == 3 and (filled := _fill_matrix(*args)) is not None:
         return filled
     if meant == "diagonal" and len(args) <= MAX_DIAGONAL:
-        zero = Node("number", value=Fraction(0))
-        return Node("list", tuple(
-            Node("list", tuple(arg if i == j else zero for j in range(len(args)))) for i, arg in enumerate(args)
-        ))  # fmt: skip
+        return list_of_rows([arg if i == j else ZERO for j in range(len(args))] for i, arg in enumerate(args))
     if meant == "list":
         return Node("list", args)
     raise parser.fail(f"{name} with {len(args)} arguments is not understood")
@@ -811,22 +767,19 @@ def read(text: str, known: Iterable[str] = ()) -> Node:
     """
     if len(text) > MAX_LENGTH:
         raise ReadError(f"the answer is {len(text)} characters long; more than {MAX_LENGTH} are not read")
-    return (_read_short if len(text) < SHORT else _read)(text, frozenset(known))
+    return (_keep_many if len(text) < SHORT else _keep_few)(text, frozenset(known))
 
 
 SHORT = 4000
 """Characters of an answer that is kept among many; of longer ones a few are."""
 
 
-@lru_cache(maxsize=4)
-def _read(text: str, known: frozenset[str]) -> Node:
-    """Return the tree; an answer is read for its symbols, for what it says, for the mistake in it, for its page."""
-    return _Parser(plain(text, known), known).whole()
+def _parse(text: str, known: frozenset[str]) -> Node:
+    """Return the tree; an answer is parsed for its symbols, its conditions, the mistake in it, and its page."""
+    return _Parser(plain(text, known), known).parse()
 
 
-@lru_cache(maxsize=128)
-def _read_short(text: str, known: frozenset[str]) -> Node:
-    return _Parser(plain(text, known), known).whole()
+_keep_few, _keep_many = lru_cache(4)(_parse), lru_cache(128)(_parse)
 
 
 @lru_cache(maxsize=512)

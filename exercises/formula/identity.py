@@ -26,14 +26,14 @@ import numpy as np
 from qdot.exercises.common.json_form import OPTIONAL
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.formula import exact
-from qdot.exercises.formula.noise import without_noise
+from qdot.exercises.formula.noise import remove_noise
 from qdot.exercises.formula.program import (
     Program,
     compile_program,
     evaluate_precisely,
     evaluate_steps,
-    outputs,
-    regions,
+    number_regions,
+    select_outputs,
 )
 from qdot.exercises.formula.trees import Node, digits_of, digits_of_decimals, names
 
@@ -66,31 +66,29 @@ class Domain:
 
     roles: Mapping[str, str | float | Fraction | np.ndarray]
 
-    def given(self) -> dict[str, Fraction | None]:
+    def fixed_values(self) -> dict[str, Fraction | None]:
         """Return the names that stand for numbers, None for those that are known as doubles only."""
-        return {name: _exactly(role) for name, role in self.roles.items() if not isinstance(role, str | np.ndarray)}
+        return {name: _as_fraction(role) for name, role in self.roles.items() if not isinstance(role, str | np.ndarray)}
 
     def sample(self, used: set[str], points: int, stream: Stream) -> dict[str, np.ndarray]:
         """Return values at `points` points for each name in use; an unknown name is a free signed number."""
-        out = {}
+        values = {}
         for name in sorted(used):
             role = self.roles.get(name, "signed")
-            if isinstance(role, np.ndarray):
-                out[name] = role.astype(float)
-            elif not isinstance(role, str):
-                out[name] = np.full(points, float(role))
+            if isinstance(role, str):
+                values[name] = _sample_role(role, points, stream)
             else:
-                out[name] = _drawn(role, points, stream)
-        return out
+                values[name] = role.astype(float) if isinstance(role, np.ndarray) else np.full(points, float(role))
+        return values
 
 
-def _exactly(number: float | Fraction) -> Fraction | None:
+def _as_fraction(number: float | Fraction) -> Fraction | None:
     if isinstance(number, Fraction):
         return number
     return None if digits_of(Fraction(repr(number))) >= DOUBLE else Fraction(repr(number))
 
 
-def _drawn(role: str, points: int, stream: Stream) -> np.ndarray:
+def _sample_role(role: str, points: int, stream: Stream) -> np.ndarray:
     """Return values of a role, readable ones first; those of lengths are spread evenly over orders of magnitude."""
     unit = (np.frombuffer(stream.take(8 * points), dtype=">u8") >> np.uint64(11)) / float(1 << 53)
     if role == "angle":
@@ -181,13 +179,13 @@ def compare_entries(
 
     Raises ReadError where an entry is no scalar.
     """
-    if all(without_noise(node) is node for node in reference):
-        student = [without_noise(node) for node in student]
+    if all(remove_noise(node) is node for node in reference):
+        student = [remove_noise(node) for node in student]
     theirs, ours = compile_program(student), compile_program(reference)
-    given = domain.given()
-    decided = exact.compare(theirs, ours, given, seed)
-    doubles = {name for name, value in given.items() if value is None}
-    allowed = [_allowed(node, rounding, doubles) for node in student]
+    constants = domain.fixed_values()
+    decided = exact.compare(theirs, ours, constants, seed)
+    doubles = {name for name, value in constants.items() if value is None}
+    allowed = [_allowance(node, rounding, doubles) for node in student]
     certain = [
         entry.equal is True or (entry.equal is False and not any(room))
         for entry, room in zip(decided, allowed, strict=True)
@@ -198,7 +196,7 @@ def compare_entries(
         return Comparison(tuple(equal), Certificate("exact", points, max(entry.bound for entry in decided)))
     count = _count(theirs, certain)
     values = domain.sample(set().union(*(names(node) for node in (*student, *reference))), count, Stream(seed))
-    trial = _Trial(theirs, ours, allowed, values, given, count)
+    trial = _Trial(theirs, ours, allowed, values, constants, count)
     for k, sure in enumerate(certain):
         if not sure:
             equal[k] = trial.equal(k)
@@ -207,11 +205,11 @@ def compare_entries(
     if all(certain):
         bound = max((entry.bound for entry in decided if entry.equal), default=0.0)
         return Comparison(tuple(equal), Certificate("exact", points, bound, example))
-    bound = missed(trial.defined, SHARE_BRANCHING if theirs.branches else SHARE)
+    bound = chance_of_missing(trial.defined, SHARE_BRANCHING if theirs.branches else SHARE)
     return Comparison(tuple(equal), Certificate("numeric", trial.points, bound, example))
 
 
-def missed(points: int, share: float = SHARE) -> float:
+def chance_of_missing(points: int, share: float = SHARE) -> float:
     """Return the chance that none of the points lies where an answer is wrong that is so at that share of them."""
     return float((1.0 - share) ** points)
 
@@ -228,7 +226,7 @@ def allowed_for_decimals(node: Node) -> float:
     return FLOATS if digits_of_decimals(node) >= PRINTED else 0.0
 
 
-def _allowed(node: Node, rounding: Rounding | None, doubles: AbstractSet[str]) -> tuple[float, float]:
+def _allowance(node: Node, rounding: Rounding | None, doubles: AbstractSet[str]) -> tuple[float, float]:
     """Return what an entry may be off: a part of the size of the reference's terms, and an amount."""
     floats = FLOATS if doubles and names(node) & doubles else allowed_for_decimals(node)
     return (floats, 0.0) if rounding is None else (max(floats, rounding.relative), rounding.absolute)
@@ -256,20 +254,19 @@ class _Trial:
         ours: Program,
         allowed: Sequence[tuple[float, float]],
         values: Mapping[str, np.ndarray],
-        given: Mapping[str, Fraction | None],
+        constants: Mapping[str, Fraction | None],
         points: int,
     ) -> None:
-        self.theirs, self.ours, self.values, self.given, self.points = theirs, ours, values, given, points
-        steps, own = evaluate_steps(theirs, values, points), evaluate_steps(ours, values, points)
-        (self.found, size), (self.expected, own_size) = outputs(theirs, steps), outputs(ours, own)
-        self.steps = [(theirs, steps), (ours, own)]
-        self.scale = _scales(own_size)
+        self.theirs, self.ours, self.values, self.given, self.points = theirs, ours, values, constants, points
+        self.steps = [(program, evaluate_steps(program, values, points)) for program in (theirs, ours)]
+        (self.yours, size), (self.expected, expected_size) = (select_outputs(*evaluated) for evaluated in self.steps)
+        self.scale = _scales(expected_size)
         with np.errstate(all="ignore"):
             parts, amounts = np.array(allowed).T
             self.room = parts[:, None] * self.scale + amounts[:, None]
-            self.size = size + own_size
+            self.size = size + expected_size
             self.noise = 10 * _ROUNDING * self.size
-            self.off = np.abs(self.found - self.expected)
+            self.off = np.abs(self.yours - self.expected)
         self.left = _PRECISE_STEPS // (2 * (len(theirs.steps) + len(ours.steps)))
         self.examples: dict[int, tuple[int, Any, Any]] = {}
         self.precise: dict[tuple[int, int], tuple[list[Any], list[Any]]] = {}
@@ -277,7 +274,7 @@ class _Trial:
     @cached_property
     def regions(self) -> np.ndarray:
         """The region of each point."""
-        return regions(self.steps, self.points)
+        return number_regions(self.steps, self.points)
 
     @property
     def defined(self) -> int:
@@ -288,8 +285,8 @@ class _Trial:
         """Decide an entry, and keep the point where it differs."""
         if self._is_clear(entry).any():
             return False
-        looked = [self._same(entry, int(point)) for point in self._to_look_at(entry)]
-        return False not in looked and (True in looked or bool(self._settled(entry).any()))
+        looked = [self._is_same(entry, int(point)) for point in self._to_look_at(entry)]
+        return False not in looked and (True in looked or bool(self._is_settled(entry).any()))
 
     def _is_clear(self, entry: int) -> np.ndarray:
         """Return where the difference is much larger than rounding can have made it."""
@@ -297,15 +294,15 @@ class _Trial:
             least = self.room[entry] + self.noise[entry] + _CLEAR * self.scale[entry]
             return np.asarray((self.off[entry] > least) & np.isfinite(self.off[entry]))
 
-    def _settled(self, entry: int) -> np.ndarray:
+    def _is_settled(self, entry: int) -> np.ndarray:
         """Return where double precision shows that an entry is off by no more than it may be."""
         with np.errstate(all="ignore"):
             return np.asarray(self.off[entry] + self.noise[entry] <= self.room[entry])
 
     def _to_look_at(self, entry: int) -> list[int]:
         """Return the points that need many digits: of all regions that are not settled one, and the worst."""
-        open_ = np.flatnonzero(~self._settled(entry))
-        defined = np.isfinite(self.found[entry]) & np.isfinite(self.expected[entry])
+        open_ = np.flatnonzero(~self._is_settled(entry))
+        defined = np.isfinite(self.yours[entry]) & np.isfinite(self.expected[entry])
         # Values of two decimals may coincide (a1 = a2) and meet a removable singularity; the other points can't.
         open_ = open_[defined[open_] | (open_ >= READABLE)]
         if not len(open_):
@@ -316,27 +313,28 @@ class _Trial:
         worst = [int(open_[i]) for i in np.argpartition(-suspect[open_], min(_SUSPECTS, len(open_) - 1))[:_SUSPECTS]]
         return list(dict.fromkeys(first[:_REGIONS] + worst))
 
-    def _same(self, entry: int, point: int) -> bool | None:
+    def _is_same(self, entry: int, point: int) -> bool | None:
         """Tell whether an entry is the same with many digits; None where the reference is undefined or time is up."""
-        mine: Any = None
-        due: Any = None
+        yours: Any = None
+        expected: Any = None
         for digits in (50, 200):
-            if (both := self._precisely(point, digits)) is None:
+            if (results := self._precisely(point, digits)) is None:
                 return None
-            mine, due = both[0][entry], both[1][entry]
-            if not mpmath.isfinite(due):
+            yours, expected = results[0][entry], results[1][entry]
+            if not mpmath.isfinite(expected):
                 return None
-            if not mpmath.isfinite(mine):
+            if not mpmath.isfinite(yours):
                 continue  # with more digits it may be defined: a denominator that all but vanishes
             with mpmath.workdps(digits):
-                off, size = abs(mine - due), self.size[entry, point]
-                lost = mpmath.mpf(10) ** (5 - digits) * (size if np.isfinite(size) else 1e10 * (abs(mine) + abs(due)))
+                off, size = abs(yours - expected), self.size[entry, point]
+                scale = size if np.isfinite(size) else 1e10 * (abs(yours) + abs(expected))
+                lost = mpmath.mpf(10) ** (5 - digits) * scale
                 room = max(self.room[entry, point], SAME * self.scale[entry, point])
             if off + lost <= room:
                 return True
             if off - lost > room:
                 break
-        self.examples.setdefault(entry, (point, mine, due))
+        self.examples.setdefault(entry, (point, yours, expected))
         return False
 
     def _precisely(self, point: int, digits: int) -> tuple[list[Any], list[Any]] | None:
@@ -354,27 +352,24 @@ class _Trial:
     def counterexample(self, entry: int) -> EntryDifference:
         """Return a point where an entry differs, both values there, and the entry's number; readable ones first."""
         defined = np.isfinite(self.expected[entry])
-        clear = np.flatnonzero((self._is_clear(entry) | ~np.isfinite(self.found[entry])) & defined)
+        clear = np.flatnonzero((self._is_clear(entry) | ~np.isfinite(self.yours[entry])) & defined)
         if len(clear):
             point = int(clear[0])
-            mine, due = self.found[entry, point], self.expected[entry, point]
-        elif entry in self.examples:
-            point, mine, due = self.examples[entry]
+            yours, expected = self.yours[entry, point], self.expected[entry, point]
         else:
-            point, mine, due = self._tiny(entry)
-        at = {name: _short(column[point]) for name, column in sorted(self.values.items())}
-        yours, expected = told_apart(mine, due)
-        return EntryDifference(entry, at, yours, expected)
+            point, yours, expected = self.examples.get(entry) or self._tiny(entry)
+        at = {name: _round(column[point]) for name, column in sorted(self.values.items())}
+        return EntryDifference(entry, at, *tell_apart(yours, expected))
 
     def _tiny(self, entry: int) -> tuple[int, Any, Any]:
         """Return a point where 50 digits tell what double precision does not, or else a point and its values."""
-        point, mine, due = 0, self.found[entry, 0], self.expected[entry, 0]
-        for k in range(READABLE):
-            if (both := self._precisely(k, 50)) is not None:
-                point, mine, due = k, both[0][entry], both[1][entry]
-                if mine != due:
+        example = (0, self.yours[entry, 0], self.expected[entry, 0])
+        for point in range(READABLE):
+            if (results := self._precisely(point, 50)) is not None:
+                example = (point, results[0][entry], results[1][entry])
+                if example[1] != example[2]:
                     break
-        return point, mine, due
+        return example
 
 
 def _scales(magnitude: np.ndarray) -> np.ndarray:
@@ -384,11 +379,11 @@ def _scales(magnitude: np.ndarray) -> np.ndarray:
     return np.where((magnitude > 0) & np.isfinite(magnitude), magnitude, largest)
 
 
-def _short(value: float) -> float:
+def _round(value: float) -> float:
     return float(f"{value:.6g}")
 
 
-def told_apart(yours: Any, expected: Any) -> tuple[float | str, float | str]:
+def tell_apart(yours: Any, expected: Any) -> tuple[float | str, float | str]:
     """Return two values with as many digits as it takes to see that they differ."""
     shown = number(complex(yours)), number(complex(expected))
     if shown[0] != shown[1]:
@@ -409,4 +404,4 @@ def number(value: complex) -> float | str:
         return "not a finite number"
     if abs(value.imag) > 1e-9 * abs(value):
         return f"{value.real:.6g} + {value.imag:.6g}i"
-    return _short(value.real)
+    return _round(value.real)

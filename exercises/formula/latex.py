@@ -37,10 +37,10 @@ class UnknownLatex(ValueError):
 
 
 @lru_cache(maxsize=2048)
-def parsed(latex: str) -> Layout:
+def parse_latex(latex: str) -> Layout:
     r"""Return the layout of a formula. Raises UnknownLatex.
 
-    >>> parsed("a_{1}").inner[0].kind, parsed("a_{1}").inner[0].inner[1].inner[0].text
+    >>> parse_latex("a_{1}").inner[0].kind, parse_latex("a_{1}").inner[0].inner[1].inner[0].text
     ('script', '1')
     """
     reader = _Reader(_TOKEN.findall(latex), latex)

@@ -5,8 +5,10 @@ LaTeX of our templates (`formula/latex`). It says what stands where, and not wha
 index here.
 """
 
-from collections.abc import Iterable, Sequence
-from typing import NamedTuple
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from typing import NamedTuple, TypeVar
+
+Printed = TypeVar("Printed")
 
 WORDS = (
     "sin", "cos", "tan", "cot", "sec", "csc", "arcsin", "arccos", "arctan", "sinh", "cosh", "tanh", "ln", "log", "exp",
@@ -57,7 +59,7 @@ def fraction(above: Sequence[Layout], below: Sequence[Layout], small: bool = Fal
     return Layout("fraction", "tfrac" if small else "frac", (row(*above), row(*below)))
 
 
-def fenced(brackets: str, inside: Sequence[Layout]) -> Layout:
+def fence(brackets: str, inside: Sequence[Layout]) -> Layout:
     """Return pieces between brackets that grow with them."""
     return Layout("fenced", brackets, (row(*inside),))
 
@@ -77,7 +79,7 @@ def scientific(digits: str, power: int) -> Pieces:
     return (*number(digits), DOT, script(Layout("number", "10"), above=row(*number(str(power)))))
 
 
-def raised(pieces: Pieces, above: Layout) -> Pieces:
+def raise_to(pieces: Pieces, above: Layout) -> Pieces:
     """Return pieces with a power at the last of them."""
     last = pieces[-1]
     foot, below, before = last.inner if last.kind == "script" else (last, EMPTY, EMPTY)
@@ -89,21 +91,26 @@ def parts(piece: Layout) -> Pieces:
     return piece.inner if piece.kind == "row" else (piece,)
 
 
-def joined(between: Sequence[Layout], listed: Iterable[Sequence[Layout]]) -> Pieces:
+def join(between: Sequence[Layout], listed: Iterable[Sequence[Layout]]) -> Pieces:
     """Return what is listed with the same pieces between any two."""
-    parts = [piece for one in listed for piece in (*between, *one)]
+    parts = [piece for item in listed for piece in (*between, *item)]
     return tuple(parts[len(between) :])
 
 
-def bracketed(inside: Sequence[Layout], tall: frozenset[str]) -> Pieces:
+def bracket(inside: Sequence[Layout], tall: frozenset[str]) -> Pieces:
     """Return pieces in brackets, that grow only where there is something inside whose kind or text is in `tall`."""
     if _has(inside, tall):
-        return (fenced("()", inside),)
+        return (fence("()", inside),)
     return (Layout("sign", "("), *inside, Layout("sign", ")"))
 
 
 def _has(pieces: Sequence[Layout], tall: frozenset[str]) -> bool:
-    return any(one.kind in tall or one.text in tall or _has(one.inner, tall) for one in pieces)
+    return any(piece.kind in tall or piece.text in tall or _has(piece.inner, tall) for piece in pieces)
+
+
+def print_layout(piece: Layout, table: Mapping[str, Callable[..., Printed]]) -> Printed:
+    """Print a formula: `table` has a function for each kind, of the piece and of its inner pieces as printed."""
+    return table[piece.kind](piece, *(print_layout(part, table) for part in piece.inner))
 
 
 def base(piece: Layout) -> Layout:

@@ -11,7 +11,7 @@ _WHOLE: list[str] = VOCABULARY["whole_numbers"]
 _INVERSES = (*VOCABULARY["inverses"].values(), "atan2")
 
 
-def without_metres(tree: Node) -> Node:
+def remove_metres(tree: Node) -> Node:
     """Return a tree without the unit m behind a number or a list, and at the end of a product.
 
     Where it multiplies pi or an angle, m is a whole number, and stays.
@@ -25,12 +25,10 @@ def without_metres(tree: Node) -> Node:
     stack = [(tree, False, False, True)]
     while stack:  # no recursion: a long sum is a deep tree
         top, is_ready, counts, is_last = stack.pop()
-        if not top.args:
-            done.append(top)
-        elif is_ready:
-            args = tuple(done[len(done) - len(top.args) :])
+        if is_ready or not top.args:
+            args = done[len(done) - len(top.args) :]
             is_unit = top.kind == "*" and not counts and _is_metre(args[1]) and _has_unit(args[0], is_last)
-            done[len(done) - len(args) :] = [args[0] if is_unit else Node(top.kind, args, top.value)]
+            done[len(done) - len(args) :] = [args[0] if is_unit else top.with_args(args)]
         else:
             is_product = top.kind in ("*", "/", "^")
             counts = top.kind != "call" and (counts or (is_product and is_last and _turns(top)))

@@ -57,9 +57,9 @@ def pieces_of(raw: str, known: frozenset[str]) -> tuple[NamePart, ...]:
     function = FUNCTIONS.get(name) or FUNCTIONS.get(name.lower())
     if function is not None:
         return (NamePart("function", (function,)),)
-    one = _one(name, known)
-    if one is not None:
-        return (one,)
+    part = _one(name, known)
+    if part is not None:
+        return (part,)
     for whole in VOCABULARY["whole_numbers"]:  # kπ
         if name in (f"{whole}pi", f"pi{whole}"):
             return (NamePart("name", (whole,)), NamePart("name", ("pi",)))
@@ -109,8 +109,8 @@ def _one(name: str, known: frozenset[str]) -> NamePart | None:
         return None
     spelled, digits = joint.groups()
     if len(digits) == 1:
-        own = (f"{symbol}{digits}" for symbol in _JOINTS[spelled])
-        return next((NamePart("name", (symbol,)) for symbol in own if symbol in known), None)
+        candidates = (f"{symbol}{digits}" for symbol in _JOINTS[spelled])
+        return next((NamePart("name", (symbol,)) for symbol in candidates if symbol in known), None)
     angles = _angles(digits, known) if spelled in _SUMS else ()
     return NamePart("sum", angles) if angles else None
 

@@ -2,16 +2,14 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from fractions import Fraction
 from math import isnan, nan, prod
-from operator import is_
 
-from qdot.exercises.formula.trees import Node
+from qdot.exercises.formula.algebra import ZERO
+from qdot.exercises.formula.trees import Node, fold
 
 NOISE = 1e-12
 """A term with a smaller coefficient is rounding, however many digits of it are written, and whatever is beside it."""
 
-ZERO = Node("number", value=Fraction(0))
 BOUNDED = ("sin", "cos")
 """Functions whose values are of the order of 1, whatever is in them."""
 
@@ -25,75 +23,57 @@ class _Term:
     value: float | None = None
 
     @property
-    def kept(self) -> Node:
+    def remaining(self) -> Node:
         return ZERO if 0 < self.size < NOISE else self.tree
 
 
-def without_noise(node: Node) -> Node:
-    """Return a tree without terms whose coefficient is only rounding; one that is nothing else is zero.
+def remove_noise(tree: Node) -> Node:
+    """Return a tree without the terms whose coefficient is only rounding, or zero if it has no other terms.
 
-    It is the same object where there are none.
+    It is the same object if it has no such terms.
 
+    >>> from fractions import Fraction
     >>> x, tiny = Node("name", value="x"), Node("number", value=Fraction(612323399573677, 10**31))
-    >>> without_noise(Node("+", (x, Node("*", (tiny, x))))) == Node("+", (x, ZERO))
+    >>> remove_noise(Node("+", (x, Node("*", (tiny, x))))) == Node("+", (x, ZERO))
     True
     """
-    done: list[_Term] = []
-    stack = [(node, False)]
-    while stack:  # no recursion: a long sum is a deep tree
-        top, ready = stack.pop()
-        if not top.args:
-            done.append(_leaf(top))
-        elif ready:
-            args = done[len(done) - len(top.args) :]
-            done[len(done) - len(top.args) :] = [_put_together(top, args)]
-        else:
-            stack.append((top, True))
-            stack.extend((arg, False) for arg in reversed(top.args))
-    return done[0].kept
+    return fold(tree, _combine_terms).remaining
 
 
-def _leaf(node: Node) -> _Term:
-    if node.kind not in ("number", "decimal"):
-        return _Term(node, 1.0)
-    value = _number(lambda: float(node.value))
-    return _Term(node, abs(value), value)
-
-
-def _put_together(node: Node, args: Sequence[_Term]) -> _Term:
+def _combine_terms(node: Node, args: Sequence[_Term]) -> _Term:
     """Return a node with what is left of its arguments."""
-    factors = node.kind in ("neg", "*", "/", "^")
-    trees = tuple(arg.tree if factors else arg.kept for arg in args)
-    tree = node if all(map(is_, trees, node.args)) else Node(node.kind, trees, node.value)
+    if node.kind in ("number", "decimal"):
+        value = _number_or_nan(lambda: float(node.value))
+        return _Term(node, abs(value), value)
+    is_product = node.kind in ("neg", "*", "/", "^")
+    tree = node.with_args([arg.tree if is_product else arg.remaining for arg in args])
     values = [arg.value for arg in args if arg.value is not None]
-    if len(values) == len(args) and node.kind in _WORKED_OUT:
-        value = _number(lambda: _WORKED_OUT[node.kind](values))
+    if len(values) == len(args) and node.kind in _OPERATIONS:
+        value = _number_or_nan(lambda: _OPERATIONS[node.kind](values))
         return _Term(tree, abs(value), value)
-    return _Term(tree, _size(node, args))
+    return _Term(tree, _size(node, args) if args else 1.0)
 
 
 def _size(node: Node, args: Sequence[_Term]) -> float:
-    """Return the size of the coefficient of what has names in it."""
+    """Return the size of the coefficient of a tree that contains names."""
     sizes = [arg.size for arg in args]
-    if node.kind == "*":
-        return _number(lambda: prod(sizes))
-    if node.kind == "/":
-        return _number(lambda: sizes[0] / sizes[1])
+    if node.kind in ("*", "/"):
+        return _number_or_nan(lambda: _OPERATIONS[node.kind](sizes))
     if node.kind == "^" and (exponent := args[1].value) is not None:
-        return _number(lambda: float(sizes[0] ** exponent))
+        return _number_or_nan(lambda: float(sizes[0] ** exponent))
     if node.kind in ("+", "-", "neg"):
         return nan if any(map(isnan, sizes)) else max(sizes)
     return 1.0 if node.kind == "call" and node.value in BOUNDED else nan
 
 
-_WORKED_OUT: dict[str, Callable[[list[float]], float]] = {
+_OPERATIONS: dict[str, Callable[[list[float]], float]] = {
     "neg": lambda values: -values[0], "+": sum, "-": lambda values: values[0] - sum(values[1:]), "*": prod,
     "/": lambda values: values[0] / values[1], "^": lambda values: float(values[0] ** values[1]),
 }  # fmt: skip
 
 
-def _number(value: Callable[[], float]) -> float:
-    """Return a number, not one where it has none or is too large."""
+def _number_or_nan(value: Callable[[], float]) -> float:
+    """Return a number, or nan if it is undefined or too large."""
     try:
         return value()
     except (OverflowError, ZeroDivisionError, TypeError):

@@ -32,9 +32,9 @@ def _pattern_of_units(units: Iterable[str]) -> str:
     return "|".join(re.escape(unit).replace("/", " ?/ ?") for unit in sorted(units, key=len, reverse=True))
 
 
-def _unit(found: str) -> str:
+def _unit(written: str) -> str:
     """Return a unit as the vocabulary has it."""
-    return found.replace(" /", "/").replace("/ ", "/")
+    return written.replace(" /", "/").replace("/ ", "/")
 
 
 _UNIT_AT_END = re.compile(f"{VOCABULARY['patterns']['before_unit']}({_pattern_of_units(_UNITS)})$")
@@ -56,19 +56,19 @@ def plain(text: str, known: AbstractSet[str]) -> str:
     """
     text = (text if text.isascii() else text.translate(_LOOK_ALIKES)).rstrip(SPACES)
     if len(text) > _LONG:
-        text = _SYMBOLS_IN_A_ROW.sub(lambda row: _counted(row.group(), known), text)
+        text = _SYMBOLS_IN_A_ROW.sub(lambda row: _count_symbols(row.group(), known), text)
     for mark, habit, meant in _HABITS:
         text = habit.sub(meant, text) if mark in text else text
     text = without_units(text, known)
     latex = any(mark in text for mark in ("\\", "_{", "^{")) and len(text) <= _LONGEST_LATEX
     if text.isascii() and not (latex or text[-1:] in ".;$" or text[-1:].isalpha() or "^" in text[-5:]):
         return _of_joints(text, known)
-    text = _SUPERSCRIPTS.sub(lambda found: f"^({''.join(_SUPERSCRIPT[sign] for sign in found.group())})", text)
+    text = _SUPERSCRIPTS.sub(lambda match: f"^({''.join(_SUPERSCRIPT[sign] for sign in match.group())})", text)
     text = _RATE_WITH_DOT.sub("qd", text).translate(_SIGNS)
-    framed = _DOLLARS.fullmatch(text)
-    text = framed.group(2) if framed is not None else text
+    if (framed := _DOLLARS.fullmatch(text)) is not None:
+        text = framed.group(2)
     if latex:
-        text = _from_latex(text)
+        text = _LatexReader(_LATEX_TOKEN.findall(text)).read_until(())
     text = _of_joints(_END.sub("", text.rstrip(SPACES)), known)
     return _without_unit(without_units(text, known), known)
 
@@ -83,19 +83,20 @@ def _of_joints(text: str, known: AbstractSet[str]) -> str:
     problem's; in parentheses 1, as in Matlab.
     """
     if "'" in text or ("/" in text and "t" in text):
-        text = _RATES.sub(lambda found: f" qd{next(filter(None, found.groups()))} ", text)
+        text = _RATES.sub(lambda match: f" qd{next(filter(None, match.groups()))} ", text)
     if ".diff" in text:
         text = text.replace("(t).diff", ".diff")
 
-    indices = {int(found.group(2)) for found in _VECTORS.finditer(text) if found.group(2)} if "[" in text else set()
+    matches = _VECTORS.finditer(text) if "[" in text else ()
+    indices = {int(match.group(2)) for match in matches if match.group(2)}
     beyond = f"{max(indices, default=0) + 1}"
     first = 0 if indices and 0 not in indices and known and not {f"theta{beyond}", f"d{beyond}"} & known else 1
 
-    def entry(found: re.Match[str]) -> str:
-        number = int(found.group(2)) + first if found.group(2) else found.group(3)
-        return f"{'q' if found.group(1) else 'qd'}{number}"
+    def name_entry(match: re.Match[str]) -> str:
+        number = int(match.group(2)) + first if match.group(2) else match.group(3)
+        return f"{'q' if match.group(1) else 'qd'}{number}"
 
-    return _VECTORS.sub(entry, text)
+    return _VECTORS.sub(name_entry, text)
 
 
 _NUMBER_IN_UNIT = re.compile(
@@ -106,11 +107,11 @@ _NUMBER_IN_UNIT = re.compile(
 def without_units(text: str, known: AbstractSet[str]) -> str:
     """Return a text without the units of its numbers, as in 0.5 rad/s, 30 cm; those of m are left to the grammar."""
 
-    def number(found: re.Match[str]) -> str:
-        unit = _unit(found.group(2))
-        return found.group() if unit in known or unit in _WHOLE else f"{found.group(1)}{_UNITS[unit]}"
+    def replace_unit(match: re.Match[str]) -> str:
+        unit = _unit(match.group(2))
+        return match.group() if unit in known or unit in _WHOLE else f"{match.group(1)}{_UNITS[unit]}"
 
-    return _NUMBER_IN_UNIT.sub(number, text)
+    return _NUMBER_IN_UNIT.sub(replace_unit, text)
 
 
 _LENGTH_WITH_COMMA = re.compile(
@@ -140,7 +141,8 @@ def units_of_numbers(text: str) -> list[tuple[str, str, int]]:
     >>> units_of_numbers("qd1 = 0.5 rad/s, 118 mm/s")
     [('qd1', 'rad/s', 0), ('', 'mm/s', 16)]
     """
-    return [(found.group(1) or "", _unit(found.group(3)), found.start()) for found in _NAMED_IN_UNIT.finditer(text)]
+    matches = _NAMED_IN_UNIT.finditer(text)
+    return [(match.group(1) or "", _unit(match.group(3)), match.start()) for match in matches]
 
 
 def kind_of_unit(unit: str) -> str:
@@ -153,7 +155,7 @@ def kind_of_unit(unit: str) -> str:
 _SYMBOLS_IN_A_ROW, _SIGNED_SYMBOL = pattern("symbols_in_a_row"), pattern("signed_symbol")
 
 
-def _counted(row: str, known: AbstractSet[str]) -> str:
+def _count_symbols(row: str, known: AbstractSet[str]) -> str:
     """Return + a1 - a1 + a1 … with equal symbols counted: it is read in no time then, however long it is.
 
     The first may belong to a power or a product before it, the last to what follows.
@@ -168,8 +170,7 @@ def _counted(row: str, known: AbstractSet[str]) -> str:
 
 def _without_unit(text: str, known: AbstractSet[str]) -> str:
     match = _UNIT_AT_END.search(text)
-    unit = "" if match is None else _unit(match.group(1))
-    if match is None or unit in known:
+    if match is None or (unit := _unit(match.group(1))) in known:
         return text
     factor, rest = _UNITS[unit], text[: match.start()]
     if (factor and rest[:1] in "[{") or "=" in text or (unit in _WHOLE and rest.endswith(_BEFORE_WHOLE)):
@@ -181,16 +182,16 @@ def _without_unit(text: str, known: AbstractSet[str]) -> str:
 
 _LATEX_TOKEN = pattern("latex_token")
 _LATEX: dict[str, Any] = VOCABULARY["latex"]
+_COMMANDS: dict[str, str] = {
+    **_LATEX["words"], **dict.fromkeys(_LATEX["spaces"], " "), **dict.fromkeys(_LATEX["nothing"], ""),
+    **{brace: brace for brace in _LATEX["braces"]},
+}  # fmt: skip
 _GOES_ON = ("", "=", "+", "-", "*", "/", ")", "]", *_LATEX["row_ends"])
 _HEIGHT, _SUM_OF_DIGITS = pattern("height_of_row"), pattern("sum_of_digits")
 
 
-def _from_latex(text: str) -> str:
-    return _Latex(_LATEX_TOKEN.findall(text)).until(())
-
-
-class _Latex:
-    """Walks through the tokens of a formula; what it does not know it leaves, for the grammar to complain about."""
+class _LatexReader:
+    """Turns the tokens of a formula into plain text; what it does not know it leaves, for the grammar to complain."""
 
     def __init__(self, tokens: list[str]) -> None:
         self.tokens, self.at, self.depth = tokens, 0, 0
@@ -198,137 +199,127 @@ class _Latex:
     def peek(self) -> str:
         return self.tokens[self.at] if self.at < len(self.tokens) else ""
 
-    def until(self, ends: tuple[str, ...]) -> str:
+    def take(self) -> str:
+        token = self.peek()
+        self.at += 1
+        return token
+
+    def read_until(self, ends: tuple[str, ...]) -> str:
         """Return the text up to one of the tokens, which stays."""
         self.depth += 1
         out: list[str] = []
         while self.at < len(self.tokens) and self.peek() not in ends and self.depth <= MAX_NESTING:
-            out.append(self.one())
+            out.append(self.read_piece())
         self.depth -= 1
         return "".join(out)
 
-    def one(self) -> str:
-        sign = self.peek()
-        self.at += 1
+    def read_piece(self) -> str:
+        sign = self.take()
         if sign[0] in SPACES:
             return " "
         if sign == "{":
-            inner = self.group()
+            inner = self.read_group()
             return f"{{{inner}}}" if ":" in inner else f"({inner})"  # a dictionary of SymPy's, {\theta_2: [0, pi]}
         if sign == "_":
-            return self.subscript()
+            return self.read_subscript()
         if sign == "^":
-            return f"^({self.argument()})"
+            return f"^({self.read_argument()})"
         if sign in _LATEX["row_ends"] or sign == "&":
-            return self.between(sign)
-        return self.command(sign[1:]) if sign[0] == "\\" and len(sign) > 1 else sign
+            return self.read_row_end(sign)
+        return self.read_command(sign[1:]) if sign[0] == "\\" and len(sign) > 1 else sign
 
-    def between(self, sign: str) -> str:
+    def read_row_end(self, sign: str) -> str:
         r"""Return what stands between two statements for \\\\, or nothing where the next line goes on, as in & = b."""
         while self.peek() and (self.peek()[0] in SPACES or self.peek()[1:] in _LATEX["spaces"] or self.peek() == "&"):
             self.at += 1
         goes_on = self.peek() in _GOES_ON or self.peek() == "\\end"
         return " " if goes_on else " & " if sign == "&" else "; "
 
-    def subscript(self) -> str:
+    def read_subscript(self) -> str:
         r"""Return what stands below: 12 of {1,2} and of {1+2}; c_{\theta_1+\theta_2} is of the sum."""
-        index = re.sub(f"[{SPACES},()]+", "", self.argument())
+        index = re.sub(f"[{SPACES},()]+", "", self.read_argument())
         index = index.replace("+", "") if _SUM_OF_DIGITS.fullmatch(index) else index
         if "+" in index or "-" in index:
             return f"({index})"
         return f"{index} " if re.search("[0-9]$", index) and self.peek()[:1].isalpha() else index  # a_1c \theta_1
 
-    def group(self) -> str:
+    def read_group(self) -> str:
         """Return what stands up to the closing brace, and pass that."""
-        inner = self.until(("}",))
+        inner = self.read_until(("}",))
         self.at += 1
         return inner
 
-    def argument(self) -> str:
+    def read_argument(self) -> str:
         """Return a group, or the one token that stands for it; nothing where there is none, or too deep a nest."""
         while self.peek() and self.peek()[0] in SPACES:
             self.at += 1
         if self.at >= len(self.tokens) or self.depth > MAX_NESTING:
             return ""
         self.depth += 1
-        if self.peek() == "{":
-            self.at += 1
-            text = self.group()
-        else:
-            text = self.one()
+        is_group = self.peek() == "{"
+        self.at += is_group
+        text = self.read_group() if is_group else self.read_piece()
         self.depth -= 1
         return text
 
-    def command(self, name: str) -> str:
-        if name in _LATEX["spaces"]:
-            return " "
-        if name in _LATEX["nothing"]:
-            return ""
-        if name in _LATEX["braces"]:
-            return name
+    def read_command(self, name: str) -> str:
+        if name in _COMMANDS:
+            return _COMMANDS[name]
         if name in _LATEX["fonts"]:
-            return self.argument().strip(SPACES)
+            return self.read_argument().strip(SPACES)
         if name in _LATEX["fractions"]:
-            return f"(({self.argument()})/({self.argument()}))"
+            return f"(({self.read_argument()})/({self.read_argument()}))"
         if name in _LATEX["roots"]:
-            return self.root()
+            return self.read_root()
         if name in _LATEX["rates"]:  # of whichever joint variable has the index inside, or that follows
-            of = self.argument().strip(" ()")
-            velocity = _LATEX["velocities"].get(name, {}).get(of)
-            if velocity is not None:
-                return f" {velocity}"
-            index = re.search("[0-9]*$", of)
-            return f" {_LATEX['rates'][name]}{index.group() if index else ''}"
+            variable = self.read_argument().strip(" ()")
+            velocity = _LATEX["velocities"].get(name, {}).get(variable)
+            index = re.search("[0-9]*$", variable)
+            return f" {velocity or _LATEX['rates'][name] + (index.group() if index else '')}"
         if name == "begin":
-            return self.matrix()
+            return self.read_matrix()
         if name == "end":
-            self.argument()
+            self.read_argument()
             return " "
         if name in _LATEX["matrices"] and self.peek() == "{":
             self.at += 1
-            return self.rows("}")
-        word: str | None = _LATEX["words"].get(name)
-        return word if word is not None else f" {name} " if name in FUNCTIONS else f" {name}"
+            return self.read_rows("}")
+        return f" {name} " if name in FUNCTIONS else f" {name}"
 
-    def root(self) -> str:
+    def read_root(self) -> str:
         if self.peek() != "[":
-            return f" sqrt({self.argument()})"
+            return f" sqrt({self.read_argument()})"
         self.at += 1
-        degree = self.until(("]",))
+        degree = self.read_until(("]",))
         self.at += 1
-        return f"({self.argument()})^(1/({degree}))"
+        return f"({self.read_argument()})^(1/({degree}))"
 
-    def matrix(self) -> str:
+    def read_matrix(self) -> str:
         r"""Return the rows of \begin{matrix} … \end{matrix} as nested lists."""
-        kind = self.argument()
+        kind = self.read_argument()
         if kind not in _LATEX["matrices"]:
             return " "
         if kind in _LATEX["with_columns"] and self.peek() == "{":
-            self.argument()
-        text = self.rows("\\end")
-        self.argument()
+            self.read_argument()
+        text = self.read_rows("\\end")
+        self.read_argument()
         return text
 
-    def rows(self, close: str) -> str:
+    def read_rows(self, close: str) -> str:
         """Return the rows up to what closes them as nested lists, and pass that."""
         rows: list[list[str]] = [[]]
         while self.at < len(self.tokens):
-            rows[-1].append(self.until(("&", *_LATEX["row_ends"], close)))
-            end = self.peek()
-            self.at += 1
+            rows[-1].append(self.read_until(("&", *_LATEX["row_ends"], close)).strip(SPACES))
+            end = self.take()
             if end in _LATEX["row_ends"]:
                 rows.append([])
                 self.pass_height()
             elif end != "&":
                 break
-        filled = [row for row in rows if any(entry.strip(SPACES) for entry in row)]
-        return "[" + ", ".join("[" + ", ".join(entry.strip(SPACES) for entry in row) + "]" for row in filled) + "]"
+        return "[" + ", ".join(f"[{', '.join(row)}]" for row in rows if any(row)) + "]"
 
     def pass_height(self) -> None:
         r"""Pass what says how far apart two rows are, as in \\\\[2pt]."""
-        if self.peek() == "[":
-            ahead = "".join(self.tokens[self.at : self.at + 12])
-            found = _HEIGHT.match(ahead)
-            while found is not None and self.peek() != "]":
-                self.at += 1
-            self.at += found is not None
+        if self.peek() == "[" and _HEIGHT.match("".join(self.tokens[self.at : self.at + 12])):
+            while self.take() != "]":
+                pass

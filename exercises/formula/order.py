@@ -11,7 +11,7 @@ from functools import lru_cache
 
 import sympy as sp
 
-from qdot.exercises.formula.text import ByText
+from qdot.exercises.formula.text import text_of
 
 Key = tuple[object, ...]
 
@@ -33,7 +33,7 @@ def natural(name: str) -> Key:
 def _trig_key(trig: sp.Expr) -> Key:
     """Sort sines and cosines by the last joint in them, by how many joints they sum, cosines first."""
     joints = sorted(joint for s in trig.args[0].free_symbols for joint in joints_of(s))
-    return (max(joints, default=0), -len(joints), joints, isinstance(trig, sp.sin), ByText(trig))
+    return (max(joints, default=0), -len(joints), joints, isinstance(trig, sp.sin), text_of(trig))
 
 
 def joints_of(symbol: sp.Symbol) -> list[int]:
@@ -50,8 +50,8 @@ def _term_key(term: sp.Expr) -> Key:
     names = sorted(natural(s.name) for s in term.free_symbols)
     joint_first = not any(name[0] == "theta" for name in names)
     if not trigs and not moving and names:
-        return ([], [], joint_first, False, names, ByText(term))
-    return (moving, trigs, joint_first, term.is_number, names, ByText(term))
+        return ([], [], joint_first, False, names, text_of(term))
+    return (moving, trigs, joint_first, term.is_number, names, text_of(term))
 
 
 def moves(symbol: sp.Symbol) -> bool:
@@ -74,15 +74,15 @@ def _factor_key(factor: sp.Expr) -> Key:
     r"""Sort the factors of a product: numbers, lengths, c_1 and s_1, brackets, \cos\varphi_1, rates and velocities."""
     base = factor.base if factor.is_Pow else factor
     if base.is_number:
-        return (0, ByText(factor))
+        return (0, text_of(factor))
     if base.is_Symbol:
         return (6, _moving_key(base)) if moves(base) else (1, natural(base.name))
     if isinstance(base, (sp.sin, sp.cos)):
         return (3 if joint_sum(base.args[0]) is not None else 5, _trig_key(base))
     if base.is_Add and all(map(moves, base.free_symbols)):
-        return (6, (2, ByText(base)))  # as a rate stands, behind all that it is multiplied by
+        return (6, (2, text_of(base)))  # as a rate stands, behind all that it is multiplied by
     is_length = base.is_Add and all(symbol.name[0] in "aL" for symbol in base.free_symbols)
-    return (2 if is_length else 4, base.is_Add, ByText(factor))
+    return (2 if is_length else 4, base.is_Add, text_of(factor))
 
 
 @lru_cache(maxsize=4096)
@@ -148,20 +148,20 @@ def _by_velocity(factor: sp.Expr) -> bool:
 def terms(expression: sp.Expr, flip: bool = False) -> tuple[tuple[bool, sp.Expr], ...]:
     """Return the terms of a sum in order, each after whether it is subtracted, with all signs changed if `flip`."""
     in_order = sorted(sp.Add.make_args(expression), key=_term_key)
-    signed = [_signed(term, flip) for term in in_order]
+    signed = [_with_sign(term, flip) for term in in_order]
     if any(map(_is_moving, in_order)):
         # 0.12 + a_2 c_2, but a_1 c_1 - 0.6: a constant stands first unless it is subtracted
-        signed.sort(key=lambda one: _place_in_sum(one[1], one[0]))
+        signed.sort(key=lambda term: _place_in_sum(term[1], term[0]))
         return tuple(_plus_first(signed))
     # theta_1 - theta_2 + theta_3 + 0.1, but d_2 - d_1: numbers last, and no minus first
     behind = signed[0][0]
-    signed.sort(key=lambda one: (one[1].is_number, behind and one[0]))
+    signed.sort(key=lambda term: (term[1].is_number, behind and term[0]))
     if signed[0][0] and not signed[-1][0]:  # 0.2 - a_1
         signed = [signed[-1], *signed[:-1]]
     return tuple(signed)
 
 
-def _signed(term: sp.Expr, flip: bool) -> tuple[bool, sp.Expr]:
+def _with_sign(term: sp.Expr, flip: bool) -> tuple[bool, sp.Expr]:
     """Return whether a term is subtracted, and the term, whose brackets have the signs that go with that."""
     if flip and not (changed := -term).is_Add:
         return product(changed).negative, changed
@@ -171,7 +171,7 @@ def _signed(term: sp.Expr, flip: bool) -> tuple[bool, sp.Expr]:
 def _plus_first(signed: list[tuple[bool, sp.Expr]]) -> list[tuple[bool, sp.Expr]]:
     """Return terms with the sine and cosine of one angle at their front so that these start without a minus."""
     if signed[0][0] and all(_RATE.fullmatch(str(symbol)) for _, term in signed for symbol in term.free_symbols):
-        return sorted(signed, key=lambda one: one[0])  # qd2 - qd1
+        return sorted(signed, key=lambda term: term[0])  # qd2 - qd1
     if len(signed) > 1 and signed[0][0] and not signed[1][0] and not any(map(moves, signed[0][1].free_symbols)):
         angles = [{trig.args for trig in term.atoms(sp.sin, sp.cos)} for _, term in signed[:2]]
         if angles[0] == angles[1]:  # 0.06 s_2 - 0.35 c_2

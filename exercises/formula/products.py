@@ -1,97 +1,69 @@
 """What was written of matrices and not worked out: 1/a1 * [[a, b], [c, d]] * [vx; vy], and [qd1; qd2] = [a; b]."""
 
 from collections.abc import Callable, Sequence
-from fractions import Fraction
 
-from qdot.exercises.formula.trees import Node, ReadError
+from qdot.exercises.formula.algebra import ONE
+from qdot.exercises.formula.trees import Node, ReadError, combine_from_left, fold, list_of_rows, nodes_of, size_of
 from qdot.exercises.formula.vocabulary import LIMITS, VOCABULARY
 
 Rows = list[list[Node]]
 
-_OPERATIONS = ("+", "-", "*", "/", "neg", "^")
+_OPERATIONS = {"+": "sum", "-": "difference", "*": "product", "/": "quotient", "^": "power", "neg": "negative"}
 _MOST = LIMITS["worked_out"]
-"""Nodes of what is made: entries of a product of products grow with each factor."""
+"""Nodes of the results: the entries of a product of products grow with each factor."""
 _LARGEST = 3
 """Rows of a matrix that is inverted."""
+_TOO_LONG = "the products of matrices are too long; write their entries"
 
 
-def carried_out(node: Node) -> Node:
-    """Return a tree in which matrices are no operands: what was to be done with them is done. Raises ReadError.
+def evaluate_matrices(tree: Node) -> Node:
+    """Carry out all operations on matrices in a tree, so that no matrix is an operand. Raises ReadError.
 
     >>> from qdot.exercises.formula.trees import node_text
-    >>> two, x = Node("number", value=Fraction(2)), Node("name", value="x")
-    >>> column = carried_out(Node("*", (two, Node("list", (x, two)))))
-    >>> [node_text(entry) for row in column.args for entry in row.args]
-    ['(2*x)', '(2*2)']
+    >>> two, x = Node("number", value=2), Node("name", value="x")
+    >>> column = evaluate_matrices(Node("*", (two, Node("list", (x, two)))))
+    >>> [entry.kind for row in column.args for entry in row.args]
+    ['*', '*']
     """
-    if not _has_matrices(node):
-        return node
-    done: list[Node] = []
-    made = 0
-    stack = [(node, False)]
-    while stack:  # no recursion: a long sum is a deep tree
-        top, ready = stack.pop()
-        if not top.args:
-            done.append(top)
-        elif ready:
-            args = tuple(done[len(done) - len(top.args) :])
-            done[len(done) - len(top.args) :] = [_operation(top, args)]
-            if top.kind in _OPERATIONS and done[-1].kind == "list":
-                made += _size(done[-1], _MOST - made)
-                if made >= _MOST:
-                    raise _too_long()
-        else:
-            stack.append((top, True))
-            stack.extend((arg, False) for arg in reversed(top.args))
-    return done[0]
+    operations = (node for node in nodes_of(tree) if node.kind in _OPERATIONS or node.kind == "eq")
+    if not any(arg.kind == "list" for node in operations for arg in node.args):
+        return tree
+    total = 0
+
+    def carry_out(node: Node, args: Sequence[Node]) -> Node:
+        nonlocal total
+        is_equation = node.kind == "eq" and all(arg.kind == "list" for arg in args)
+        result = _equate(args) if is_equation else _operate(node, args)
+        if node.kind in _OPERATIONS and result.kind == "list":
+            total += size_of(result, _MOST - total)
+            if total >= _MOST:
+                raise ReadError(_TOO_LONG)
+        return result
+
+    return fold(tree, carry_out)
 
 
-def _too_long() -> ReadError:
-    return ReadError("the products of matrices are too long; write their entries")
-
-
-def _has_matrices(node: Node) -> bool:
-    stack = [node]
-    while stack:
-        top = stack.pop()
-        if top.kind in (*_OPERATIONS, "eq") and any(arg.kind == "list" for arg in top.args):
-            return True
-        stack.extend(top.args)
-    return False
-
-
-def _size(node: Node, most: int) -> int:
-    """Return how many nodes a tree has, counted no further than `most`."""
-    count, stack = 0, [node]
-    while stack and count < most:
-        count += 1
-        stack.extend(stack.pop().args)
-    return count
-
-
-def _operation(top: Node, args: tuple[Node, ...]) -> Node:
-    if top.kind == "eq" and all(arg.kind == "list" for arg in args):
-        return _equation(args)
-    if top.kind not in _OPERATIONS or all(arg.kind != "list" for arg in args):
-        return Node(top.kind, args, top.value)
-    args = tuple(arg.args[0] if _is_bracket(arg) else arg for arg in args)  # [a + b] c: brackets, and no list
+def _operate(node: Node, args: Sequence[Node]) -> Node:
+    if node.kind in _OPERATIONS:  # [a + b] c: brackets, and no list
+        args = [arg.args[0] if _is_bracket(arg) else arg for arg in args]
     lists = [arg.kind == "list" for arg in args]
-    if not any(lists):
-        return Node(top.kind, args, top.value)
-    if top.kind == "^":
-        return _power(_rows(args[0]), args[1]) if lists == [True, False] else _impossible(top.kind, args)
-    if top.kind == "neg":
-        return _each(_rows(args[0]), lambda entry: Node("neg", (entry,)))
-    one, other = args
-    if top.kind in "+-" and all(lists):
-        return _sum(top.kind, _rows(one), _rows(other), args)
-    if top.kind == "*" and all(lists):
-        return _product(_rows(one), _rows(other), args)
-    if top.kind == "*" and lists[1]:
-        return _each(_rows(other), lambda entry: Node("*", (one, entry)))
-    if top.kind in "*/" and lists == [True, False]:
-        return _each(_rows(one), lambda entry: Node(top.kind, (entry, other)))
-    return _impossible(top.kind, args)
+    if node.kind not in _OPERATIONS or not any(lists):
+        return node.with_args(args)
+    matrices = [_rows(arg) for arg in args if arg.kind == "list"]
+    if node.kind == "neg":
+        return _map_entries(matrices[0], lambda entry: Node("neg", (entry,)))
+    if node.kind == "^" and lists == [True, False]:
+        return _power(matrices[0], args[1])
+    if node.kind in "+-" and all(lists) and _shape(matrices[0]) == _shape(matrices[1]):
+        pairs = (zip(*rows, strict=True) for rows in zip(*matrices, strict=True))
+        return list_of_rows([[Node(node.kind, pair) for pair in row] for row in pairs])
+    if node.kind == "*" and all(lists) and len(matrices[0][0]) == len(matrices[1]):
+        return _multiply(*matrices)
+    if node.kind == "*" and lists == [False, True]:
+        return _map_entries(matrices[0], lambda entry: Node("*", (args[0], entry)))
+    if node.kind in "*/" and lists == [True, False]:
+        return _map_entries(matrices[0], lambda entry: Node(node.kind, (entry, args[1])))
+    raise _impossible(_OPERATIONS[node.kind], matrices, len(args))
 
 
 def _is_bracket(node: Node) -> bool:
@@ -106,64 +78,51 @@ def _rows(node: Node) -> Rows:
     return rows
 
 
-def _matrix(rows: Sequence[Sequence[Node]]) -> Node:
-    return Node("list", tuple(Node("list", tuple(row)) for row in rows))
+def _shape(rows: Rows) -> tuple[int, int]:
+    return len(rows), len(rows[0])
 
 
-def _each(rows: Rows, made: Callable[[Node], Node]) -> Node:
-    return _matrix([[made(entry) for entry in row] for row in rows])
+def _map_entries(rows: Rows, function: Callable[[Node], Node]) -> Node:
+    return list_of_rows([[function(entry) for entry in row] for row in rows])
 
 
-def _sum(sign: str, one: Rows, other: Rows, args: tuple[Node, ...]) -> Node:
-    if (len(one), len(one[0])) != (len(other), len(other[0])):
-        return _impossible(sign, args)
-    pairs = (zip(mine, theirs, strict=True) for mine, theirs in zip(one, other, strict=True))
-    return _matrix([[Node(sign, pair) for pair in row] for row in pairs])
-
-
-def _equation(args: tuple[Node, ...]) -> Node:
+def _equate(args: Sequence[Node]) -> Node:
     """Return an equation of two vectors or matrices as one for each entry, a name before what it is."""
     if _is_bracket(args[0]):  # [theta2] = [0, pi]
         return Node("eq", (args[0].args[0], args[1]))
     sides = [_rows(arg) for arg in args]
-    shapes = [(len(rows), len(rows[0])) for rows in sides]
+    shapes = [_shape(rows) for rows in sides]
     is_vector = all(1 in shape for shape in shapes)
     if (is_vector and max(shapes[0]) != max(shapes[1])) or (not is_vector and shapes[0] != shapes[1]):
-        return _impossible("=", args)
+        raise _impossible("equation", sides, len(args))
     pairs = zip(*([entry for row in rows for entry in row] for rows in sides), strict=True)
     return Node("and", tuple(Node("eq", (b, a) if b.kind == "name" != a.kind else (a, b)) for a, b in pairs))
 
 
-def _product(one: Rows, other: Rows, args: tuple[Node, ...]) -> Node:
-    if len(one[0]) != len(other):
-        return _impossible("*", args)
-    if len(one) * len(other) * len(other[0]) >= _MOST:
-        raise _too_long()
-    columns = list(zip(*other, strict=True))
-    return _matrix([[_dot(row, column) for column in columns] for row in one])
-
-
-def _dot(row: Sequence[Node], column: Sequence[Node]) -> Node:
-    terms = [Node("*", pair) for pair in zip(row, column, strict=True)]
-    total = terms[0]
-    for term in terms[1:]:
-        total = Node("+", (total, term))
-    return total
+def _multiply(left: Rows, right: Rows) -> Node:
+    if len(left) * len(right) * len(right[0]) >= _MOST:
+        raise ReadError(_TOO_LONG)
+    columns = list(zip(*right, strict=True))
+    dot_products = [
+        [combine_from_left("+", [Node("*", pair) for pair in zip(row, column, strict=True)]) for column in columns]
+        for row in left
+    ]
+    return list_of_rows(dot_products)
 
 
 def _power(rows: Rows, exponent: Node) -> Node:
     """Return the transpose, or the inverse by cofactors, of a matrix."""
     if exponent.kind == "name" and exponent.value in VOCABULARY["transposed"]:
-        return _matrix(list(zip(*rows, strict=True)))
+        return list_of_rows(zip(*rows, strict=True))
     is_inverse = exponent.kind == "neg" and exponent.args[0].kind == "number" and exponent.args[0].value == 1
     if not is_inverse or len(rows) != len(rows[0]) or len(rows) > _LARGEST:
         raise ReadError(
             f"a power of a matrix is worked out where it is the inverse of one with up to {_LARGEST} rows; write the "
             "entries"
         )
-    cofactors = [[_signed(i + j, _minor(rows, j, i)) for j in range(len(rows))] for i in range(len(rows))]
-    whole = _determinant(rows)
-    return _each(cofactors, lambda entry: Node("/", (entry, whole)))
+    cofactors = [[_give_sign(i + j, _minor(rows, j, i)) for j in range(len(rows))] for i in range(len(rows))]
+    determinant = _determinant(rows)
+    return _map_entries(cofactors, lambda entry: Node("/", (entry, determinant)))
 
 
 def _minor(rows: Rows, i: int, j: int) -> Node:
@@ -171,25 +130,18 @@ def _minor(rows: Rows, i: int, j: int) -> Node:
 
 
 def _determinant(rows: Rows) -> Node:
-    if not rows:
-        return Node("number", value=Fraction(1))
-    total: Node | None = None
-    for j, entry in enumerate(rows[0]):
-        term = entry if len(rows) == 1 else _signed(j, Node("*", (entry, _minor(rows, 0, j))))
-        total = term if total is None else Node("+", (total, term))
-    assert total is not None
-    return total
+    if len(rows) < 2:
+        return rows[0][0] if rows else ONE
+    minors = (Node("*", (entry, _minor(rows, 0, j))) for j, entry in enumerate(rows[0]))
+    return combine_from_left("+", [_give_sign(j, term) for j, term in enumerate(minors)])
 
 
-def _signed(index: int, node: Node) -> Node:
+def _give_sign(index: int, node: Node) -> Node:
     return Node("neg", (node,)) if index % 2 else node
 
 
-def _impossible(sign: str, args: Sequence[Node]) -> Node:
-    shapes = [f"a {len(rows)} x {len(rows[0])}" for rows in (_rows(arg) for arg in args if arg.kind == "list")]
-    what = " and ".join(shapes) + (" matrix" if len(shapes) == 1 else "")
-    said = {"+": "a sum", "-": "a difference", "*": "a product", "/": "a quotient", "^": "a power", "=": "equation"}[
-        sign
-    ]
-    also = "" if len(shapes) == len(args) else " and a number"
-    raise ReadError(f"there is no {said.removeprefix('a ')} of {what}{also}; write its entries, as in [[a, b], [c, d]]")
+def _impossible(operation: str, matrices: Sequence[Rows], operands: int) -> ReadError:
+    shapes = " and ".join(f"a {rows} x {columns}" for rows, columns in map(_shape, matrices))
+    shapes += " matrix" if len(matrices) == 1 else ""
+    also = "" if len(matrices) == operands else " and a number"
+    return ReadError(f"there is no {operation} of {shapes}{also}; write its entries, as in [[a, b], [c, d]]")

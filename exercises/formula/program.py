@@ -130,7 +130,7 @@ _SLOPES: dict[str, Callable[..., Any]] = {
 }  # fmt: skip
 
 
-Steps = list[tuple[np.ndarray, np.ndarray]]
+ValueAndSize = tuple[np.ndarray, np.ndarray]
 
 
 def evaluate(program: Program, values: Mapping[str, np.ndarray], points: int) -> tuple[np.ndarray, np.ndarray]:
@@ -138,98 +138,68 @@ def evaluate(program: Program, values: Mapping[str, np.ndarray], points: int) ->
 
     `values` gives every name at every point; a missing one is a KeyError. What overflows or is undefined is nan.
     """
-    return outputs(program, evaluate_steps(program, values, points))
+    return select_outputs(program, evaluate_steps(program, values, points))
 
 
 def evaluate_each(nodes: Sequence[Node], values: Mapping[str, np.ndarray], points: int) -> np.ndarray:
     """Return the values of trees that share branches (the same objects), (trees, points), without magnitudes.
 
-    It takes less than a program where each of many trees is another one with a single place changed.
+    It is faster than a program if each of many trees is the same one with a single change.
     """
-    known: dict[int, Any] = {}
+    known: dict[int, ValueAndSize] = {}
 
-    def value_of(node: Node) -> Any:
-        value = known.get(id(node))
-        if value is None:
-            value = known[id(node)] = _plain(node, value_of, values)
-        return value
+    def value_of(node: Node) -> ValueAndSize:
+        result = known.get(id(node))
+        if result is None:
+            step = _total((0, 1), (1, 1 if node.kind == "+" else -1)) if node.kind in ("+", "-") else _step(node, ())
+            result = known[id(node)] = _apply(step, [value_of(arg) for arg in node.args], values, points)
+        return result
 
-    out = np.empty((len(nodes), points), dtype=complex)
     with np.errstate(all="ignore"):
-        for k, node in enumerate(nodes):
-            out[k] = value_of(node)
-    return out
+        return np.array([value_of(node)[0] for node in nodes])
 
 
-def _plain(node: Node, value_of: Callable[[Node], Any], values: Mapping[str, np.ndarray]) -> Any:
-    kind, args = node.kind, node.args
-    if kind == "+":
-        return value_of(args[0]) + value_of(args[1])
-    if kind == "-":
-        return value_of(args[0]) - value_of(args[1])
-    if kind == "*":
-        return value_of(args[0]) * value_of(args[1])
-    if kind == "/":
-        return value_of(args[0]) / value_of(args[1])
-    if kind == "neg":
-        return -value_of(args[0])
-    op, _, constant = _step(node, ())
-    if op == "number":
-        return np.complex128(_as_float(constant))
-    if op == "name":
-        return np.complex128(_CONSTANTS[constant]) if constant in _CONSTANTS else values[constant].astype(complex)
-    operands = [value_of(arg) + 0.0 if op in BRANCHING else value_of(arg) for arg in args]
-    if op == "integer power":
-        return operands[0] ** constant
-    if len(operands) == 1:
-        return _NUMPY[op](operands[0])
-    return _double(op, [(operand, np.abs(operand)) for operand in operands], constant, values, 1)[0]
-
-
-def evaluate_steps(program: Program, values: Mapping[str, np.ndarray], points: int) -> Steps:
+def evaluate_steps(program: Program, values: Mapping[str, np.ndarray], points: int) -> list[ValueAndSize]:
     """Return value and magnitude of every step of a program, as `evaluate` does of the results."""
-    out: Steps = []
+    results: list[ValueAndSize] = []
     with np.errstate(all="ignore"):
-        for op, operands, constant in program.steps:
-            args = [out[i] for i in operands]
-            if op in BRANCHING:  # -1 as -1 - 0j lies below the cut, and its root would be -i
-                args = [(value + 0.0, size) for value, size in args]
-            out.append(_double(op, args, constant, values, points))
-    return out
+        for step in program.steps:
+            results.append(_apply(step, [results[i] for i in step[1]], values, points))
+    return results
 
 
-def outputs(program: Program, steps: Steps) -> tuple[np.ndarray, np.ndarray]:
+def select_outputs(program: Program, steps: list[ValueAndSize]) -> tuple[np.ndarray, np.ndarray]:
     """Return values and magnitudes of the results among the steps."""
     return np.array([steps[i][0] for i in program.outputs]), np.array([steps[i][1] for i in program.outputs])
 
 
-def regions(evaluated: Sequence[tuple[Program, Steps]], points: int) -> np.ndarray:
+def number_regions(evaluated: Sequence[tuple[Program, list[ValueAndSize]]], points: int) -> np.ndarray:
     """Return a number for each point: the same where operands of functions with branches have the same signs."""
     number = np.zeros(points, dtype=np.int64)
     for program, steps in evaluated:
-        for op, operands, _ in program.steps:
-            if op in BRANCHING:
-                for value, _ in (steps[i] for i in operands):
-                    with np.errstate(invalid="ignore"):
-                        across = np.where(np.abs(value.imag) > 1e-9 * np.abs(value), np.sign(value.imag), 0)
-                        signs = 3 * np.nan_to_num(np.sign(value.real)) + np.nan_to_num(across) + 4
-                    number = np.unique(9 * number + signs.astype(np.int64), return_inverse=True)[1]
+        branching = (operands for op, operands, _ in program.steps if op in BRANCHING)
+        for value in (steps[i][0] for operands in branching for i in operands):
+            with np.errstate(invalid="ignore"):
+                across = np.where(np.abs(value.imag) > 1e-9 * np.abs(value), np.sign(value.imag), 0)
+                signs = 3 * np.nan_to_num(np.sign(value.real)) + np.nan_to_num(across) + 4
+            number = np.unique(9 * number + signs.astype(np.int64), return_inverse=True)[1]
     return number
 
 
-def _double(op: str, args: list[Any], constant: Any, values: Mapping[str, np.ndarray], points: int) -> Any:
-    if op == "number" or (op == "name" and constant in _CONSTANTS):
-        number = _CONSTANTS[constant] if op == "name" else _as_float(constant)
-        value = np.full(points, number, dtype=complex)
-        return value, np.abs(value)
-    if op == "name":
-        value = np.asarray(values[constant], dtype=complex)
+def _apply(step: Step, args: Sequence[ValueAndSize], values: Mapping[str, np.ndarray], points: int) -> ValueAndSize:
+    """Return value and magnitude of a step from those of its operands."""
+    op, _, constant = step
+    if op in ("number", "name"):
+        number = _as_float(constant) if op == "number" else _CONSTANTS.get(constant)
+        value = np.asarray(values[constant], complex) if number is None else np.full(points, number, complex)
         return value, np.abs(value)
     if op == "sum":
         value, magnitude = np.zeros(points, dtype=complex), np.zeros(points)
         for count, (term, size) in zip(constant, args, strict=True):
             value, magnitude = value + count * term, magnitude + abs(count) * size
         return value, magnitude
+    if op in BRANCHING:  # -1 as -1 - 0j lies below the cut, and its root would be -i
+        args = [(value + 0.0, size) for value, size in args]
     x, mx = args[0]
     if op == "neg":
         return -x, mx
@@ -239,8 +209,8 @@ def _double(op: str, args: list[Any], constant: Any, values: Mapping[str, np.nda
         value = 1 / x**-constant
         return value, np.abs(value) * (1 + abs(constant) * _ratio(mx, x))
     if len(args) == 1:
-        value = _NUMPY[op](x)
-        return np.asarray(value, dtype=complex), np.abs(value) + np.abs(_SLOPES[op](x)) * mx
+        value = np.asarray(_NUMPY[op](x), dtype=complex)
+        return value, np.abs(value) + np.abs(_SLOPES[op](x)) * mx
     y, my = args[1]
     if op == "*":
         return x * y, mx * my
@@ -250,8 +220,8 @@ def _double(op: str, args: list[Any], constant: Any, values: Mapping[str, np.nda
         value = np.power(x, y)
         return value, np.abs(value) * (1 + np.abs(y) * _ratio(mx, x) + np.abs(np.log(x)) * my)
     assert op == "atan2"
-    value = np.where((x.imag == 0) & (y.imag == 0), np.arctan2(x.real, y.real), np.nan)
-    return value.astype(complex), 1 + (mx * np.abs(y) + my * np.abs(x)) / (np.abs(x) ** 2 + np.abs(y) ** 2)
+    value = np.where((x.imag == 0) & (y.imag == 0), np.arctan2(x.real, y.real), np.nan).astype(complex)
+    return value, 1 + (mx * np.abs(y) + my * np.abs(x)) / (np.abs(x) ** 2 + np.abs(y) ** 2)
 
 
 def _ratio(magnitude: np.ndarray, value: np.ndarray) -> np.ndarray:
@@ -272,12 +242,12 @@ _LARGEST_ANGLE = 1e60
 """Beyond that, reducing an angle to one turn takes more digits than are carried."""
 
 
-def _bounded(function: Callable[[Any], Any], largest: float) -> Callable[[Any], Any]:
+def _limit_argument(function: Callable[[Any], Any], largest: float) -> Callable[[Any], Any]:
     return lambda x: function(x) if abs(x) < largest else mpmath.nan
 
 
 def _trigonometric(function: Callable[[Any], Any]) -> Callable[[Any], Any]:
-    inside = _bounded(function, _LARGEST_ANGLE)
+    inside = _limit_argument(function, _LARGEST_ANGLE)
     return lambda x: inside(x) if abs(mpmath.im(x)) < _LARGEST_EXPONENT else mpmath.nan
 
 
@@ -289,17 +259,15 @@ def _power(x: Any, y: Any) -> Any:
 
 _MP: dict[str, Callable[..., Any]] = {
     **{name: _trigonometric(getattr(mpmath, name)) for name in ("sin", "cos", "tan", "cot", "sec", "csc")},
-    **{name: _bounded(getattr(mpmath, name), _LARGEST_EXPONENT) for name in ("exp", "sinh", "cosh", "tanh")},
+    **{name: _limit_argument(getattr(mpmath, name), _LARGEST_EXPONENT) for name in ("exp", "sinh", "cosh", "tanh")},
     **{name: getattr(mpmath, name) for name in ("log", "sqrt", "asin", "acos", "atan", "sign")},
     "abs": abs, "acot": lambda x: mpmath.atan(1 / x), "atan2": lambda y, x: mpmath.atan2(mpmath.re(y), mpmath.re(x)),
     "*": lambda x, y: x * y, "/": lambda x, y: x / y, "neg": lambda x: -x, "power": _power,
 }  # fmt: skip
 
 
-def _many_digits(value: Any) -> Any:
-    if isinstance(value, Fraction):
-        return mpmath.mpf(value.numerator) / value.denominator
-    return mpmath.mpf(value)
+def _to_mpmath(value: Any) -> Any:
+    return mpmath.mpf(value.numerator) / value.denominator if isinstance(value, Fraction) else mpmath.mpf(value)
 
 
 def evaluate_precisely(program: Program, values: Mapping[str, Any], digits: int) -> list[Any]:
@@ -309,21 +277,20 @@ def evaluate_precisely(program: Program, values: Mapping[str, Any], digits: int)
     """
     constants = {"pi": mpmath.pi, "E": mpmath.e, "I": mpmath.mpc(0, 1)}
     with mpmath.workdps(digits):
-        out: list[Any] = []
+        results: list[Any] = []
         for op, operands, constant in program.steps:
+            args = [results[i] for i in operands]
             try:
                 if op == "number":
-                    out.append(mpmath.mpf(constant.numerator) / constant.denominator)
+                    results.append(_to_mpmath(constant))
                 elif op == "name":
-                    out.append(+constants[constant] if constant in constants else _many_digits(values[constant]))
+                    results.append(+constants[constant] if constant in constants else _to_mpmath(values[constant]))
                 elif op == "integer power":
-                    out.append(_power(out[operands[0]], constant))
+                    results.append(_power(args[0], constant))
                 elif op == "sum":
-                    out.append(
-                        sum((count * out[i] for i, count in zip(operands, constant, strict=True)), mpmath.mpf(0))
-                    )
+                    results.append(sum((count * arg for arg, count in zip(args, constant, strict=True)), mpmath.mpf(0)))
                 else:
-                    out.append(_MP[op](*(out[i] for i in operands)))
+                    results.append(_MP[op](*args))
             except (ZeroDivisionError, ValueError, OverflowError):
-                out.append(mpmath.nan)
-        return [out[i] for i in program.outputs]
+                results.append(mpmath.nan)
+        return [results[i] for i in program.outputs]

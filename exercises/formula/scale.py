@@ -15,7 +15,7 @@ from qdot.exercises.common.stream import Stream
 from qdot.exercises.formula.algebra import ZERO, negative, times
 from qdot.exercises.formula.identity import READABLE, Domain, Rounding, compare_entries
 from qdot.exercises.formula.program import compile_program, evaluate
-from qdot.exercises.formula.trees import Node, names, replaced
+from qdot.exercises.formula.trees import Node, replace_names
 
 POINTS = 6
 
@@ -30,27 +30,28 @@ class Factor:
 
 def constant_factor(
     entries: Sequence[Node],
-    due: Sequence[Node],
+    reference: Sequence[Node],
     domain: Domain,
     varying: AbstractSet[str],
     seed: str,
     rounding: Rounding | None = None,
 ) -> Factor | None:
     """Return by what constant factor all entries are off, whatever the sign of each; None where there is none but 0."""
-    pivot = next((k for k, entry in enumerate(due) if entry != ZERO), None)
+    pivot = next((k for k, entry in enumerate(reference) if entry != ZERO), None)
     if pivot is None:
         return None
     sampled = domain.sample(set(domain.roles), READABLE + POINTS, Stream(seed))
     values = {name: column if name in varying else np.abs(column) for name, column in sampled.items()}
-    evaluated = evaluate(compile_program([*entries, *due]), values, READABLE + POINTS)[0]
+    evaluated = evaluate(compile_program([*entries, *reference]), values, READABLE + POINTS)[0]
     with np.errstate(all="ignore"):
-        ratios = evaluated[: len(due)] / evaluated[len(due) :]
+        ratios = evaluated[: len(reference)] / evaluated[len(reference) :]
     is_negative = ratios[:, -1].real < 0
-    signed = [negative(entry) if minus else entry for entry, minus in zip(due, is_negative, strict=True)]
+    signed = [negative(entry) if minus else entry for entry, minus in zip(reference, is_negative, strict=True)]
     if is_negative.any() and all(compare_entries(entries, signed, domain, f"{seed}/sign", rounding).equal):
         return Factor(is_negative=True, is_other=False)
     there = Domain({**domain.roles, **{_elsewhere(name): domain.roles[name] for name in varying}})
-    answered, right = (_moved(tree, varying) for tree in (entries[pivot], signed[pivot]))
+    moved = {name: Node("name", value=_elsewhere(name)) for name in varying}
+    answered, right = (replace_names(tree, moved) for tree in (entries[pivot], signed[pivot]))
     left = [times(entry, right) for entry in entries]
     if not all(compare_entries(left, [times(entry, answered) for entry in signed], there, f"{seed}/moved").equal):
         return None
@@ -62,10 +63,3 @@ def constant_factor(
 
 def _elsewhere(name: str) -> str:
     return f"{name}'"
-
-
-def _moved(tree: Node, varying: AbstractSet[str]) -> Node:
-    """Return a formula at another configuration."""
-    for name in names(tree) & varying:
-        tree = replaced(tree, name, Node("name", value=_elsewhere(name)))
-    return tree

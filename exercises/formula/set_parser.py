@@ -1,40 +1,198 @@
-"""The conditions that an answer claims, and whether it would take too long to look at all of them."""
+"""Conditions as people write them, parsed as a union of pieces: "theta3 = 0 or pi", "{theta2: [0, pi]}", "k*pi".
 
+A set is a union of pieces, a piece is a list of atoms that hold together, and an atom is either `expression = 0` or
+`joint = value`.
+"""
+
+import math
 from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import product
 
-from qdot.exercises.formula.noise import without_noise
-from qdot.exercises.formula.pieces import WHOLE, WHOLE_NUMBERS, Piece, is_tied, pieces
+from qdot.exercises.formula.algebra import number
+from qdot.exercises.formula.constants import turns_of
+from qdot.exercises.formula.noise import remove_noise
 from qdot.exercises.formula.program import compile_program
-from qdot.exercises.formula.trees import Node, ReadError, names, size_of
+from qdot.exercises.formula.trees import Node, ReadError, names, replace_names, size_of
+from qdot.exercises.formula.vocabulary import VOCABULARY
 
-_MOST_CASES, _MOST_WORK = 100_000, 6000
+WHOLE_NUMBERS: tuple[str, ...] = tuple(VOCABULARY["whole_numbers"])
+WHOLE = tuple(number(k) if k >= 0 else Node("neg", (number(-k),)) for k in range(-6, 7))
+"""The whole numbers from -6 to 6."""
+_MOST_PIECES = 500
+_MOST_NODES, _MOST_STEPS = 100_000, 6000
 """Nodes of the cases of all whole numbers together, and steps in which zeros are searched for: some seconds of each."""
 _PIECE = 10
 """What a case takes beside its nodes, and a piece beside its steps."""
+_TOO_LONG = "the conditions are too long, or there are too many whole numbers in them"
+_NO_JOINT = "a value stands there without a joint; write it as in theta1 = pi/3"
 
 
-def claimed_pieces(node: Node, joints: Sequence[str]) -> list[Piece]:
-    """Return the pieces of an answer. Raises ReadError also where it would take too long to look at all of them."""
-    node = without_noise(node)
-    if _nodes_of_cases(node) > _MOST_CASES:
-        raise ReadError("the conditions are too long, or there are too many whole numbers in them")
-    claimed, work = pieces(node, joints), 0
-    for piece in claimed:
-        took = _PIECE + sum(len(compile_program([atom.zero]).steps) for atom in piece)
-        searched = any(atom.joint is None or is_tied(atom, piece, joints) for atom in piece)
-        work += took if searched else took // 10  # a value needs no search
-        if work > _MOST_WORK:
-            raise ReadError(f"the conditions are too long, with their {len(claimed)} cases")
-    return claimed
+@dataclass(frozen=True)
+class Atom:
+    """One condition: `zero` vanishes (joint is None), or `joint` has the value `zero` (modulo 2 pi for an angle)."""
+
+    zero: Node
+    joint: str | None = None
+
+
+Piece = tuple[Atom, ...]
+
+
+def parse_pieces(node: Node, joints: Sequence[str]) -> list[Piece]:
+    """Return the union of pieces that a tree stands for.
+
+    Understood: equations, `theta2 in {0, pi}`, `{theta2: [0, pi]}`, a bare expression (that vanishes), `and`, `or`,
+    lists of these, `k*pi` for every whole number k. Raises ReadError.
+    """
+    if node.kind in ("or", "list", "set"):
+        return _alternatives(node, joints)
+    if node.kind == "and":
+        if not any(names(arg) & set(joints) for arg in node.args):
+            raise ReadError(_NO_JOINT)
+        return _refuse_two_values(_intersect([parse_pieces(arg, joints) for arg in node.args]))
+    if node.kind == "dict":
+        return _intersect([_assign(pair.args[0], pair.args[1], joints) for pair in node.args])
+    if node.kind == "in":
+        return _assign(node.args[0], node.args[1], joints)
+    if node.kind == "eq":
+        left, right = node.args
+        if right.kind in ("list", "set"):
+            return _assign(left, right, joints)
+        for joint, value in ((left, right), (right, left)):
+            if joint.kind == "name" and joint.value in joints and joint.value not in names(value):
+                return _assign(joint, value, joints)
+        return _vanish(Node("-", (left, right)))
+    if node.kind == "name" and node.value in joints:
+        raise ReadError(f"{node.value} stands alone; say what it is, as in {node.value} = pi/3")
+    return _vanish(node)
+
+
+def _refuse_two_values(union: list[Piece]) -> list[Piece]:
+    """Return pieces that can hold; raise ReadError if each gives one joint two values at once."""
+    twice = [_joint_with_two_values(piece) for piece in union]
+    if union and None not in twice:
+        raise ReadError(f"{twice[0]} can't have two values at once; write {twice[0]} = 0 or {twice[0]} = pi/3")
+    return union
+
+
+def _joint_with_two_values(piece: Piece) -> str | None:
+    """Return the joint to which a piece gives two different values."""
+    values: dict[str, object] = {}
+    turns = ((atom.joint, turns_of(atom.zero)) for atom in piece if atom.joint is not None)
+    return next((j for j, turn in turns if turn is not None and values.setdefault(j, turn) != turn), None)
+
+
+def _alternatives(node: Node, joints: Sequence[str]) -> list[Piece]:
+    """Return the union of a list; a bare value belongs to the joint before it: theta3 = 0, pi, or (theta3, [0, pi])."""
+    union: list[Piece] = []
+    joint: Node | None = None
+    for arg in node.args:
+        says_more = bool(names(arg) & set(joints)) or arg.kind in ("eq", "in", "and", "or", "dict")
+        if says_more:
+            joint = _joint_of(arg, joints)
+            is_label = joint is not None and arg.kind == "name" and len(node.args) == 2 and arg is node.args[0]
+            if is_label and len(joints) == 2 and arg.value == joints[0] and node.args[1].kind not in ("list", "set"):
+                raise ReadError(
+                    f"a pair may be a joint and its value, or the values of {joints[0]} and {joints[1]}; write "
+                    f"{joints[0]} = 0 or {joints[1]} = 0"
+                )
+            if not is_label or names(node.args[1]) & set(joints):
+                union += parse_pieces(arg, joints)
+        elif joint is not None:
+            union += _assign(joint, arg, joints)
+        else:
+            raise ReadError(_NO_JOINT)
+    return union
+
+
+def _joint_of(node: Node, joints: Sequence[str]) -> Node | None:
+    """Return the joint that an equation or membership assigns, the last of alternatives, or a joint's bare name."""
+    if node.kind == "or":
+        return _joint_of(node.args[-1], joints)
+    joint = node.args[0] if node.kind in ("eq", "in") else node
+    return joint if joint.kind == "name" and joint.value in joints else None
+
+
+def _intersect(sets: Sequence[Sequence[Piece]]) -> list[Piece]:
+    """Return the pieces of an intersection: every combination of one piece of each set."""
+    count = math.prod(len(pieces_) for pieces_ in sets)
+    if count > _MOST_PIECES:
+        raise ReadError(f"the conditions make {count} cases; more than {_MOST_PIECES} are not read")
+    return [sum(combination, ()) for combination in product(*sets)]
+
+
+def _assign(joint: Node, values: Node, joints: Sequence[str]) -> list[Piece]:
+    if joint.kind != "name" or joint.value not in joints:
+        return [piece for value in _list_values(values) for piece in _vanish(Node("-", (joint, value)))]
+    cases = [case for value in _list_values(values) for case in _whole_number_cases(value)]
+    compile_program(cases)  # raises ReadError for what is no formula
+    return [(Atom(case, str(joint.value)),) for case in cases]
+
+
+def _list_values(values: Node) -> list[Node]:
+    """Return each of the values: of [0, ±pi], three."""
+    if values.kind not in ("list", "set", "or"):
+        return [values]
+    return [value for arg in values.args for value in (arg.args if arg.kind == "set" else (arg,))]
+
+
+def _vanish(node: Node) -> list[Piece]:
+    node = _bare(node)
+    compile_program([node])
+    return [(Atom(case),) for case in _whole_number_cases(node)]
+
+
+def _bare(node: Node) -> Node:
+    """Return what vanishes where an expression does, X of sqrt(X) or X^4: they lack the slope that a search needs."""
+    while True:
+        less_nothing = node.kind == "-" and node.args[1].kind in ("number", "decimal") and not node.args[1].value
+        is_power = node.kind == "^" and node.args[1].kind in ("number", "decimal") and node.args[1].value > 0
+        if less_nothing or is_power or node.kind == "neg" or (node.kind == "call" and node.value in ("sqrt", "abs")):
+            node = node.args[0]
+        else:
+            return node
+
+
+def _whole_number_cases(node: Node) -> list[Node]:
+    """Return the cases of a whole number k: all there are modulo whole turns of a value k*pi/6, or coarser."""
+    whole_numbers = [name for name in WHOLE_NUMBERS if name in names(node)]
+    combinations = product(WHOLE, repeat=len(whole_numbers))
+    cases = [replace_names(node, dict(zip(whole_numbers, values, strict=True))) for values in combinations]
+    turns = [turns_of(case) for case in cases]
+    return list({(turn, index if turn is None else 0): cases[index] for index, turn in enumerate(turns)}.values())
+
+
+def is_tied(atom: Atom, piece: Piece, joints: Sequence[str]) -> bool:
+    """Tell whether a joint's value follows other joints and another condition names the joint: q1 = q2 and c1 = 0."""
+    follows = bool(names(atom.zero) & set(joints))
+    return follows and any(atom.joint in names(also.zero) | {also.joint} for also in piece if also is not atom)
+
+
+def parse_claims(node: Node, joints: Sequence[str]) -> list[Piece]:
+    """Return the pieces of an answer. Raises ReadError also if it would take too long to look at all of them."""
+    node = remove_noise(node)
+    if _nodes_of_cases(node) > _MOST_NODES:
+        raise ReadError(_TOO_LONG)
+    claims, work = parse_pieces(node, joints), 0
+    for piece in claims:
+        steps = _PIECE + sum(len(compile_program([atom.zero]).steps) for atom in piece)
+        is_searched = any(atom.joint is None or is_tied(atom, piece, joints) for atom in piece)
+        work += steps if is_searched else steps // 10  # a value needs no search
+        if work > _MOST_STEPS:
+            raise ReadError(f"the conditions are too long, with their {len(claims)} cases")
+    return claims
 
 
 def _nodes_of_cases(node: Node) -> int:
     """Return how many nodes there are in all conditions, each as often as it has cases."""
+    alternatives = ("list", "set", "or")
     count, stack = 0, [node]
-    while stack:
+    while stack:  # no recursion: a long sum is a deep tree
         top = stack.pop()
-        inner = ("list", "set", "or")
-        if top.kind in (*inner, "and", "dict", "pair", "in") or any(arg.kind in inner for arg in top.args):
+        if top.kind in (*alternatives, "and", "dict", "pair", "in") or any(
+            arg.kind in alternatives for arg in top.args
+        ):
             stack.extend(top.args)
         else:
             count += (_PIECE + size_of(top)) * len(WHOLE) ** len(names(top) & set(WHOLE_NUMBERS))

@@ -35,9 +35,9 @@ def table_text(text: str, shape: tuple[int, int]) -> str | None:
     """
     if len(text) > MOST:
         return None
-    found = [_listed(cells) for cells in _tables(_NAME.sub("", text), *shape) if _is_table(cells, shape)]
-    is_clear = len(set(found)) == 1 or not _POINT.search(text)  # 1,2 x is 1.2 and x, or 1 and 2 x
-    return found[0] if found and is_clear else None
+    texts = [_list_cells(cells) for cells in _tables(_NAME.sub("", text), *shape) if _is_table(cells, shape)]
+    is_clear = len(set(texts)) == 1 or not _POINT.search(text)  # 1,2 x is 1.2 and x, or 1 and 2 x
+    return texts[0] if texts and is_clear else None
 
 
 def _tables(text: str, rows: int, columns: int) -> Iterator[_Cells]:
@@ -112,14 +112,14 @@ def numbers_text(text: str, count: int) -> str | None:
 
 def _named_numbers(text: str) -> list[str]:
     """Return numbers that have names, as in x = 0,5 and y = 1, one by one; nothing where anything else is there."""
-    found, at = list[str](), 0
+    numbers, at = list[str](), 0
     while at < len(text):
-        one = _NAMED.match(text, at)
-        if one is None:
+        match = _NAMED.match(text, at)
+        if match is None:
             return []
-        found.append(f"{one.group(1)} = {one.group(2).replace(',', '.')}")
-        at = one.end()
-    return found
+        numbers.append(f"{match.group(1)} = {match.group(2).replace(',', '.')}")
+        at = match.end()
+    return numbers
 
 
 def _is_number(entry: str) -> bool:
@@ -128,7 +128,7 @@ def _is_number(entry: str) -> bool:
     return any(_NUMBER.fullmatch(entry.removesuffix(factor)) for factor in factors)
 
 
-def _listed(cells: list[list[str]]) -> str:
+def _list_cells(cells: list[list[str]]) -> str:
     rows = [", ".join(cell.strip(SPACES) for cell in row) for row in cells]
     return "[" + ", ".join(rows if len(cells[0]) == 1 else [f"[{row}]" for row in rows]) + "]"
 
@@ -138,5 +138,5 @@ def _is_whole(cell: str) -> bool:
     return (
         bool(cell.strip(SPACES))
         and not re.search(r"[,;=]|\.[0-9]{1,18}\.", cell)
-        and all(cell.count(one) == cell.count(other) for one, other in ("()", "[]", "{}"))
+        and all(cell.count(opening) == cell.count(closing) for opening, closing in ("()", "[]", "{}"))
     )

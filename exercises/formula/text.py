@@ -34,21 +34,3 @@ def rows_of_text(matrix: sp.Matrix) -> list[list[str]]:
 def matrix_json(matrix: sp.Matrix) -> list[Any]:
     """Return a matrix as a list of rows of text, a column as a plain list."""
     return [text_of(entry) for entry in matrix] if matrix.cols == 1 else rows_of_text(matrix)
-
-
-class ByText:
-    """The end of a key for sorting: an expression's text, the same on every machine, made only where it decides."""
-
-    __slots__ = ("expression",)
-
-    def __init__(self, expression: sp.Expr) -> None:
-        self.expression = expression
-
-    def __eq__(self, other: object) -> bool:
-        return isinstance(other, ByText) and bool(self.expression == other.expression)
-
-    def __hash__(self) -> int:
-        return hash(self.expression)
-
-    def __lt__(self, other: "ByText") -> bool:
-        return text_of(self.expression) < text_of(other.expression)

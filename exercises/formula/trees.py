@@ -1,11 +1,17 @@
 """Expressions as trees of plain nodes, and what can be asked of a tree without knowing how it was written."""
 
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
+from functools import reduce
+from itertools import islice
 from math import log
-from typing import Any
+from operator import is_
+from typing import Any, TypeVar
 
 from qdot.exercises.formula.names import CONSTANTS
+
+Result = TypeVar("Result")
 
 
 class ReadError(ValueError):
@@ -23,6 +29,11 @@ class Node:
     args: tuple["Node", ...] = ()
     value: Any = None
 
+    def with_args(self, args: Sequence["Node"]) -> "Node":
+        """Return the node with other arguments, or itself if they are the same objects."""
+        is_same = len(args) == len(self.args) and all(map(is_, args, self.args))
+        return self if is_same else Node(self.kind, tuple(args), self.value)
+
 
 CHAIN = "="
 """The value of an "and" of equations that were written in one, A = B = C."""
@@ -37,34 +48,51 @@ def chain_of(node: Node) -> list[Node]:
     return [node.args[0].args[0], *(arg.args[1] for arg in node.args)]
 
 
-def replaced(node: Node, name: str, new: Node) -> Node:
-    """Return the tree with another tree put for a name."""
-    done: list[Node] = []
-    stack = [(node, False)]
-    while stack:  # no recursion: a long sum is a deep tree
-        top, ready = stack.pop()
-        if top.kind == "name":
-            done.append(new if top.value == name else top)
-        elif not top.args:
-            done.append(top)
-        elif ready:
-            args = tuple(done[len(done) - len(top.args) :])
-            done[len(done) - len(top.args) :] = [Node(top.kind, args, top.value)]
-        else:
-            stack.append((top, True))
-            stack.extend((arg, False) for arg in reversed(top.args))
-    return done[0]
-
-
-def names(node: Node) -> set[str]:
-    """Return the names in a tree that are not constants."""
-    used, stack = set(), [node]
+def nodes_of(tree: Node) -> Iterator[Node]:
+    """Yield every node of a tree, each before its arguments."""
+    stack = [tree]
     while stack:
-        top = stack.pop()
-        if top.kind == "name" and top.value not in CONSTANTS:
-            used.add(top.value)
-        stack.extend(top.args)
-    return used
+        node = stack.pop()
+        yield node
+        stack.extend(node.args)
+
+
+def fold(tree: Node, combine: Callable[[Node, list[Result]], Result]) -> Result:
+    """Return what `combine` makes of the root and of the results for its arguments, beginning at the leaves.
+
+    It does not recurse, because a long sum is a deep tree.
+    """
+    results: list[Result] = []
+    stack = [(tree, False)]
+    while stack:
+        node, is_ready = stack.pop()
+        if is_ready or not node.args:
+            first = len(results) - len(node.args)
+            results[first:] = [combine(node, results[first:])]
+        else:
+            stack.append((node, True))
+            stack.extend((arg, False) for arg in reversed(node.args))
+    return results[0]
+
+
+def replace_names(tree: Node, values: Mapping[str, Node]) -> Node:
+    """Return the tree with other trees in place of names."""
+    return fold(tree, lambda node, args: values.get(node.value, node) if node.kind == "name" else node.with_args(args))
+
+
+def combine_from_left(kind: str, nodes: Iterable[Node]) -> Node:
+    """Return a sum or product of several trees, ((a + b) + c) + d."""
+    return reduce(lambda left, right: Node(kind, (left, right)), nodes)
+
+
+def list_of_rows(rows: Iterable[Sequence[Node]]) -> Node:
+    """Return rows of entries as a list of lists."""
+    return Node("list", tuple(Node("list", tuple(row)) for row in rows))
+
+
+def names(tree: Node) -> set[str]:
+    """Return the names in a tree that are not constants."""
+    return {node.value for node in nodes_of(tree) if node.kind == "name" and node.value not in CONSTANTS}
 
 
 def _whole(decimal: Fraction) -> tuple[int, int]:
@@ -86,33 +114,17 @@ def digits_of_decimals(node: Node) -> int:
     >>> digits_of_decimals(Node("neg", (Node("decimal", value=Fraction("3.14159")),)))
     6
     """
-    most, stack = 0, [node]
-    while stack:
-        top = stack.pop()
-        if top.kind == "decimal":
-            most = max(most, digits_of(top.value))
-        stack.extend(top.args)
-    return most
+    return max((digits_of(decimal.value) for decimal in nodes_of(node) if decimal.kind == "decimal"), default=0)
 
 
-def size_of(node: Node) -> int:
-    """Return how many nodes a tree has."""
-    count, stack = 0, [node]
-    while stack:
-        count += 1
-        stack.extend(stack.pop().args)
-    return count
+def size_of(tree: Node, most: int | None = None) -> int:
+    """Return how many nodes a tree has, counted no further than `most`."""
+    return sum(1 for _ in islice(nodes_of(tree), most))
 
 
-def has_blank(node: Node) -> bool:
-    """Tell whether a placeholder is still there somewhere in the tree."""
-    stack = [node]
-    while stack:
-        top = stack.pop()
-        if top.kind == "blank":
-            return True
-        stack.extend(top.args)
-    return False
+def has_blank(tree: Node) -> bool:
+    """Tell whether a placeholder is still somewhere in the tree."""
+    return any(node.kind == "blank" for node in nodes_of(tree))
 
 
 _SCALARS = {"number", "decimal", "name", "call", "neg", "+", "-", "*", "/", "^"}
@@ -124,13 +136,7 @@ _SAID = {
 
 def statement_in(node: Node) -> Node | None:
     """Return a list, a condition or a blank in a tree, which is no single expression then; None in one that is."""
-    stack = [node]
-    while stack:
-        top = stack.pop()
-        if top.kind not in _SCALARS:
-            return top
-        stack.extend(top.args)
-    return None
+    return next((statement for statement in nodes_of(node) if statement.kind not in _SCALARS), None)
 
 
 def refuse_statements(node: Node) -> None:
@@ -188,17 +194,7 @@ def as_matrix(node: Node) -> list[list[Node]]:
 
 def node_text(node: Node) -> str:
     """Return a text that reads as the same tree; a long sum or product has no more brackets than a short one."""
-    done: list[str] = []
-    stack = [(node, False)]
-    while stack:  # no recursion: a long sum is a deep tree
-        top, ready = stack.pop()
-        if ready:
-            first = len(done) - len(top.args)
-            done[first:] = [_text(top, done[first:])]
-        else:
-            stack.append((top, True))
-            stack.extend((arg, False) for arg in reversed(top.args))
-    return done[0]
+    return fold(node, _text)
 
 
 _FROM_THE_LEFT = {"+": ("+", "-"), "-": ("+", "-"), "*": ("*", "/"), "/": ("*", "/")}

@@ -102,26 +102,25 @@ def _sort_marks(text: str, marks: Sequence[str]) -> tuple[list[str], list[str], 
 
     Raises QdotError; for an unknown mark, it lists the known ones.
     """
-    conventions = [mark for mark in marks if mark in CONVENTIONS]
-    orders = [mark for mark in marks if mark in TWIST_ORDERS]
-    variations = [mark for mark in marks if mark not in (*CONVENTIONS, *TWIST_ORDERS)]
-    for mark in variations:
-        if "+" not in mark and mark not in (*STEPS, *AXES):
-            known = {name: kind for kind, names in _MARKS.items() for name in names}
+    sorted_marks: dict[str, list[str]] = {kind: [] for kind in _MARKS}
+    for mark in marks:
+        kind = next((kind for kind, names in _MARKS.items() if mark in names), "variation" if "+" in mark else "")
+        if not kind:
             called = mark.replace("_", "-")
-            meant = ALIASES.get(called) or _ORDERS_CALLED.get(called) or likeliest(mark, list(known))
+            known = {name: kind for kind, names in _MARKS.items() for name in names}
+            meant = ALIASES.get(called) or likeliest(mark, list(known))
             is_what = f" (did you mean the {known[meant]} {meant!r}?)" if meant else ""
             raise QdotError(
                 f"{text!r}: {mark!r} is neither a variation nor a convention nor an order of twists{is_what}; "
                 f"variations: {', '.join(STEPS)}, or axes, as in lengths+base, out of {', '.join(AXES)}; "
                 f"conventions: {', '.join(CONVENTIONS)}; orders of twists: {', '.join(TWIST_ORDERS)}"
             )
-    named_of = {"conventions": conventions, "orders of twists": orders, "variations": variations}
-    for name, named_marks in named_of.items():
-        if len(named_marks) > 1:
-            raise QdotError(
-                f"{text!r} names two {name}, {named_marks[0]} and {named_marks[1]}; it may have one of each"
-            )
+        sorted_marks[kind].append(mark)
+    for kind, named in sorted_marks.items():
+        if len(named) > 1:
+            kinds = kind.replace(" of", "s of") if " of" in kind else f"{kind}s"
+            raise QdotError(f"{text!r} names two {kinds}, {named[0]} and {named[1]}; it may have one of each")
+    conventions, orders, variations = sorted_marks.values()
     return conventions, orders, variations
 
 
@@ -133,30 +132,21 @@ _MARKS = {"convention": CONVENTIONS, "order of twists": TWIST_ORDERS, "variation
 
 def find_twist_order(name: str) -> str:
     """Return the order of twists for an identity, "" for the default one. Raises QdotError if it is unknown."""
-    if name not in TWIST_ORDERS:
-        called = name.lower().replace("_", "-").replace(" ", "")
-        meant = _ORDERS_CALLED.get(called) or likeliest(called, TWIST_ORDERS)
-        hint = f" (did you mean {meant!r}?)" if meant else ""
-        raise QdotError(f"unknown order of twists {name!r}{hint}; known: {', '.join(TWIST_ORDERS)}")
-    return "" if name == TWIST_ORDERS[0] else name
-
-
-_ORDERS_CALLED = {
-    **dict.fromkeys(("w-v", "omegav", "wv", "angular-first", "lynch-park", "(omega,v)"), TWIST_ORDERS[0]),
-    **dict.fromkeys(
-        ("v-w", "vomega", "vw", "linear-first", "murray", "murray-li-sastry", "(v,omega)"), TWIST_ORDERS[1]
-    ),
-}
-"""Other names of orders of twists."""
+    return _find("order of twists", name, TWIST_ORDERS, {})
 
 
 def find_convention(name: str) -> str:
     """Return the convention for an identity, "" for the default one. Raises QdotError if it is unknown."""
-    if name not in CONVENTIONS:
-        meant = ALIASES.get(name.lower().replace("_", "-")) or likeliest(name.lower(), CONVENTIONS)
-        hint = f" (did you mean {meant!r}?)" if meant else ""
-        raise QdotError(f"unknown convention {name!r}{hint}; known: {', '.join(CONVENTIONS)}")
-    return "" if name == CONVENTIONS[0] else name
+    return _find("convention", name, CONVENTIONS, ALIASES)
+
+
+def _find(kind: str, name: str, known: tuple[str, ...], aliases: Mapping[str, str]) -> str:
+    if name not in known:
+        called = name.lower().replace("_", "-").replace(" ", "")
+        likely = aliases.get(called) or likeliest(called, known)
+        hint = f" (did you mean {likely!r}?)" if likely else ""
+        raise QdotError(f"unknown {kind} {name!r}{hint}; known: {', '.join(known)}")
+    return "" if name == known[0] else name
 
 
 @dataclass(frozen=True)

@@ -12,7 +12,7 @@ from qdot.exercises.arm.singularity import Component, singular_set
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.formula.conditions import Space, compare_sets
 from qdot.exercises.formula.expression import read
-from qdot.exercises.formula.pieces import Piece, pieces
+from qdot.exercises.formula.set_parser import Piece, parse_pieces
 from qdot.exercises.mistakes.catalogue import mistaken_answers
 from qdot.exercises.problem.problem import Part
 from qdot.exercises.quizzes.options import MOST_SPREAD, SHOWS_ITSELF, SPREAD, Blame, OfferedOption, rank_of_key
@@ -102,4 +102,4 @@ def _are_same(chain: Chain, a: tuple[str, ...], b: tuple[str, ...]) -> bool:
 
 
 def _parse_pieces(texts: tuple[str, ...], joints: list[str]) -> list[Piece]:
-    return [piece for text in texts for piece in pieces(read(text), joints)]
+    return [piece for text in texts for piece in parse_pieces(read(text), joints)]

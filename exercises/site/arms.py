@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 from qdot.exercises.families import FAMILIES
 from qdot.exercises.families.listing import listing
-from qdot.exercises.formula.latex import parsed
+from qdot.exercises.formula.latex import parse_latex
 from qdot.exercises.formula.printers.mathml import mathml
 from qdot.exercises.generation import sample_chain
 from qdot.exercises.problem.problem import ProblemId
@@ -57,7 +57,7 @@ def _card(name: str, practised: bool) -> Card:
         titles={code: catalogue(code).family(family.title) for code in LANGUAGES},
         source=family.source,
         kinds="" if family.varied else listed.kinds,
-        task="" if family.varied else mathml(parsed(", ".join(task))),
+        task="" if family.varied else mathml(parse_latex(", ".join(task))),
         difficulty=listed.difficulty,
         asked=listed.questions,
         practised=practised,

@@ -29,15 +29,15 @@ from typing import Any
 import mpmath
 import numpy as np
 
-from qdot.exercises.answers import Answer, ConditionSet, Direction, Forms, Letters, Number
+from qdot.exercises.answers import Answer, AnswerVisitor, ConditionSet, Direction, Letters, Number
 from qdot.exercises.arm.derivation_graph import Working, numbers
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.formula.conditions import Space
 from qdot.exercises.formula.constants import value_of
 from qdot.exercises.formula.expression import read
 from qdot.exercises.formula.identity import Domain
-from qdot.exercises.formula.pieces import pieces
 from qdot.exercises.formula.program import Program, compile_program, evaluate, evaluate_precisely
+from qdot.exercises.formula.set_parser import parse_pieces
 from qdot.exercises.formula.trees import as_matrix, names
 from qdot.exercises.mistakes import numeric
 from qdot.exercises.mistakes.catalogue import (
@@ -94,11 +94,11 @@ def weight(index: int) -> float:
 
 def key_of(problem: Problem, part: Part, with_mistakes: bool = True) -> Json:
     """Return the key of a part; `with_mistakes`, which a browser can name, takes nearly all of the time."""
-    return part.answer.told_to(_Keys(problem, part, with_mistakes))
+    return part.answer.accept(_Keys(problem, part, with_mistakes))
 
 
 @dataclass(frozen=True)
-class _Keys(Forms[Json]):
+class _Keys(AnswerVisitor[Json]):
     """Makes the key of each form of answer."""
 
     problem: Problem
@@ -428,7 +428,7 @@ def _conditions(problem: Problem, answer: ConditionSet) -> list[int]:
     """Return the number of pieces of each condition, or of several conditions that hold together."""
     known, joints = problem.domain().roles, [q.name for q in problem.chain.q]
     groups = answer.by_condition(answer.pieces())
-    return [sum(len(pieces(read(text, known), joints)) for text in group) for group in groups]
+    return [sum(len(parse_pieces(read(text, known), joints)) for text in group) for group in groups]
 
 
 def _pieces(problem: Problem, part: Part, answer: ConditionSet) -> list[Any]:
@@ -436,7 +436,7 @@ def _pieces(problem: Problem, part: Part, answer: ConditionSet) -> list[Any]:
     (joints, symbols), domain, stream = _variables(problem), problem.domain(), _stream(problem, part)
     space, keys = Space(joints, domain), []
     for text in answer.pieces():
-        for piece in pieces(read(text, domain.roles), joints):
+        for piece in parse_pieces(read(text, domain.roles), joints):
             values = space.on_piece(piece, {*joints, *symbols}, stream, 4 * POSES)
             exact = {atom.joint: value_of(atom.zero) for atom in piece if atom.joint is not None}
             poses = np.array([values[name] for name in symbols]).T[:POSES]

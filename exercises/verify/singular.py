@@ -17,7 +17,7 @@ from qdot.exercises.arm.normalized_arm import normalize_arm
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.formula.conditions import Space
 from qdot.exercises.formula.expression import read
-from qdot.exercises.formula.pieces import pieces
+from qdot.exercises.formula.set_parser import parse_pieces
 from qdot.exercises.problem.problem import Part
 from qdot.exercises.questions.singular import OPTIONS, OfKind, Place, components_at
 from qdot.exercises.verify.appearance import (
@@ -59,7 +59,7 @@ def _check_singular_set(numeric: NumericReference, part: Part) -> Checks:
     answer = part.of(ConditionSet)
     joints = [q.name for q in numeric.chain.q]
     texts = answer.pieces()
-    claimed = [piece for text in texts for piece in pieces(read(text, numeric.known), joints)]
+    claimed = [piece for text in texts for piece in parse_pieces(read(text, numeric.known), joints)]
     yield from _check_soundness(numeric, texts, claimed, joints)
     yield _check_completeness(numeric, claimed, joints)
     yield from check_singularity_statements(numeric)

@@ -13,7 +13,7 @@ import sympy as sp
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.formula.order import index_of, joint_sum
 from qdot.exercises.formula.printers.python import python_text
-from qdot.exercises.formula.text import ByText
+from qdot.exercises.formula.text import text_of
 from qdot.exercises.writing.gathering import gathered
 from qdot.exercises.writing.shortening import added_up, in_plain_angles, with_plain_numbers, with_squares
 
@@ -86,7 +86,7 @@ def angle_names(angles: Iterable[sp.Expr], *matrices: sp.Matrix) -> AngleNames:
     """
     others = {trig.args[0] for matrix in matrices for trig in matrix.atoms(sp.sin, sp.cos)}
     meanings: dict[sp.Symbol, sp.Expr] = {}
-    for angle in (*angles, *sorted(others, key=lambda a: (len(a.free_symbols), ByText(a)))):
+    for angle in (*angles, *sorted(others, key=lambda a: (len(a.free_symbols), text_of(a)))):
         if not is_plain(angle) and _is_sum(angle) and _as_named(angle, meanings) is None:
             meanings[_new(angle, meanings)] = angle
     return AngleNames(meanings)

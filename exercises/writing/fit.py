@@ -35,8 +35,9 @@ _CROSS, _DOTS, _OPEN, _CLOSE = (Layout("sign", sign) for sign in "×⋯()")
 def width(formula: Layout, size: float = 1.0) -> float:
     r"""Return about how wide a formula is in em; `size` is that of fractions, which are smaller inside a matrix.
 
-    >>> from qdot.exercises.formula.latex import parsed
-    >>> width(parsed(r"a_{1}")) < width(parsed(r"\frac{a_{1}}{2}")) + 0.3 < width(parsed(r"a_{1} + a_{2}"))
+    >>> from qdot.exercises.formula.latex import parse_latex
+    >>> letter, half, total = map(parse_latex, (r"a_{1}", r"\frac{a_{1}}{2}", r"a_{1} + a_{2}"))
+    >>> width(letter) < width(half) + 0.3 < width(total)
     True
     """
     kind, text, inner = formula
@@ -107,7 +108,7 @@ def _rows(formula: Layout, room: float) -> Rows:
         if not left and right[:1] != (layout.EQUALS,) and rows:  # a sum goes on
             rows[-1] = (rows[-1][0], (*rows[-1][1], *(right[1:] if right[:1] == (layout.QUAD,) else right)))
             continue
-        beside = layout.joined((layout.QUAD,), [(*a, *b) for a, b in pairs])
+        beside = layout.join((layout.QUAD,), [(*a, *b) for a, b in pairs])
         if len(pairs) > 1 and _wide(beside) <= room - 2.0:
             pairs = [(left, beside[len(left) :])]
         rows += pairs
@@ -116,7 +117,7 @@ def _rows(formula: Layout, room: float) -> Rows:
 
 def _sides(equation: Pieces) -> tuple[Pieces, Pieces]:
     left, *rest = layout.split(equation, layout.EQUALS)
-    return (left, (layout.EQUALS, *layout.joined((layout.EQUALS,), rest))) if rest else ((), left)
+    return (left, (layout.EQUALS, *layout.join((layout.EQUALS,), rest))) if rest else ((), left)
 
 
 def _equation(left: Pieces, right: Pieces, room: float) -> Rows:

@@ -11,7 +11,7 @@ import sympy as sp
 
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.formula import layout, order
-from qdot.exercises.formula.latex import parsed
+from qdot.exercises.formula.latex import parse_latex
 from qdot.exercises.formula.layout import Layout, Pieces, number, row, script
 from qdot.exercises.formula.order import COMPONENT, NAMED_ANGLE, decimal, joint_sum, moves
 from qdot.exercises.formula.printers.latex import latex
@@ -110,18 +110,18 @@ class _Setter:
     def factor(self, factor: sp.Expr, flip: bool = False, alone: bool = False) -> Pieces:
         if factor.is_Add:
             inside = _sum(self.terms(factor, flip))
-            return inside if alone else layout.bracketed(inside, _TALL)
+            return inside if alone else layout.bracket(inside, _TALL)
         if factor.is_Pow:
             return self.power(factor.base, factor.exp)
         if factor.is_Symbol:
-            return parsed(symbol_latex(factor.name, self.prismatic)).inner
+            return parse_latex(symbol_latex(factor.name, self.prismatic)).inner
         if factor.is_number and factor.is_Rational:
             return self.number(factor).body
         if isinstance(factor, sp.Abs):
-            return (layout.fenced("||", self.pieces(factor.args[0])),)
+            return (layout.fence("||", self.pieces(factor.args[0])),)
         if factor.func in _FUNCTIONS:
             return self.call(factor, layout.EMPTY)
-        return parsed(str(sp.latex(factor))).inner
+        return parse_latex(str(sp.latex(factor))).inner
 
     def power(self, base: sp.Expr, exponent: sp.Expr) -> Pieces:
         if exponent == sp.Rational(1, 2):
@@ -133,8 +133,8 @@ class _Setter:
             return self.call(base, above)
         shown = self.factor(base)
         if not (base.is_Add or base.is_Symbol or (base.is_Integer and base > 0)):
-            shown = layout.bracketed(shown, _TALL)
-        return layout.raised(shown, above)
+            shown = layout.bracket(shown, _TALL)
+        return layout.raise_to(shown, above)
 
     def call(self, expression: sp.Expr, above: Layout) -> Pieces:
         word, argument = _FUNCTIONS[expression.func], expression.args[0]
@@ -144,10 +144,10 @@ class _Setter:
             if short is not None:
                 return (script(Layout("letter", word.text[0]), row(*number(short)), above),)
             if NAMED_ANGLE.fullmatch(str(argument)):
-                return (called, *parsed(argument.name).inner)
-            return (called, *layout.bracketed(self.angle(argument), _TALL))
-        inside = layout.joined((layout.COMMA,), map(self.pieces, expression.args))
-        return (called, *layout.bracketed(inside, _TALL))
+                return (called, *parse_latex(argument.name).inner)
+            return (called, *layout.bracket(self.angle(argument), _TALL))
+        inside = layout.join((layout.COMMA,), map(self.pieces, expression.args))
+        return (called, *layout.bracket(inside, _TALL))
 
     def angle(self, value: sp.Expr) -> Pieces:
         """Return an angle, what is a simple number of degrees of it in degrees: theta_1 + 30, but 30 - theta_1."""

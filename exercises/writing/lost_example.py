@@ -15,7 +15,7 @@ from qdot.exercises.arm.kinematics import NumericChain
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.formula.conditions import Space
 from qdot.exercises.formula.expression import read
-from qdot.exercises.formula.pieces import pieces
+from qdot.exercises.formula.set_parser import parse_pieces
 from qdot.exercises.questions.rank import Where
 
 _LENGTHS = tuple(sp.Rational(n, 100) for n in (50, 40, 30, 60, 20, 70, 25, 35))
@@ -81,7 +81,7 @@ def _tied(chain: Chain, condition: sp.Expr, lengths: Mapping[sp.Symbol, sp.Expr]
     """Return joint values at which a condition holds, None where there are none with these lengths."""
     joints = [q.name for q in chain.q]
     space = Space(joints, domain_of(chain, {symbol.name: float(value) for symbol, value in lengths.items()}))
-    (piece,) = pieces(read(f"{condition} = 0"), joints)
+    (piece,) = parse_pieces(read(f"{condition} = 0"), joints)
     values = space.on_piece(piece, space.names_of([[piece]]), Stream("example"), count=1)
     found = np.array([values[joint] for joint in joints])
     return found[:, 0] if found.shape[1] else None

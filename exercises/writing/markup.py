@@ -11,7 +11,7 @@ from html import escape
 from itertools import zip_longest
 from typing import TYPE_CHECKING
 
-from qdot.exercises.formula.latex import parsed
+from qdot.exercises.formula.latex import parse_latex
 from qdot.exercises.formula.layout import Layout
 from qdot.exercises.formula.printers.latex import latex as latex_of
 from qdot.exercises.formula.printers.mathml import mathml
@@ -84,8 +84,8 @@ def to_html(
 @lru_cache(maxsize=512)
 def _mathml(latex: str, block: bool, room: float) -> str:
     if not block:
-        return "".join(mathml(parsed(each)) + after for each, after in _equations(latex))
-    shown = fitted(parsed(latex), room)
+        return "".join(mathml(parse_latex(each)) + after for each, after in _equations(latex))
+    shown = fitted(parse_latex(latex), room)
     return mathml(shown, True, min(100, int(100 * room / width(shown))))
 
 
@@ -118,7 +118,7 @@ def _equations(latex: str) -> list[tuple[str, str]]:
 
 def fitted_latex(latex: str, room: float) -> str:
     """Return a formula for lines of its own, broken only where it is wider than `room` (em)."""
-    laid_out = parsed(latex)
+    laid_out = parse_latex(latex)
     shown = fitted(laid_out, room)
     return latex if shown is laid_out else latex_of(shown)
 
@@ -191,7 +191,7 @@ def to_latex(text: str, share: float = 1.0) -> str:
         latex, block = formulas[int(match.group(1))]
         if block:
             return _display(latex, room) + match.group(2)
-        if breaks_lines(parsed(latex), room):
+        if breaks_lines(parse_latex(latex), room):
             return _display(latex, room, match.group(2))
         return f"${latex}${match.group(2)}"
 
@@ -199,7 +199,7 @@ def to_latex(text: str, share: float = 1.0) -> str:
         return f"${formulas[int(match.group(1))][0]}$"
 
     def table(latex: str) -> str:
-        laid_out = [parsed(formulas[int(number)][0]) for number in HOLDER.findall(latex)]
+        laid_out = [parse_latex(formulas[int(number)][0]) for number in HOLDER.findall(latex)]
         shown = HOLDER.sub(cell, latex)
         if any(map(is_high, laid_out)):
             shown = f"\n\\renewcommand{{\\arraystretch}}{{1.5}}{shown}"
@@ -213,7 +213,7 @@ def to_latex(text: str, share: float = 1.0) -> str:
 def _display(latex: str, room: float, point: str = "") -> str:
     """Return a formula on lines of its own, so small that it fits into `room` (em), with a point behind it."""
     shown = fitted_latex(latex, room)
-    laid_out = parsed(shown)
+    laid_out = parse_latex(shown)
     fits = room / width(laid_out)
     size = next((name for least, name in _SIZES if fits >= least), r"\scriptsize")
     if _has_many_lines(laid_out):
@@ -235,7 +235,7 @@ def _table_width(latex: str, formulas: Sequence[tuple[str, bool]]) -> float:
     lines = (line.removesuffix(r" \\").split(" & ") for line in latex.splitlines() if " & " in line)
 
     def wide(cell: str) -> float:
-        inner = sum(width(parsed(formulas[int(number)][0])) for number in HOLDER.findall(cell))
+        inner = sum(width(parse_latex(formulas[int(number)][0])) for number in HOLDER.findall(cell))
         return inner + LETTER * len(HOLDER.sub("", cell)) + _BETWEEN
 
     return sum(map(max, zip_longest(*([wide(cell) for cell in line] for line in lines), fillvalue=0.0)))
@@ -273,7 +273,7 @@ def to_text(text: str) -> str:
 
     def formula(match: re.Match[str]) -> str:
         latex, block = formulas[int(match.group(1))]
-        shown = unicode_math(parsed(latex))
+        shown = unicode_math(parse_latex(latex))
         return f"\n\n{textwrap.indent(shown, '    ')}\n\n" if block else shown.strip()
 
     lines = _Lines(lambda inline: HOLDER.sub(formula, _plain(inline)))

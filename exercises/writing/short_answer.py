@@ -6,11 +6,11 @@ from typing import Any
 
 from qdot.exercises.answers import (
     TRUE_FALSE,
+    AnswerVisitor,
     Choice,
     ConditionSet,
     Direction,
     Expression,
-    Forms,
     Letters,
     Matrix,
     Number,
@@ -27,14 +27,14 @@ _WORDS = ("letters", "words", "remark")
 def short_answer(problem: Problem, part: Part) -> str:
     """Return the reference: a formula on lines of its own, numbers with their units, conditions, or letters."""
     given: dict[str, Any] = {"components": None, "formula": None, "values": []} | dict.fromkeys(_WORDS, "")
-    shown: dict[str, Any] = part.answer.told_to(_Given(problem, part))
+    shown: dict[str, Any] = part.answer.accept(_Given(problem, part))
     given |= shown
     steps = worked_steps(problem.chain)
     return with_meanings(steps, render("writing/short-answer.md.j2", chain=problem.chain, angles=steps.angles, **given))
 
 
 @dataclass(frozen=True)
-class _Given(Forms[dict[str, Any]]):
+class _Given(AnswerVisitor[dict[str, Any]]):
     """What the template shows of each form of answer."""
 
     problem: Problem

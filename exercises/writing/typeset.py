@@ -10,7 +10,7 @@ from fractions import Fraction
 from itertools import pairwise
 
 from qdot.exercises.formula import layout
-from qdot.exercises.formula.latex import parsed
+from qdot.exercises.formula.latex import parse_latex
 from qdot.exercises.formula.layout import Layout, Pieces, number, row, script
 from qdot.exercises.formula.trees import Node, ReadError, as_matrix, node_text
 from qdot.exercises.writing.latex import symbol_latex
@@ -48,7 +48,7 @@ class _Set:
 
     def at(self, level: int) -> Pieces:
         """Return the piece as an operand that must hold together so tightly, in brackets if it does not."""
-        return self.shown if self.level >= level else layout.bracketed(self.shown, _TALL)
+        return self.shown if self.level >= level else layout.bracket(self.shown, _TALL)
 
 
 def typeset(
@@ -114,7 +114,7 @@ class _Setter:
         if name in _CONSTANTS:
             return (Layout("letter", _CONSTANTS[name]),)
         if _SYMBOL.fullmatch(name):
-            return parsed(symbol_latex(name, self.prismatic)).inner
+            return parse_latex(symbol_latex(name, self.prismatic)).inner
         # A name may hold what its characters are the same as, as the bracketed digits of Unicode.
         return (Layout("text", "".join(ch if ch.isalnum() or ch in "._" else "?" for ch in name)),)
 
@@ -125,12 +125,12 @@ class _Setter:
         while node.kind in ("+", "-"):
             terms.append((layout.PLUS if node.kind == "+" else layout.MINUS, *self.set(node.args[1]).at(_PRODUCT)))
             node = node.args[0]
-        return _Set(layout.joined((), [self.set(node).at(_SUM), *reversed(terms)]), _SUM)
+        return _Set(layout.join((), [self.set(node).at(_SUM), *reversed(terms)]), _SUM)
 
     def product(self, node: Node) -> _Set:
         degrees = _degrees(node)
         if degrees is not None:
-            return _Set(layout.raised(self.set(degrees).shown, layout.DEGREE), _FACTOR)
+            return _Set(layout.raise_to(self.set(degrees).shown, layout.DEGREE), _FACTOR)
         above, below = _factors(node)
         if not below:
             return _Set(self.row(above), _PRODUCT)
@@ -159,11 +159,11 @@ class _Setter:
         is_whole = len(above.inner) == 1 and above.inner[0].text.isdigit()
         if base.kind == "call" and base.value in ("sin", "cos", "tan") and is_whole:
             return self.call(base, above)
-        return _Set(layout.raised(self.set(base).at(_ATOM), above), _FACTOR)
+        return _Set(layout.raise_to(self.set(base).at(_ATOM), above), _FACTOR)
 
     def exponent(self, node: Node) -> Pieces:
         if node.kind == "/" and all(arg.kind == "number" for arg in node.args):
-            return layout.joined((Layout("sign", "/"),), [self.set(arg).shown for arg in node.args])
+            return layout.join((Layout("sign", "/"),), [self.set(arg).shown for arg in node.args])
         return self.set(node).shown
 
     def call(self, node: Node, above: Layout) -> _Set:
@@ -175,13 +175,13 @@ class _Setter:
         if word == "sqrt":
             return _Set((Layout("root", "sqrt", (row(*inside),)),), _FACTOR)
         if word == "abs":
-            return _Set((layout.fenced("||", inside),), _ATOM)
+            return _Set((layout.fence("||", inside),), _ATOM)
         called = _FUNCTIONS.get(word) or Layout("word", word)
         called = script(called, layout.EMPTY, above) if above.inner else called
-        return _Set((called, *layout.bracketed(inside, _TALL)), _FACTOR)
+        return _Set((called, *layout.bracket(inside, _TALL)), _FACTOR)
 
     def listed(self, nodes: Sequence[Node], between: Sequence[Layout] = (layout.COMMA,)) -> Pieces:
-        return layout.joined(between, (self.set(node).shown for node in nodes))
+        return layout.join(between, (self.set(node).shown for node in nodes))
 
     # --- lists and conditions ---
 
@@ -191,7 +191,7 @@ class _Setter:
         rows = _rows(node)
         if rows is not None:
             return _Set((layout.matrix([[self.set(entry).shown for entry in entries] for entries in rows]),), _ATOM)
-        return _Set((layout.fenced("[]" if node.kind == "list" else "{}", self.listed(node.args)),), _ATOM)
+        return _Set((layout.fence("[]" if node.kind == "list" else "{}", self.listed(node.args)),), _ATOM)
 
     def relation(self, node: Node) -> _Set:
         if node.kind in ("and", "or"):

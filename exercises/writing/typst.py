@@ -11,8 +11,8 @@ from itertools import takewhile
 
 from markdown_it.token import Token
 
-from qdot.exercises.formula.latex import parsed
-from qdot.exercises.formula.printers.speech import spoken
+from qdot.exercises.formula.latex import parse_latex
+from qdot.exercises.formula.printers.speech import speak
 from qdot.exercises.formula.printers.typst import typst_math, typst_string
 from qdot.exercises.writing.fit import breaks_lines, fitted, is_high, width
 from qdot.exercises.writing.markup import HOLDER, parsed_markdown
@@ -55,8 +55,8 @@ def to_typst(text: str, share: float = 1.0) -> str:
 
     def formula(match: re.Match[str]) -> str:
         latex, block = formulas[int(match.group(1))]
-        laid_out = parsed(latex)
-        words = typst_string(spoken(laid_out))
+        laid_out = parse_latex(latex)
+        words = typst_string(speak(laid_out))
         if not block and not breaks_lines(laid_out, share * ROOM):
             return f"#formula({words}, ${typst_math(laid_out)}$){match.group(2) or ''}"
         shown = fitted(laid_out, share * ROOM)
@@ -73,7 +73,7 @@ def _has_high_rows(tokens: Sequence[Token], formulas: Formulas) -> bool:
     """Whether a table, whose tokens come first, has a formula in it that is higher than a line."""
     inside = takewhile(lambda token: token.type != "table_close", tokens)
     held = (number for token in inside for number in HOLDER.findall(token.content))
-    return any(is_high(parsed(formulas[int(number)][0])) for number in held)
+    return any(is_high(parse_latex(formulas[int(number)][0])) for number in held)
 
 
 def _markup(tokens: Sequence[Token], formulas: Formulas) -> str:

@@ -295,7 +295,7 @@ def grade(
     stay in DIR/graded/history/STUDENT.jsonl. DIR/overrides.csv (student,part,points,comment) sets points by
     hand; with the column group, those of all equal wrong answers, by the key that `qdot report` shows.
     The formats of --report are in docs/outlets.md. With --student, nothing else is written than these reports. Several
-    machines can grade a class together: docs/many-submissions.md.
+    machines can grade a class together: docs/scaling.md.
     """
     from qdot.grader.reports.formats import STDOUT, read_reports, write_asked
 

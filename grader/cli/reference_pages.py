@@ -35,7 +35,7 @@ def pages() -> dict[str, str]:
     """Return the pages by their names."""
     return {
         "outlets.md": outlets_page(), "library.md": library_page(), "partial-credit.md": credit_page(),
-        "promises.md": promises_page(), "dependencies.md": dependencies_page(),
+        "compatibility.md": compatibility_page(), "dependencies.md": dependencies_page(),
     }  # fmt: skip
 
 
@@ -57,14 +57,14 @@ def _records() -> Iterator[dict[str, str]]:
         yield {**run, "told": "; ".join(counts)}
 
 
-# --- promises ---
+# --- compatibility ---
 
 
-def promises_page() -> str:
+def compatibility_page() -> str:
     """Return the page on what stays as it is, with the version of each schema."""
     read = [(path.stem, json.loads(path.read_text(encoding="utf-8"))) for path in sorted(SCHEMAS.glob("*.json"))]
     schemas = [{"name": name, "id": one["$id"], "version": one["version"], "title": one["title"]} for name, one in read]
-    return render("docs/promises.md.j2", schemas=schemas, engine=ENGINE)
+    return render("docs/compatibility.md.j2", schemas=schemas, engine=ENGINE)
 
 
 # --- partial credit ---

@@ -23,7 +23,7 @@ from qdot.exercises.mistakes.configurations import Values, sample_configurations
 from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.questions.results import is_derived, result
 from qdot.grader.diagnosis.numbers import unit
-from qdot.grader.judging.answer import Given, with_joint
+from qdot.grader.judging.answer import ParsedAnswer, with_joint
 from qdot.grader.judging.verdict import Diagnosis
 
 POINTS = 5
@@ -43,7 +43,7 @@ EASY = (0.0, np.pi / 2, np.pi / 6)
 MOST_POSES = 81
 
 
-def advise(problem: Problem, part: Part, given: Given, seed: str = "") -> Diagnosis | None:
+def advise(problem: Problem, part: Part, given: ParsedAnswer, seed: str = "") -> Diagnosis | None:
     """Return what to look at in a wrong answer that was read; nothing where it is a letter, or text that is none."""
     if part.answer.is_a_set:
         says = _advise_on_set(problem, part, given, seed)

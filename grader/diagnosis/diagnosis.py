@@ -102,7 +102,7 @@ def diagnose(
     return _explain(wrong_answer.upright, causes)
 
 
-def is_one_mistake(problem: Problem, part: Part, given: Given, seed: str) -> bool:
+def is_one_mistake(problem: Problem, part: Part, given: ParsedAnswer, seed: str) -> bool:
     """Tell whether a single known mistake gives all that is wrong in an answer in formulas or in several numbers.
 
     What such a mistake would spoil besides may be right: no cause is named then, but a better answer never earns less.

@@ -28,9 +28,8 @@ from qdot.exercises.formula.trees import Node, ReadError, names, size_of
 from qdot.exercises.mistakes.configurations import sample_configurations, sample_values
 from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.questions import QUESTIONS
-from qdot.grader.judging.answer import Given
-from qdot.grader.judging.direction import judge_direction
-from qdot.grader.judging.formulas import judge_expression, judge_matrix, judge_numbers, judge_singular
+from qdot.grader.judging.answer import ParsedAnswer
+from qdot.grader.judging.formulas import judge_direction, judge_expression, judge_matrix, judge_numbers, judge_singular
 from qdot.grader.judging.verdict import Judgement
 
 MOST_ROWS = 4
@@ -68,7 +67,7 @@ def nothing_copied(part: Part, rows: Rows) -> bool:
 def follow(
     problem: Problem,
     part: Part,
-    answers: Mapping[str, Given],
+    answers: Mapping[str, ParsedAnswer],
     wrong: Sequence[str],
     seed: str,
     is_copied: IsCopied = nothing_copied,

@@ -18,14 +18,14 @@ import sympy as sp
 
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.formula.constants import turns_of
-from qdot.exercises.formula.exact import known_by
+from qdot.exercises.formula.exact import fingerprint_results
 from qdot.exercises.formula.expression import tree_of_reference
 from qdot.exercises.formula.program import compile_program, evaluate
-from qdot.exercises.formula.set_parser import claimed_pieces
+from qdot.exercises.formula.set_parser import parse_claims
 from qdot.exercises.formula.trees import Node, ReadError
 from qdot.exercises.problem.problem import Part, Problem
 from qdot.grader.diagnosis.similar import written
-from qdot.grader.judging.answer import Given
+from qdot.grader.judging.answer import ParsedAnswer
 from qdot.grader.judging.verdict import Diagnosis
 
 LETTERS = "bcdfghjkmnpqrstvwxz"
@@ -42,7 +42,7 @@ def group_key(part: str, letters: str) -> str:
     return f"{part}/{letters}"
 
 
-def group_of(problem: Problem, part: Part, given: Given, diagnosis: Diagnosis | None, secret: str) -> str | None:
+def group_of(problem: Problem, part: Part, given: ParsedAnswer, diagnosis: Diagnosis | None, secret: str) -> str | None:
     """Return the letters of the group that a wrong answer belongs to; None where that is not known.
 
     `diagnosis` is what was found behind it, whatever was found in earlier parts. Not known is it of Python functions
@@ -60,7 +60,7 @@ def group_of(problem: Problem, part: Part, given: Given, diagnosis: Diagnosis | 
 
 
 def _same(
-    problem: Problem, part: Part, given: Given, diagnosis: Diagnosis | None, secret: str
+    problem: Problem, part: Part, given: ParsedAnswer, diagnosis: Diagnosis | None, secret: str
 ) -> tuple[object, ...] | None:
     """Return what is equal for answers that are the same."""
     if diagnosis is not None and (made := diagnosis.known_by or diagnosis.mistakes):
@@ -158,18 +158,18 @@ class _Own:
     def formulas(self, entries: Sequence[Node], seed: str, up_to_a_factor: bool = False) -> tuple[object, ...]:
         """Return what is the same for the same formulas; with `up_to_a_factor`, for their multiples, too."""
         trees = [self.undone(entry) for entry in entries]
-        numbers = known_by(compile_program(trees), seed)
+        numbers = fingerprint_results(compile_program(trees), seed)
         pivot = next((tree for tree, number in zip(trees, numbers, strict=True) if number and any(number)), None)
         if up_to_a_factor and pivot is not None:
             trees = [Node("/", (tree, pivot)) for tree in trees]
-            numbers = known_by(compile_program(trees), seed)
+            numbers = fingerprint_results(compile_program(trees), seed)
         return tuple(_text(tree) if number is None else number for tree, number in zip(trees, numbers, strict=True))
 
     def conditions(self, tree: Node, joints: Sequence[str], seed: str) -> tuple[object, ...]:
         """Return what is the same for the same conditions, in whatever order they stand."""
         every = {
             tuple(sorted({repr(self._condition(atom.zero, atom.joint, seed)) for atom in piece}))
-            for piece in claimed_pieces(tree, joints)
+            for piece in parse_claims(tree, joints)
         }
         return tuple(sorted(every))
 
@@ -188,7 +188,7 @@ def _length(known: Mapping[Fraction, Node], value: Fraction) -> Node:
 
 
 def _text(tree: Node) -> str:
-    form = written(Given("", tree=tree))
+    form = written(ParsedAnswer("", tree=tree))
     return repr(tree) if form is None else form.text
 
 

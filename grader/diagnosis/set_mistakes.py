@@ -19,7 +19,7 @@ from qdot.exercises.formula.conditions import SetComparison, Space, compare_sets
 from qdot.exercises.formula.pieces import Piece
 from qdot.exercises.formula.pieces import pieces as read_pieces
 from qdot.exercises.formula.program import Program, compile_program, evaluate
-from qdot.exercises.formula.set_parser import claimed_pieces
+from qdot.exercises.formula.set_parser import Piece, parse_claims, parse_pieces
 from qdot.exercises.formula.trees import Node, ReadError, digits_of_decimals, names, node_text
 from qdot.exercises.mistakes.base import Mistake, MistakenAnswer
 from qdot.exercises.mistakes.catalogue import (
@@ -32,7 +32,7 @@ from qdot.exercises.mistakes.configurations import sample_values
 from qdot.exercises.mistakes.sets import missed_mistake, zero_there
 from qdot.exercises.problem.problem import Part, Problem
 from qdot.grader.diagnosis.rounding import EXACTLY, NEAR
-from qdot.grader.judging.answer import Given, with_joint
+from qdot.grader.judging.answer import ParsedAnswer, with_joint
 from qdot.grader.judging.judge import judge_given
 from qdot.grader.judging.verdict import Diagnosis, Outcome, known_by
 

@@ -11,7 +11,7 @@ from fractions import Fraction
 from functools import lru_cache
 
 from qdot.exercises.formula.trees import Node, has_blank, size_of
-from qdot.grader.judging.answer import Given
+from qdot.grader.judging.answer import ParsedAnswer
 
 LONGEST = 3000
 """Characters of an answer that is compared."""
@@ -55,7 +55,7 @@ class Pair:
     alike: float
 
 
-def written(given: Given) -> Written | None:
+def written(given: ParsedAnswer) -> Written | None:
     """Return an answer in the order in which all are compared; None where it can't be read, is blank, or too long."""
     return None if given.tree is None or len(given.text) > LONGEST else _written(given.tree)
 

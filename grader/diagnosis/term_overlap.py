@@ -18,7 +18,7 @@ from qdot.exercises.formula.program import compile_program, evaluate
 from qdot.exercises.formula.trees import Node, names, size_of
 from qdot.exercises.mistakes.configurations import Values, sample_values
 from qdot.exercises.problem.problem import Part, Problem
-from qdot.grader.judging.answer import Given
+from qdot.grader.judging.answer import ParsedAnswer
 
 LEAST = Fraction(1, 2)
 """The share of the solution's terms that an attempt has, if nothing else speaks for it."""
@@ -30,12 +30,12 @@ POINTS = 6
 SAME = 1e-9
 
 
-def has_terms(problem: Problem, part: Part, given: Given, seed: str) -> bool:
+def has_terms(problem: Problem, part: Part, given: ParsedAnswer, seed: str) -> bool:
     """Tell whether enough of the solution's terms stand in an answer for it to be an attempt at this arm."""
     return share_of_terms(problem, part, given, seed) >= LEAST
 
 
-def share_of_terms(problem: Problem, part: Part, given: Given, seed: str) -> Fraction:
+def share_of_terms(problem: Problem, part: Part, given: ParsedAnswer, seed: str) -> Fraction:
     """Return the share of the solution's terms that stand in an answer, each in the entry where it belongs.
 
     Where the answer has more terms, it is the share of these that are the solution's.

@@ -18,7 +18,7 @@ from qdot.grader.diagnosis.groups import group_key
 from qdot.grader.grading.copied_answers import Copies
 from qdot.grader.grading.marking import mark
 from qdot.grader.grading.result import Cost, MadeFrom, Marked, PartResult, ProblemResult
-from qdot.grader.judging.function_values import calls_of
+from qdot.grader.judging.functions import calls_of
 from qdot.grader.judging.verdict import Outcome, Verdict
 from qdot.grader.sandbox.clock import Allowance
 from qdot.grader.sandbox.sandbox import Calls, Run, Sandbox

@@ -16,10 +16,10 @@ from qdot.exercises.formula.trees import has_blank
 from qdot.exercises.notebook.setup_cell import setup_of
 from qdot.exercises.problem.problem import variable
 from qdot.exercises.quizzes import ASKED
-from qdot.grader.judging.answer import OR, Given, at_once, read_any
-from qdot.grader.judging.answer_parser import Due, read_as
+from qdot.grader.judging.answer import OR, ParsedAnswer, combine_with_and, read_any
+from qdot.grader.judging.answer_parser import ExpectedForm, read_as
 from qdot.grader.judging.formulas import unknown_symbols
-from qdot.grader.judging.function_values import is_table
+from qdot.grader.judging.functions import is_table
 from qdot.grader.judging.verdict import Outcome
 from qdot.grader.sandbox.sandbox import Sandbox
 from qdot.grader.submissions.answer_locator import find_answers, guess_parts
@@ -108,7 +108,7 @@ MOST_SYMBOLS = 100
 """Names that are taken from what a notebook says of itself."""
 
 
-def due_claimed(claims: Mapping[str, object], slot: str, part: str) -> Due | None:
+def due_claimed(claims: Mapping[str, object], slot: str, part: str) -> ExpectedForm | None:
     """Return the form in which an answer is due, as the notebook says; None where it does not, or of an older edition.
 
     Which options there are to choose from it does not say.
@@ -121,7 +121,9 @@ def due_claimed(claims: Mapping[str, object], slot: str, part: str) -> Due | Non
     answer = _like(form.get("type"), form.get("shape", []), form.get("units", []))
     if answer is None or not _are_names(labels) or not _are_names(columns) or metres not in (None, *range(7)):
         return None
-    return Due(answer, Domain(dict.fromkeys(symbols, "signed")), tuple(joints), tuple(labels), tuple(columns), metres)
+    return ExpectedForm(
+        answer, Domain(dict.fromkeys(symbols, "signed")), tuple(joints), tuple(labels), tuple(columns), metres
+    )
 
 
 LARGEST_SHAPE = 100
@@ -146,12 +148,12 @@ def _are_names(said: object) -> TypeGuard[list[str]]:
     return isinstance(said, list) and all(isinstance(name, str) for name in said)
 
 
-def readable(text: str, due: Due) -> bool:
+def readable(text: str, due: ExpectedForm) -> bool:
     """Tell whether a text is said to be readable as the answer that is due."""
     return _row("", text, due).readable
 
 
-def _row(part: str, text: str, due: Due | None) -> CheckedAnswer:
+def _row(part: str, text: str, due: ExpectedForm | None) -> CheckedAnswer:
     if not text.strip():
         return CheckedAnswer(part, False, "left blank")
     if is_table(text):
@@ -172,20 +174,20 @@ def _row(part: str, text: str, due: Due | None) -> CheckedAnswer:
     return CheckedAnswer(part, True, ("" if ".singular" in part else _shape(given)) + shown)
 
 
-def _may_mean_and(given: Given, due: Due) -> bool:
+def _may_mean_and(given: ParsedAnswer, due: ExpectedForm) -> bool:
     """Tell whether commas in a text stand between conditions on different joints; in a list they stand for "or"."""
     is_list = given.text.strip()[:1] in ("[", "{")
-    return not is_list and given.tree is not None and at_once(given.tree, due.joints) is not None
+    return not is_list and given.tree is not None and combine_with_and(given.tree, due.joints) is not None
 
 
-def _unknown(given: Given, due: Due | None) -> str:
+def _unknown(given: ParsedAnswer, due: ExpectedForm | None) -> str:
     """Say which symbols the student's problem does not have; nothing of conditions, which may bring their own."""
     if due is None or not due.answer.takes_symbols or due.answer.is_a_set:
         return ""
     return unknown_symbols(given, due.domain)
 
 
-def _shape(given: Given) -> str:
+def _shape(given: ParsedAnswer) -> str:
     """Return the shape of a matrix of expressions in words; a list of conditions has none."""
     if given.tree is None or given.tree.kind != "list" or given.rows is None or len(given.entries) < 2:
         return ""

@@ -17,9 +17,9 @@ from qdot.grader.diagnosis.follow_through import Followed, IsCopied, follow, not
 from qdot.grader.diagnosis.groups import group_of
 from qdot.grader.diagnosis.term_overlap import has_terms
 from qdot.grader.grading.partial_credit import credited
-from qdot.grader.judging.answer import Given
+from qdot.grader.judging.answer import ParsedAnswer
 from qdot.grader.judging.answer_parser import read_answer
-from qdot.grader.judging.function_values import SHOWN, is_table
+from qdot.grader.judging.functions import SHOWN, is_table
 from qdot.grader.judging.judge import judge_given
 from qdot.grader.judging.verdict import Diagnosis, Judgement, Outcome, Verdict, missing
 from qdot.grader.sandbox.clock import Allowance, Budget, Overlong
@@ -107,7 +107,7 @@ class _One:
     credit: Fraction
     is_copied: IsCopied
     time: Allowance
-    own: dict[str, Given] = field(default_factory=dict)
+    own: dict[str, ParsedAnswer] = field(default_factory=dict)
     judged: dict[str, Judgement] = field(default_factory=dict)
     causes: list[Cause] = field(default_factory=list)
     attempts: list[str] = field(default_factory=list)

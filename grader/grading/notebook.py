@@ -8,7 +8,7 @@ from qdot.exercises.common.errors import QdotError
 from qdot.exercises.notebook.setup_cell import setup_cell
 from qdot.exercises.problem.problem import Problem
 from qdot.grader.grading.marking import mark
-from qdot.grader.judging.function_values import calls_of
+from qdot.grader.judging.functions import calls_of
 from qdot.grader.judging.verdict import Verdict
 from qdot.grader.sandbox.sandbox import Limits, Sandbox
 from qdot.grader.submissions.answer_locator import find_answers

@@ -34,8 +34,7 @@ from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.questions.results import divisor, is_product
 from qdot.grader.diagnosis.diagnosis import is_one_mistake
 from qdot.grader.diagnosis.follow_through import IsCopied, nothing_copied
-from qdot.grader.judging.answer import Given
-from qdot.grader.judging.function_values import Table
+from qdot.grader.judging.answer import ParsedAnswer, Table
 from qdot.grader.judging.verdict import Judgement, Outcome
 
 POINTS = 6
@@ -45,7 +44,12 @@ SAME = 1e-9
 
 
 def credited(
-    problem: Problem, part: Part, judgement: Judgement, given: Given, seed: str, is_copied: IsCopied = nothing_copied
+    problem: Problem,
+    part: Part,
+    judgement: Judgement,
+    given: ParsedAnswer,
+    seed: str,
+    is_copied: IsCopied = nothing_copied,
 ) -> Judgement:
     """Return a judgement with the share that the assignment gives for an answer that is right in part.
 
@@ -115,7 +119,7 @@ def _varies(reference: sp.Matrix, constants: AbstractSet[str]) -> list[bool]:
 # --- right but for signs or a common factor ---
 
 
-def _of_factor(problem: Problem, part: Part, given: Given, judgement: Judgement, seed: str) -> _Credit | None:
+def _of_factor(problem: Problem, part: Part, given: ParsedAnswer, judgement: Judgement, seed: str) -> _Credit | None:
     """Return what is earned if all that is wrong is right but for signs, or for a common factor.
 
     That is a constant, or the determinant in what is divided by it. Of what depends on nothing, signs count only: any
@@ -190,7 +194,7 @@ def _factor_of_values(
 # --- factors of a product ---
 
 
-def _of_product(problem: Problem, part: Part, given: Given, seed: str) -> _Credit | None:
+def _of_product(problem: Problem, part: Part, given: ParsedAnswer, seed: str) -> _Credit | None:
     """Return what a determinant earns some of whose factors that depend on the configuration are wrong.
 
     A factor that is another is lost and too many. Where one is, nobody can tell what belongs to it of the number and
@@ -269,7 +273,7 @@ def _product(trees: Sequence[Node]) -> Node:
 # --- numbers ---
 
 
-def _of_numbers(part: Part, given: Given) -> _Credit | None:
+def _of_numbers(part: Part, given: ParsedAnswer) -> _Credit | None:
     """Return what is earned by several numbers with units that are right but for signs."""
     if len(given.entries) < 2 or not all(part.answer.units_due) or any(given.blanks):
         return None
@@ -285,7 +289,9 @@ def _of_numbers(part: Part, given: Given) -> _Credit | None:
 # --- one known mistake ---
 
 
-def _of_one_mistake(problem: Problem, part: Part, given: Given, seed: str, is_copied: IsCopied) -> _Credit | None:
+def _of_one_mistake(
+    problem: Problem, part: Part, given: ParsedAnswer, seed: str, is_copied: IsCopied
+) -> _Credit | None:
     """Return what is earned where one known mistake gives all that is wrong, however many entries it touches."""
     if any(given.blanks) or not (part.answer.is_formulas or len(part.answer.units_due) > 1):
         return None
@@ -296,7 +302,7 @@ def _of_one_mistake(problem: Problem, part: Part, given: Given, seed: str, is_co
     return _Credit(HALF, "one mistake gives all that is wrong")
 
 
-def _moves_as_due(problem: Problem, part: Part, given: Given, seed: str) -> bool:
+def _moves_as_due(problem: Problem, part: Part, given: ParsedAnswer, seed: str) -> bool:
     """Tell whether an answer depends on the configuration, as the reference does: constants may be there by chance."""
     domain = problem.domain()
     if not part.answer.is_formulas or given.table is not None:

@@ -11,7 +11,17 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from qdot.exercises.answers import LETTERS, TRUE_FALSE, Answer, Choice, Forms, Letters, Matching, Number, Selection
+from qdot.exercises.answers import (
+    LETTERS,
+    TRUE_FALSE,
+    Answer,
+    AnswerVisitor,
+    Choice,
+    Letters,
+    Matching,
+    Number,
+    Selection,
+)
 from qdot.exercises.assignment.assignment import Slot, load_assignment
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.exports.items import entry_labels, question_alone
@@ -66,7 +76,7 @@ def parse(data: Data, folder: str, slot: str) -> None:
         if {part.name, *names} & set(data["format_errors"]):
             blank = False
             continue
-        typed = part.answer.told_to(_Typed(data, part))
+        typed = part.answer.accept(_Typed(data, part))
         blank = blank and not typed
         error = _half_given(data, part) or _unreadable(problem, part, typed)
         if error:
@@ -81,7 +91,7 @@ def grade(data: Data, folder: str, slot: str) -> None:
     What fails in qdot itself makes the submission invalid, so that it costs nothing.
     """
     problem = _problem(data, folder, slot)
-    answers = {part.name: typed for part in problem.parts if (typed := part.answer.told_to(_Typed(data, part)))}
+    answers = {part.name: typed for part in problem.parts if (typed := part.answer.accept(_Typed(data, part)))}
     assignment = load_assignment(_folder(data, folder))
     verdicts = mark(
         problem,
@@ -162,7 +172,7 @@ def _fields(problem: Problem, part: Part) -> list[Data]:
 
 
 @dataclass(frozen=True)
-class _Offered(Forms[Any]):
+class _Offered(AnswerVisitor[Any]):
     """Options as elements take them: in our order, under our letters, of which worked solutions speak."""
 
     problem: Problem
@@ -192,7 +202,7 @@ class _Offered(Forms[Any]):
 
 
 def _options(problem: Problem, part: Part) -> Any:
-    return part.answer.told_to(_Offered(problem, part))
+    return part.answer.accept(_Offered(problem, part))
 
 
 def _placeholder(part: Part) -> str:
@@ -214,7 +224,7 @@ def _solved(problem: Problem, part: Part) -> Data:
 
 
 @dataclass(frozen=True)
-class _Typed(Forms[str]):
+class _Typed(AnswerVisitor[str]):
     """What was chosen or typed, as it would be typed in a notebook; "" where that is nothing."""
 
     data: Data
@@ -236,7 +246,7 @@ class _Typed(Forms[str]):
             return ""
         return f"[{', '.join(typed)}]" if len(typed) > 1 else typed[0]
 
-    def other(self, answer: Answer) -> str:
+    def default(self, answer: Answer) -> str:
         (typed,) = _given(self.data, self.part)
         return typed
 

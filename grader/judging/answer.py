@@ -5,15 +5,16 @@ not look at the text again. What was typed stays beside it, for reports. `answer
 """
 
 import re
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+
+import numpy as np
 
 from qdot.exercises.formula.algebra import Matrix
 from qdot.exercises.formula.expression import read
 from qdot.exercises.formula.identity import Domain
 from qdot.exercises.formula.notation import kind_of_unit, units_of_numbers, with_points_of_lengths
-from qdot.exercises.formula.pieces import WHOLE_NUMBERS
-from qdot.exercises.formula.set_parser import claimed_pieces
+from qdot.exercises.formula.set_parser import WHOLE_NUMBERS, parse_claims
 from qdot.exercises.formula.tables import numbers_text, table_text
 from qdot.exercises.formula.trees import (
     CHAIN,
@@ -22,20 +23,30 @@ from qdot.exercises.formula.trees import (
     as_matrix,
     chain_of,
     has_blank,
+    list_of_rows,
     names,
     node_text,
+    nodes_of,
     refuse_statements,
-    replaced,
+    replace_names,
     size_of,
     statement_in,
 )
 from qdot.exercises.formula.vocabulary import LIMITS, VOCABULARY, pattern
-from qdot.grader.judging.function_values import Table
 from qdot.grader.judging.verdict import Judgement, missing, wrong
 
 
 @dataclass(frozen=True)
-class Given:
+class Table:
+    """The values of a function: its shape (None where the text was no table), values (points, entries), and where."""
+
+    shape: tuple[int, ...] | None
+    values: np.ndarray
+    at: Mapping[str, np.ndarray]
+
+
+@dataclass(frozen=True)
+class ParsedAnswer:
     """What was answered: `text` as it was typed, and what it was read as; `refusal` is the judgement on what is none.
 
     `tree` is the formula, list or set of conditions that was typed, without "det J =" before it; `rows` are the entries
@@ -59,80 +70,121 @@ class Given:
     @property
     def symbols(self) -> set[str]:
         """The names in the entries that are no constants."""
-        return set().union(*map(names, self.entries))
+        return _symbols_in(self.rows or ())
 
     @property
     def blanks(self) -> list[bool]:
         """Which entries were left blank."""
         return [has_blank(entry) for entry in self.entries]
 
-    def refused(self, why: str) -> "Given":
-        """Return it as no answer of the form that is due."""
-        return replace(self, refusal=wrong(why))
 
-    def refuse_as_ambiguous(self, why: str) -> "Given":
-        """Return it as refused, and read in no way, for it may mean two things."""
-        return replace(self.refused(why), tree=None)
+class _Refusal(Exception):
+    """Raised with the reason for which an answer is refused, and whether it may mean two things."""
+
+    def __init__(self, reason: str, is_ambiguous: bool = False) -> None:
+        super().__init__(reason)
+        self.is_ambiguous = is_ambiguous
 
 
-def read_formula(text: str, domain: Domain, labels: Sequence[str] = ()) -> Given:
+def refuse(text: str, reason: str) -> ParsedAnswer:
+    """Return a text as an answer that is refused."""
+    return ParsedAnswer(text, wrong(reason))
+
+
+def read_formula(text: str, domain: Domain, labels: Sequence[str] = ()) -> ParsedAnswer:
     """Read one formula, that may be named by the only one of `labels`; 0,5 is a half."""
-    given = _read(text, domain)
-    if given.tree is not None and (other := _other_component(given.tree, labels)):
-        return given.refused(f"{other} is named, and {labels[0]} is asked; write {labels[0]} = …, or the formula alone")
-    given = _right_side(given, domain, labels)
-    if given.tree is None:
-        return given
-    if given.tree.kind == "list" and (point := with_points(text)) != text:
-        return replace(read_formula(point, domain, labels), text=text)
-    given = _right_side(replace(given, tree=_alone(given.tree, domain)), domain, labels)
-    given = _in_rows(given, (), "an answer")
-    if given.tree is not None and given.tree.kind in ("list", "set", "dict"):
-        return given.refused("a list or matrix stands where a single expression is due; write that alone")
-    given = _of_scalars(given, "an answer")
-    if given.refusal is None and any(given.blanks):
-        return given.refused("this can't be read as an answer: a blank stands where a single expression is due")
-    return given
+    parsed = _parse(text, domain)
+    if parsed.tree is None:
+        return parsed
+    tree, rows = parsed.tree, None
+    try:
+        if name := _other_component(tree, labels):
+            raise _Refusal(f"{name} is named, and {labels[0]} is asked; write {labels[0]} = …, or the formula alone")
+        tree = _right_side(tree, domain, labels)
+        if tree.kind == "list" and (pointed := with_points(text)) != text:
+            return replace(read_formula(pointed, domain, labels), text=text)
+        tree = _right_side(_unwrap(tree, domain), domain, labels)
+        if tree.kind in ("list", "set", "dict"):
+            rows = _find_rows(tree)
+            raise _Refusal("a list or matrix stands where a single expression is due; write that alone")
+        rows = _require_rows(tree, "an answer")
+        _require_scalars(rows, "an answer")
+        if has_blank(tree):
+            raise _Refusal("this can't be read as an answer: a blank stands where a single expression is due")
+    except _Refusal as refusal:
+        return ParsedAnswer(text, wrong(str(refusal)), tree, rows)
+    return ParsedAnswer(text, None, tree, rows)
 
 
 def read_matrix(
     text: str, shape: tuple[int, int], domain: Domain, labels: Sequence[str] = (), columns: Sequence[str] = ()
-) -> Given:
+) -> ParsedAnswer:
     """Read a matrix or vector; a vector may be a row where a column is due, or have its entries named by `labels`.
 
     Vectors may stand for the `columns` of a matrix by their names, and for the halves of a twist, v and ω.
     """
-    given = _in_order(_right_side(_spread(_read(text, domain), (*labels, *columns)), domain))
-    if given.tree is not None and (whole := _of_vectors(given.tree, shape, labels, columns)) is not None:
-        given = replace(given, tree=whole)
-    given = _in_rows(given, labels, "a matrix", shape)
-    given = _of_scalars(_in_shape(given, shape, text), "a matrix of expressions")
-    if given.refusal is not None and (table := table_text(text, shape)) not in (None, text):
-        again = read_matrix(table, shape, domain) if table_text(table, shape) in (None, table) else given
-        return replace(again, text=text)
-    return given
+    parsed = _read_entries(text, shape, domain, labels, columns)
+    return _or_table(parsed, lambda text: table_text(text, shape), lambda table: read_matrix(table, shape, domain))
 
 
-def read_numbers(text: str, count: int, labels: Sequence[str] = (), units: Sequence[str] = ()) -> Given:
+def read_numbers(text: str, count: int, labels: Sequence[str] = (), units: Sequence[str] = ()) -> ParsedAnswer:
     """Read numbers, or formulas without symbols, that may be named by `labels`; where one is due, 0,5 is a half.
 
     `units` are those of the entries: a length in place of an angle is refused, and so is an angle for a length.
     """
     if text.strip() and (why := _other_unit(text, labels, units)):
-        return Given(text).refused(why)
-    if count == 1 and (point := with_points(text)) != text:
-        return replace(read_numbers(point, count, labels), text=text)
-    given = _in_order(_right_side(_spread(_read(text, Domain({})), labels), Domain({})))
-    given = _in_shape(_in_rows(given, labels, "numbers"), (count, 1), text)
-    if given.refusal is None and given.symbols:
-        left = ", ".join(sorted(given.symbols)[:5])
-        due = "0.5" if count == 1 else _as_in((count, 1), "0.5")
-        given = given.refused(f"numbers are due, and {left} is left in the answer; write numbers alone, as in {due}")
-    given = _of_scalars(given, "numbers")
-    if given.refusal is not None and (table := numbers_text(text, count)) not in (None, text):
-        again = read_numbers(table, count, labels) if numbers_text(table, count) in (None, table) else given
-        return replace(again, text=text)
-    return given
+        return refuse(text, why)
+    if count == 1 and (pointed := with_points(text)) != text:
+        return replace(read_numbers(pointed, count, labels), text=text)
+    parsed = _read_entries(text, (count, 1), Domain({}), labels, are_numbers=True)
+    return _or_table(parsed, lambda text: numbers_text(text, count), lambda table: read_numbers(table, count, labels))
+
+
+def _read_entries(
+    text: str,
+    shape: tuple[int, int],
+    domain: Domain,
+    labels: Sequence[str],
+    columns: Sequence[str] = (),
+    are_numbers: bool = False,
+) -> ParsedAnswer:
+    """Read the entries of a matrix, a vector or of numbers, which may be named."""
+    parsed = _parse(text, domain)
+    if parsed.tree is None:
+        return parsed
+    tree, rows = parsed.tree, None
+    try:
+        tree = _right_side(_spread(tree, (*labels, *columns)), domain)
+        if tree.kind == "set" and len(tree.args) > 1 and not any(arg.kind in _ORDERED for arg in tree.args):
+            raise _Refusal("a set {a, b} has no order; write the entries as a list, [a, b]", is_ambiguous=True)
+        if are_numbers:
+            rows = _require_rows(tree, "numbers", labels)
+        else:
+            tree = _of_vectors(tree, shape, labels, columns) or tree
+            rows = _require_rows(tree, "a matrix", labels, shape)
+        rows = _require_shape(rows, shape, text)
+        if are_numbers and (symbols := _symbols_in(rows)):
+            example = "0.5" if shape == (1, 1) else _as_in(shape, "0.5")
+            left = ", ".join(sorted(symbols)[:5])
+            raise _Refusal(f"numbers are due, and {left} is left in the answer; write numbers alone, as in {example}")
+        _require_scalars(rows, "numbers" if are_numbers else "a matrix of expressions")
+    except _Refusal as refusal:
+        return ParsedAnswer(text, wrong(str(refusal)), None if refusal.is_ambiguous else tree, rows)
+    return ParsedAnswer(text, None, tree, rows)
+
+
+_ORDERED = ("eq", "pair", "set", "list")
+"""Entries of a set that say where they belong, or are rows."""
+
+
+def _or_table(
+    parsed: ParsedAnswer, table_of: Callable[[str], str | None], read_again: Callable[[str], ParsedAnswer]
+) -> ParsedAnswer:
+    """Return an answer that was refused as it is read as a table, if it is one."""
+    if parsed.refusal is None or (table := table_of(parsed.text)) in (None, parsed.text):
+        return parsed
+    is_clear = table_of(table) in (None, table)
+    return replace(read_again(table) if is_clear else parsed, text=parsed.text)
 
 
 def _other_unit(text: str, labels: Sequence[str], units: Sequence[str]) -> str:
@@ -140,77 +192,78 @@ def _other_unit(text: str, labels: Sequence[str], units: Sequence[str]) -> str:
     text = text.strip().strip("[](){}")
     mark = ";" if ";" in text else "\n" if "\n" in text else ","
     in_order = text.count(mark) + 1 == len(units)
-    called = [_label_of(label) for label in labels]
+    expected_names = [_label_of(label) for label in labels]
     for name, unit, start in units_of_numbers(text):
         place = text.count(mark, 0, start) if in_order else None
-        place = called.index(_label_of(name)) if _label_of(name) in called else place
-        due = list(units) if place is None else list(units[place : place + 1])
-        kinds = {kind_of_unit(one) for one in due}
-        if due and "" not in kinds and kind_of_unit(unit) not in ("", *kinds):
-            where = f"entry {place + 1} is in {due[0]}" if place is not None and len(units) > 1 else f"{due[0]} is due"
-            return f"{unit} can't be right here, for {where}; write it in {due[0]}, or the number alone"
+        place = expected_names.index(_label_of(name)) if _label_of(name) in expected_names else place
+        expected = units if place is None else units[place : place + 1]
+        kinds = set(map(kind_of_unit, expected))
+        if expected and "" not in kinds and kind_of_unit(unit) not in ("", *kinds):
+            where = f"{expected[0]} is due"
+            if place is not None and len(units) > 1:
+                where = f"entry {place + 1} is in {expected[0]}"
+            return f"{unit} can't be right here, for {where}; write it in {expected[0]}, or the number alone"
     return ""
 
 
-def read_conditions(text: str, domain: Domain, joints: Sequence[str] = ()) -> Given:
+def read_conditions(text: str, domain: Domain, joints: Sequence[str] = ()) -> ParsedAnswer:
     """Read conditions on these joints, without the places that were left blank.
 
     Without joints, what is read is not looked at: it may as well be a set of angles.
     """
     measured = with_points_of_lengths(text)
-    given = replace(_read(measured, domain), text=text)
-    if given.tree is not None:
-        try:
-            given = replace(given, tree=_without_blanks(_counted(given.tree)))
-        except ReadError as error:
-            return given.refused(f"this can't be read as conditions: {error}")
-    if given.tree is None or not joints:
-        return given
-    if with_points(measured) != measured:
-        return given.refuse_as_ambiguous(
-            "a comma between two digits may belong to a number or stand between two; write 0.5, or 0, 5 with a space"
+    parsed = replace(_parse(measured, domain), text=text)
+    if parsed.tree is None:
+        return parsed
+    tree = parsed.tree
+    try:
+        tree = _drop_blanks(_substitute_whole_numbers(tree))
+        if joints:
+            _require_conditions(tree, measured, domain, joints)
+    except ReadError as error:
+        return ParsedAnswer(text, wrong(f"this can't be read as conditions: {error}"), tree)
+    except _Refusal as refusal:
+        return ParsedAnswer(text, wrong(str(refusal)), None if refusal.is_ambiguous else tree)
+    return ParsedAnswer(text, None, tree)
+
+
+def _require_conditions(tree: Node, text: str, domain: Domain, joints: Sequence[str]) -> None:
+    """Raise _Refusal or ReadError for what is no set of conditions on the joints."""
+    if with_points(text) != text:
+        raise _Refusal(
+            "a comma between two digits may belong to a number or stand between two; write 0.5, or 0, 5 with a space",
+            is_ambiguous=True,
         )
-    if bare := next((one for one in _alternatives(given.tree) if _is_bare(one, joints)), None):
-        return given.refused(
-            f"{node_text(bare)[:_SHOWN]} is no condition; write where it is zero, as in {joints[-1]} = 0 or "
-            f"{joints[-1]} = pi/3, or as an equation, {node_text(bare)[:_SHOWN]} = 0"
+    alternatives = tree.args if tree.kind in ("list", "set", "or") else (tree,)
+    if bare := next((alternative for alternative in alternatives if _is_bare(alternative, joints)), None):
+        shown = node_text(bare)[:_SHOWN]
+        raise _Refusal(
+            f"{shown} is no condition; write where it is zero, as in {joints[-1]} = 0 or {joints[-1]} = pi/3, or as an "
+            f"equation, {shown} = 0"
         )
-    if unknown := names(given.tree) - set(domain.roles) - set(joints) - set(WHOLE_NUMBERS):
+    if unknown := names(tree) - set(domain.roles) - set(joints) - set(WHOLE_NUMBERS):
         listed = ", ".join(repr(name) for name in sorted(unknown)[:5])
-        return given.refused(
+        raise _Refusal(
             f"{listed} {'is' if len(unknown) == 1 else 'are'} no symbol of this problem; write conditions on "
             f"{', '.join(joints)}, as in {joints[-1]} = 0 or {joints[-1]} = pi/3; whole numbers are k, n and m"
         )
-    if joint := _last_in_chain(given.tree, joints):
-        return given.refuse_as_ambiguous(
+    if joint := _last_in_chain(tree, joints):
+        raise _Refusal(
             f"a product with {joint} between two signs = may mean two things; write a comma or 'and' between "
-            "two conditions"
+            "two conditions",
+            is_ambiguous=True,
         )
-    try:
-        claimed_pieces(with_joint(given.tree, joints), joints)
-    except ReadError as error:
-        return given.refused(f"this can't be read as conditions: {error}")
-    return given
+    parse_claims(with_joint(tree, joints), joints)
 
 
-def _last_in_chain(node: Node, joints: Sequence[str]) -> str:
+def _last_in_chain(tree: Node, joints: Sequence[str]) -> str:
     """Return the last factor of a product between two signs =, where it is a joint that may begin another condition."""
-    stack = [node]
-    while stack:
-        top = stack.pop()
-        for side in chain_of(top)[1:-1]:
-            if side.kind == "*" and side.args[1].kind == "name" and side.args[1].value in joints:
-                return str(side.args[1].value)
-        stack.extend(top.args)
-    return ""
+    products = (side for node in nodes_of(tree) for side in chain_of(node)[1:-1] if side.kind == "*")
+    factors = (product.args[1] for product in products)
+    return next((str(factor.value) for factor in factors if factor.kind == "name" and factor.value in joints), "")
 
 
 _SHOWN = 60
-
-
-def _alternatives(node: Node) -> list[Node]:
-    """Return what stands in a list of conditions, or beside "or"; a condition alone is the only one."""
-    return list(node.args) if node.kind in ("list", "set", "or") else [node]
 
 
 def _is_bare(node: Node, joints: Sequence[str]) -> bool:
@@ -219,19 +272,19 @@ def _is_bare(node: Node, joints: Sequence[str]) -> bool:
     return is_formula and bool(names(node) & set(joints))
 
 
-def _without_blanks(node: Node) -> Node:
+def _drop_blanks(node: Node) -> Node:
     """Return conditions without what says nothing: blanks, dots behind 0, pi, 2*pi, …, det J = 0, k in Z."""
     if node.kind in ("eq", "in", "pair") and node.args[1].kind in ("list", "set"):
-        return Node(node.kind, (node.args[0], _without_blanks(node.args[1])), node.value)
+        return node.with_args((node.args[0], _drop_blanks(node.args[1])))
     if node.kind not in ("and", "or", "list", "set"):
         return node
-    left = tuple(arg for arg in node.args if not _says_nothing(arg)) or node.args
-    if node.kind in ("and", "or") and len(left) == 1:
-        return _without_blanks(left[0])
-    return Node(node.kind, left if node.kind == "and" else tuple(map(_without_blanks, left)), node.value)
+    kept = tuple(arg for arg in node.args if not _says_nothing(arg)) or node.args
+    if node.kind in ("and", "or") and len(kept) == 1:
+        return _drop_blanks(kept[0])
+    return Node(node.kind, kept if node.kind == "and" else tuple(map(_drop_blanks, kept)), node.value)
 
 
-def _counted(node: Node) -> Node:
+def _substitute_whole_numbers(node: Node) -> Node:
     """Return conditions with the values put in that a whole number is said to have, as in theta2 = k*pi, k = 0, 1.
 
     With dots behind them, as in k = 0, 1, 2, …, it is any whole number. Raises ReadError where that gets too long.
@@ -244,16 +297,15 @@ def _counted(node: Node) -> Node:
     rest = Node("list", node.args[:at])
     if any(map(has_blank, values)):
         return rest
-    flat = [one for value in values for one in (value.args if value.kind == "set" else (value,))]
+    flat = [number for value in values for number in (value.args if value.kind == "set" else (value,))]
     if size_of(rest) * len(flat) > LIMITS["worked_out"]:
         raise ReadError("the conditions are too long, or there are too many whole numbers in them")
-    return Node("list", tuple(arg for value in flat for arg in replaced(rest, str(name.value), value).args))
+    return Node("list", tuple(arg for value in flat for arg in replace_names(rest, {name.value: value}).args))
 
 
 def _whole_number_of(node: Node) -> bool:
     """Tell whether the values of a whole number are listed, as in k = 0, 1 or k in {0, 1}."""
-    is_said = node.kind in ("eq", "in") and node.args[0].value in WHOLE_NUMBERS
-    return is_said and node.args[1].kind != "name"
+    return node.kind in ("eq", "in") and node.args[0].value in WHOLE_NUMBERS and node.args[1].kind != "name"
 
 
 def _says_nothing(node: Node) -> bool:
@@ -284,7 +336,7 @@ def with_joint(node: Node, joints: Sequence[str]) -> Node:
 OR = "commas between conditions mean 'or'; write 'and' between those that have to hold at once"
 
 
-def at_once(node: Node, joints: Sequence[str]) -> Node | None:
+def combine_with_and(node: Node, joints: Sequence[str]) -> Node | None:
     """Return a list of conditions on different joints as if commas meant "and"; None where they can only mean "or".
 
     Conditions on the same joints remain alternatives, and values belong to the joint before them.
@@ -301,12 +353,6 @@ def at_once(node: Node, joints: Sequence[str]) -> Node | None:
 
 def _says_a_condition(node: Node, joints: Sequence[str]) -> bool:
     return node.kind in ("eq", "in", "dict", "and", "or", "list", "set") or bool(names(node) & set(joints))
-
-
-def read_any(text: str) -> Given:
-    """Read an answer of which is not known what is due."""
-    given = _read(text, Domain({}))
-    return replace(_in_rows(given, (), "a matrix"), refusal=given.refusal)
 
 
 _GROUPS_AFTER = re.compile(r"(?:[-+*/^=·−]|\b(?:sin|cos|tan|sqrt|exp|abs|asin|acos|atan|arcsin|arccos|arctan))\s*$")
@@ -326,11 +372,8 @@ def with_points(text: str) -> str:
     """
     if "," not in text:
         return text
-    ends, groups, out = (
-        _ends_of_brackets(text),
-        list[bool](),
-        [],
-    )  # of each bracket that is open, whether it only groups
+    ends, out = _ends_of_brackets(text), list[str]()
+    groups = list[bool]()  # of each bracket that is open, whether it only groups
     for at, (before, char, after) in enumerate(zip(f" {text}", text, f"{text[1:]} ", strict=False)):
         if char in "([{":
             groups.append(char == "(" and _only_groups(text, at, ends.get(at)))
@@ -361,18 +404,25 @@ def _only_groups(text: str, begin: int, end: int | None) -> bool:
 # --- steps ---
 
 
-def _read(text: str, domain: Domain) -> Given:
+def read_any(text: str) -> ParsedAnswer:
+    """Read an answer of which is not known what is due."""
+    parsed = _parse(text, Domain({}))
+    return parsed if parsed.tree is None else replace(parsed, rows=_find_rows(parsed.tree))
+
+
+def _parse(text: str, domain: Domain) -> ParsedAnswer:
     """Return the tree of an answer, or the judgement on one that is empty or can't be read."""
     if not text.strip():
-        return Given(text, missing())
+        return ParsedAnswer(text, missing())
     try:
         tree = read(text, domain.roles)
     except ReadError as error:
-        return Given(text).refused(f"this can't be read as an answer: {error}")
-    return Given(text, missing("the answer was left blank")) if is_all_blank(tree) else Given(text, tree=tree)
+        return refuse(text, f"this can't be read as an answer: {error}")
+    is_blank = is_all_blank(tree)
+    return ParsedAnswer(text, missing("the answer was left blank") if is_blank else None, None if is_blank else tree)
 
 
-def _alone(node: Node, domain: Domain) -> Node:
+def _unwrap(node: Node, domain: Domain) -> Node:
     """Return the entry of Matrix([a]), [a], [[a]] or {"det": a}: a matrix of one entry stands for that."""
     while node.kind in ("list", "dict") and len(node.args) == 1:
         (inner,) = node.args
@@ -389,22 +439,18 @@ def is_all_blank(node: Node) -> bool:
     return node.kind == "blank"
 
 
-def _right_side(given: Given, domain: Domain, labels: Sequence[str] = ()) -> Given:
-    """Take what J is from "J = …", "… = J" or "det: …": of a name of the student's own, or the only one of `labels`."""
-    tree = given.tree
-    if tree is not None and tree.kind == "dict" and len(tree.args) == 1:
-        tree = tree.args[0]
-    if tree is None or (tree.kind != "pair" and not chain_of(tree)):
-        return given
-    sides = chain_of(tree) or tree.args
-    if any(names(side) & set(domain.roles) for side in sides[1:-1]) and not names(sides[-1]):
-        return given  # det J = a1*a2*sin(theta2) = 0
+def _right_side(tree: Node, domain: Domain, labels: Sequence[str] = ()) -> Node:
+    """Return what J is in "J = …", "… = J" or "det: …": of a name of the student's own, or the only one of `labels`."""
+    statement = tree.args[0] if tree.kind == "dict" and len(tree.args) == 1 else tree
+    sides = chain_of(statement) or (statement.args if statement.kind == "pair" else ())
+    if not sides or (any(names(side) & set(domain.roles) for side in sides[1:-1]) and not names(sides[-1])):
+        return tree  # det J = a1*a2*sin(theta2) = 0
     for name, value in ((sides[0], sides[-1]), (sides[-1], sides[0])):  # det J = J11*J22 - J12*J21 = …
-        own = (_is_called(name) or _is_of_entries(name)) and not names(name) & set(domain.roles)
-        label = name.kind == "name" and [_label_of(str(name.value))] == [_label_of(label) for label in labels]
-        if own or label:
-            return replace(given, tree=value)
-    return given
+        is_student_name = (_is_called(name) or _is_of_entries(name)) and not names(name) & set(domain.roles)
+        is_label = name.kind == "name" and [_label_of(str(name.value))] == list(map(_label_of, labels))
+        if is_student_name or is_label:
+            return value
+    return tree
 
 
 LINEAR, ANGULAR = ("vx", "vy", "vz"), ("wx", "wy", "wz")
@@ -439,35 +485,31 @@ def _is_of_entries(node: Node) -> bool:
 _ENTRY = re.compile(r"[jJ]_?[1-6]{2}")
 
 
-def _spread(given: Given, due: Sequence[str]) -> Given:
-    """Return z0 = z1 = a, of names that are `due`, as z0 = a, z1 = a, also in a list."""
-    tree, called = given.tree, [_label_of(name) for name in due]
-    if tree is None or tree.kind not in ("and", "list", "set"):
-        return given
-    spread = []
+def _spread(tree: Node, expected: Sequence[str]) -> Node:
+    """Return z0 = z1 = a, of names that are `expected`, as z0 = a, z1 = a, also in a list."""
+    if tree.kind not in ("and", "list", "set"):
+        return tree
+    labels, statements = set(map(_label_of, expected)), list[Node]()
     for node in (tree,) if tree.value == CHAIN else tree.args:
         *left, value = chain_of(node) or (node,)
-        is_named = bool(left) and all(one.kind == "name" and _label_of(str(one.value)) in called for one in left)
-        spread += [Node("eq", (name, value)) for name in left] if is_named else [node]
-    return replace(given, tree=tree if tree.value == CHAIN and len(spread) == 1 else Node(tree.kind, tuple(spread)))
+        is_named = bool(left) and all(side.kind == "name" and _label_of(str(side.value)) in labels for side in left)
+        statements += [Node("eq", (name, value)) for name in left] if is_named else [node]
+    return tree if tree.value == CHAIN and len(statements) == 1 else Node(tree.kind, tuple(statements))
 
 
-def _in_order(given: Given) -> Given:
-    """Refuse a set of several entries, of which nobody knows which comes first."""
-    if given.tree is None or given.tree.kind != "set" or len(given.tree.args) < 2:
-        return given
-    if any(arg.kind in ("eq", "pair", "set", "list") for arg in given.tree.args):
-        return given
-    return given.refuse_as_ambiguous("a set {a, b} has no order; write the entries as a list, [a, b]")
-
-
-def _in_rows(given: Given, labels: Sequence[str], what: str, shape: tuple[int, int] = (0, 0)) -> Given:
-    if given.tree is None:
-        return given
+def _find_rows(tree: Node) -> Matrix | None:
     try:
-        return replace(given, rows=as_matrix(_unlabelled(given.tree, labels, shape)))
+        return _require_rows(tree, "")
+    except _Refusal:
+        return None
+
+
+def _require_rows(tree: Node, what: str, labels: Sequence[str] = (), shape: tuple[int, int] = (0, 0)) -> Matrix:
+    """Return the entries of an answer in rows and columns, without their labels."""
+    try:
+        return as_matrix(_unlabelled(tree, labels, shape))
     except ReadError as error:
-        return given.refused(f"this can't be read as {what}: {error}")
+        raise _Refusal(f"this can't be read as {what}: {error}") from None
 
 
 def _unlabelled(node: Node, labels: Sequence[str], shape: tuple[int, int] = (0, 0)) -> Node:
@@ -481,36 +523,36 @@ def _unlabelled(node: Node, labels: Sequence[str], shape: tuple[int, int] = (0, 
         node = node.args[0]
     if node.kind not in ("dict", "list", "set", "and") or not all(_is_labelled(arg) for arg in node.args):
         return node
-    said = {_label_of(str(arg.args[0].value)): arg.args[1] for arg in node.args}
-    if len(said) != len(node.args):
-        return _once(node)
-    due = [_label_of(label) for label in labels]
-    if due and set(said) == set(due):
-        return Node("list", tuple(said[label] for label in due))
+    entries = {_label_of(str(arg.args[0].value)): arg.args[1] for arg in node.args}
+    if len(entries) != len(node.args):
+        return _refuse_repetition(node)
+    expected = [_label_of(label) for label in labels]
+    if expected and set(entries) == set(expected):
+        return Node("list", tuple(entries[label] for label in expected))
     rows, columns = shape
-    for due in (
+    for expected in (
         [f"row{i + 1}" for i in range(rows)],
         [f"j{i + 1}{j + 1}" for i in range(rows) for j in range(columns)],
     ):
-        if set(said) == set(due) and columns:
-            entries = [said[label] for label in due]
-            flat = len(due) > rows or columns == 1
-            cut = [Node("list", tuple(entries[i : i + columns])) for i in range(0, len(due), columns)]
-            return Node("list", tuple(cut if flat else entries))
-    if not said or not all(map(_is_named, node.args)):
+        if set(entries) == set(expected) and columns:
+            in_order = [entries[label] for label in expected]
+            if len(expected) > rows or columns == 1:
+                return list_of_rows(in_order[i : i + columns] for i in range(0, len(expected), columns))
+            return Node("list", tuple(in_order))
+    if not entries or not all(map(_is_named, node.args)):
         return node
     asked = f", and {', '.join(labels)} are asked" if labels else ""
     instead = f"write it as in {_as_in(shape)}" if columns else "write what is asked alone"
-    raise ReadError(f"{', '.join(list(said)[:5])} stand before the entries{asked}; {instead}")
+    raise ReadError(f"{', '.join(list(entries)[:5])} stand before the entries{asked}; {instead}")
 
 
-def _once(node: Node) -> Node:
+def _refuse_repetition(node: Node) -> Node:
     """Return entries of which two begin alike, as rows of a matrix may; ReadError where two have the same name."""
     if not all(map(_is_named, node.args)):
         return node
-    called = [str(arg.args[0].value) for arg in node.args]
-    labels = list(map(_label_of, called))
-    twice = next(name for name, label in zip(called, labels, strict=True) if labels.count(label) > 1)
+    written = [str(arg.args[0].value) for arg in node.args]
+    labels = list(map(_label_of, written))
+    twice = next(name for name, label in zip(written, labels, strict=True) if labels.count(label) > 1)
     raise ReadError(f"{twice} stands there twice; write each entry once")
 
 
@@ -521,24 +563,21 @@ def _of_vectors(node: Node, shape: tuple[int, int], labels: Sequence[str], colum
     """
     if node.kind not in ("dict", "list", "set", "and") or not all(map(_name_before, node.args)):
         return None
-    called = [_label_of(label) for label in labels]
+    components = [_label_of(label) for label in labels]
     first = _label_of(_name_before(node.args[0]))[:1] if node.args else ""
     if not columns and shape[1] > 1 and first in _COLUMNS:
         columns = [f"{first}{i + 1}" for i in range(shape[1])]
-    is_twist = called in ([*LINEAR, *ANGULAR], [*ANGULAR, *LINEAR])
-    due = [called[0][0], called[3][0]] if is_twist else [_label_of(column) for column in columns]
-    said = {_label_of(_name_before(arg)): _vector(arg.args[1]) for arg in node.args}
-    vectors = [said.get(name, ()) for name in due]
-    if (
-        not due
-        or len(node.args) != len(due)
-        or set(said) != set(due)
-        or any(len(one) * (2 if is_twist else 1) != shape[0] for one in vectors)
-    ):
+    is_twist = components in ([*LINEAR, *ANGULAR], [*ANGULAR, *LINEAR])
+    expected = [components[0][0], components[3][0]] if is_twist else [_label_of(column) for column in columns]
+    vectors = {_label_of(_name_before(arg)): _vector(arg.args[1]) for arg in node.args}
+    if not expected or len(node.args) != len(expected) or set(vectors) != set(expected):
         return None
+    if any(len(vector) * (2 if is_twist else 1) != shape[0] for vector in vectors.values()):
+        return None
+    in_order = [vectors[name] for name in expected]
     if is_twist:
-        return Node("list", tuple(entry for vector in vectors for entry in vector))
-    return Node("list", tuple(Node("list", row) for row in zip(*vectors, strict=True)))
+        return Node("list", tuple(entry for vector in in_order for entry in vector))
+    return list_of_rows(zip(*in_order, strict=True))
 
 
 _COLUMNS = ("j", "s")
@@ -580,22 +619,19 @@ def _label_of(name: str) -> str:
 _POINT_OF_ENTRY = pattern("point_of_entry")
 
 
-def _in_shape(given: Given, due: tuple[int, int], text: str) -> Given:
-    """Take a row for the column that is due: a vector written the other way is the same vector."""
-    if given.refusal is not None or given.rows is None:
-        return given
-    rows = given.rows
-    if due[1] == 1 and len(rows) == 1 and len(rows[0]) == due[0]:
-        rows = [[entry] for entry in rows[0]]
-    given, shape = replace(given, rows=rows), (len(rows), len(rows[0]))
-    if shape == due:
-        return given
-    turned = " (transposed?)" if shape == due[::-1] and due[0] != due[1] and 1 not in due else ""
-    asked = f"; write it as in {_as_in(due)}" if shape != due[::-1] or 1 in due else ""
-    commas = _COMMAS if len(rows) * len(rows[0]) > due[0] * due[1] and re.search(r"\d,\d", text) else ""
-    return given.refused(
-        f"the answer is {shape[0]} x {shape[1]}, and {due[0]} x {due[1]} is due{turned}{commas or asked}"
-    )
+def _require_shape(rows: Matrix, expected: tuple[int, int], text: str) -> Matrix:
+    """Return a row as the column that is expected: a vector written the other way is the same vector."""
+    shape = (len(rows), len(rows[0]))
+    if expected[1] == 1 and shape == (1, expected[0]):
+        return [[entry] for entry in rows[0]]
+    if shape == expected:
+        return rows
+    is_vector, is_turned = 1 in expected, shape == expected[::-1]
+    hint = "" if is_turned and not is_vector else f"; write it as in {_as_in(expected)}"
+    if shape[0] * shape[1] > expected[0] * expected[1] and re.search(r"\d,\d", text):
+        hint = _COMMAS
+    turned = " (transposed?)" if is_turned and expected[0] != expected[1] and not is_vector else ""
+    raise _Refusal(f"the answer is {shape[0]} x {shape[1]}, and {expected[0]} x {expected[1]} is due{turned}{hint}")
 
 
 _COMMAS = "; where 0,5 is a number, put semicolons or a comma and a space between entries, as in [0,5; 1,25]"
@@ -615,14 +651,14 @@ def _as_in(shape: tuple[int, int], entry: str = "a") -> str:
 _MOST_SHOWN = 3
 
 
-def _of_scalars(given: Given, what: str) -> Given:
+def _require_scalars(rows: Matrix, what: str) -> None:
     """Refuse entries that are lists or statements, but for those that were left blank."""
-    if given.refusal is not None:
-        return given
     try:
-        for entry, blank in zip(given.entries, given.blanks, strict=True):
-            if not blank:
-                refuse_statements(entry)
+        for entry in (entry for row in rows for entry in row if not has_blank(entry)):
+            refuse_statements(entry)
     except ReadError as error:
-        return given.refused(f"this can't be read as {what}: {error}")
-    return given
+        raise _Refusal(f"this can't be read as {what}: {error}") from None
+
+
+def _symbols_in(rows: Matrix) -> set[str]:
+    return set().union(*(names(entry) for row in rows for entry in row))

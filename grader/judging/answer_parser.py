@@ -3,36 +3,33 @@
 import re
 from dataclasses import dataclass, replace
 
-from qdot.exercises.answers import (
-    Answer,
-    Choice,
-    ConditionSet,
-    Direction,
-    Expression,
-    Forms,
-    Matching,
-    Matrix,
-    Number,
-    Selection,
-)
+from qdot.exercises import answers
 from qdot.exercises.formula.identity import Domain
 from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.questions.differentiation import power_of_metres
 from qdot.exercises.quizzes import ASKED
-from qdot.grader.judging.answer import Given, read_conditions, read_formula, read_matrix, read_numbers, with_points
+from qdot.grader.judging.answer import (
+    ParsedAnswer,
+    read_conditions,
+    read_formula,
+    read_matrix,
+    read_numbers,
+    refuse,
+    with_points,
+)
 from qdot.grader.judging.choices import read_choice, read_matching, read_selection
-from qdot.grader.judging.function_values import constant_text, is_table, read_table
+from qdot.grader.judging.functions import constant_text, is_table, read_table
 
 
 @dataclass(frozen=True)
-class Due:
+class ExpectedForm:
     """What the door knows of a part: the form of its answer, not the reference, and the names that may stand in it.
 
     The entries of a vector may be named by `labels`, those of a matrix stand below the names of its `columns`. A
     determinant is in a power of metres.
     """
 
-    answer: Answer
+    answer: answers.Answer
     domain: Domain
     joints: tuple[str, ...]
     labels: tuple[str, ...] = ()
@@ -40,14 +37,14 @@ class Due:
     metres: int | None = None
 
 
-def due_of(problem: Problem, part: Part) -> Due:
+def expected_form(problem: Problem, part: Part) -> ExpectedForm:
     """Return what is due as the answer to a part of a problem."""
     question, joints = ASKED[part.kind], tuple(q.name for q in problem.chain.q)
     labels, columns = question.typed_labels(problem.chain, part), question.columns(problem.chain)
-    return Due(part.answer, problem.domain(), joints, labels, columns, power_of_metres(part))
+    return ExpectedForm(part.answer, problem.domain(), joints, labels, columns, power_of_metres(part))
 
 
-def read_answer(problem: Problem, part: Part, text: str, points_seed: str = "") -> Given:
+def read_answer(problem: Problem, part: Part, text: str, points_seed: str = "") -> ParsedAnswer:
     """Return what a text is as the answer to a part; `points_seed` drew the points at which a function was called.
 
     >>> from qdot import generate
@@ -55,27 +52,24 @@ def read_answer(problem: Problem, part: Part, text: str, points_seed: str = "") 
     >>> read_answer(problem, problem["position"], "[a1, a2, a3]").refusal
     Judgement(wrong, 0: the answer is 3 x 1, and 2 x 1 is due; write it as in [a, b])
     """
-    return read_as(due_of(problem, part), text, points_seed)
+    return read_as(expected_form(problem, part), text, points_seed)
 
 
-def read_as(due: Due, text: str, points_seed: str = "") -> Given:
+def read_as(expected: ExpectedForm, text: str, points_seed: str = "") -> ParsedAnswer:
     """Return what a text is as the answer that is due, as `read_answer` does."""
     if is_table(text):
-        same = constant_text(text)
-        if same is None:
-            return Given(text, table=read_table(text, due.domain, points_seed))
-        return replace(read_as(due, same), text=text)
-    if due.metres not in (None, CUBED) and _CUBIC.search(text):
-        return Given(text).refused(f"m^3 can't be right here, for m^{due.metres} is due; write the formula alone")
-    given = due.answer.told_to(_Reading(text, due))
-    if (
-        given.refusal is not None
-        and isinstance(due.answer, Expression | Matrix)
-        and (other := with_points(text)) != text
-    ):
-        pointed = due.answer.told_to(_Reading(other, due))  # as pages of many languages print decimals
-        return given if pointed.refusal is not None else replace(pointed, text=text)
-    return given
+        constant = constant_text(text)
+        if constant is None:
+            return ParsedAnswer(text, table=read_table(text, expected.domain, points_seed))
+        return replace(read_as(expected, constant), text=text)
+    if expected.metres not in (None, CUBED) and _CUBIC.search(text):
+        return refuse(text, f"m^3 can't be right here, for m^{expected.metres} is due; write the formula alone")
+    parsed = expected.answer.accept(_Reading(text, expected))
+    is_formula = isinstance(expected.answer, answers.Expression | answers.Matrix)
+    if parsed.refusal is not None and is_formula and (with_point := with_points(text)) != text:
+        pointed = expected.answer.accept(_Reading(with_point, expected))  # as pages of many languages print decimals
+        return parsed if pointed.refusal is not None else replace(pointed, text=text)
+    return parsed
 
 
 _CUBIC = re.compile(r"(?<![\w])(?:m|\\mathrm\{m\}|\\text\{m\})(?:\^\(?3\)?|\^\{3\}|³|\*\*3)[\])]?[ .$]{0,9}$")
@@ -84,40 +78,40 @@ CUBED = 3
 
 
 @dataclass(frozen=True)
-class _Reading(Forms[Given]):
+class _Reading(answers.AnswerVisitor[ParsedAnswer]):
     """Reads a text by the form of the answer that is due."""
 
     text: str
-    due: Due
+    expected: ExpectedForm
 
-    def formula(self, answer: Expression) -> Given:
+    def formula(self, answer: answers.Expression) -> ParsedAnswer:
         """Read a formula."""
-        return read_formula(self.text, self.due.domain, self.due.labels)
+        return read_formula(self.text, self.expected.domain, self.expected.labels)
 
-    def matrix(self, answer: Matrix) -> Given:
+    def matrix(self, answer: answers.Matrix) -> ParsedAnswer:
         """Read rows of formulas."""
-        return read_matrix(self.text, answer.shape, self.due.domain, self.due.labels, self.due.columns)
+        return read_matrix(self.text, answer.shape, self.expected.domain, self.expected.labels, self.expected.columns)
 
-    def direction(self, answer: Direction) -> Given:
+    def direction(self, answer: answers.Direction) -> ParsedAnswer:
         """Read a vector."""
-        return read_matrix(self.text, answer.shape, self.due.domain, self.due.labels)
+        return read_matrix(self.text, answer.shape, self.expected.domain, self.expected.labels)
 
-    def numbers(self, answer: Number) -> Given:
+    def numbers(self, answer: answers.Number) -> ParsedAnswer:
         """Read numbers."""
-        return read_numbers(self.text, len(answer.reference), self.due.labels, answer.units)
+        return read_numbers(self.text, len(answer.reference), self.expected.labels, answer.units)
 
-    def conditions(self, answer: ConditionSet) -> Given:
+    def conditions(self, answer: answers.ConditionSet) -> ParsedAnswer:
         """Read conditions."""
-        return read_conditions(self.text, self.due.domain, self.due.joints)
+        return read_conditions(self.text, self.expected.domain, self.expected.joints)
 
-    def one_of(self, answer: Choice) -> Given:
+    def one_of(self, answer: answers.Choice) -> ParsedAnswer:
         """Read an option."""
         return read_choice(self.text, answer.options)
 
-    def some_of(self, answer: Selection) -> Given:
+    def some_of(self, answer: answers.Selection) -> ParsedAnswer:
         """Read letters."""
         return read_selection(self.text, len(answer.options))
 
-    def matching(self, answer: Matching) -> Given:
+    def matching(self, answer: answers.Matching) -> ParsedAnswer:
         """Read a letter for each item."""
         return read_matching(self.text, answer.items, len(answer.options))

@@ -3,11 +3,12 @@
 import re
 import unicodedata
 from collections.abc import Sequence
+from dataclasses import replace
 from fractions import Fraction
 
 from qdot.exercises.answers import LETTERS, TRUE_FALSE
 from qdot.exercises.formula.identity import Certificate
-from qdot.grader.judging.answer import Given
+from qdot.grader.judging.answer import ParsedAnswer, refuse
 from qdot.grader.judging.verdict import Judgement, correct, graded, missing, wrong
 
 NOTHING = ("", "blank", "ellipsis", "none")
@@ -21,43 +22,36 @@ LONGEST = 1000
 """Characters of an answer, without blanks in a row, of which the option is looked for."""
 
 
-def read_choice(text: str, options: Sequence[str]) -> Given:
+def read_choice(text: str, options: Sequence[str]) -> ParsedAnswer:
     """Read an option, by its letter (in any case, in brackets or quotes) or its own text."""
-    if _said(text) in NOTHING:
-        return Given(text, _blank())
-    one = chosen_option(text, options)
-    if one is None:
-        named = options if tuple(options) == TRUE_FALSE else LETTERS[: len(options)]
-        return Given(text).refused(f"{text[:40]!r} is none of the options {', '.join(named)}")
-    return Given(text, chosen=(one,))
+    chosen = chosen_option(text, options)
+    names = options if tuple(options) == TRUE_FALSE else LETTERS[: len(options)]
+    return _parse(text, None if chosen is None else [chosen], f"is none of the options {', '.join(names)}")
 
 
-def read_selection(text: str, options: int) -> Given:
+def read_selection(text: str, options: int) -> ParsedAnswer:
     """Read letters of options, as many as were chosen."""
-    chosen = chosen_letters(text, options)
-    if _said(text) in NOTHING:
-        return Given(text, _blank())
-    if chosen is None:
-        letters = ", ".join(LETTERS[:options])
-        return Given(text).refused(f'{text[:40]!r} is no choice of the letters {letters}, as in "AC"')
-    return Given(text, chosen=tuple(chosen))
+    letters = ", ".join(LETTERS[:options])
+    return _parse(text, chosen_letters(text, options), f'is no choice of the letters {letters}, as in "AC"')
 
 
-def read_matching(text: str, items: Sequence[str], options: int) -> Given:
+def read_matching(text: str, items: Sequence[str], options: int) -> ParsedAnswer:
     """Read a letter for each item, in their order."""
-    if _said(text) in NOTHING:
-        return Given(text, _blank())
-    given = Given(text, chosen=tuple(chosen_letters(text, options) or ()))
-    if len(given.chosen) == len(items):
-        return given
-    return given.refused(
-        f"{text[:40]!r} does not hold {len(items)} of the letters {', '.join(LETTERS[:options])}, one for each "
-        f"of {items[0]} to {items[-1]}"
-    )
+    chosen, letters = chosen_letters(text, options), ", ".join(LETTERS[:options])
+    is_complete = chosen is not None and len(chosen) == len(items)
+    expected = f"{len(items)} of the letters {letters}, one for each of {items[0]} to {items[-1]}"
+    parsed = _parse(text, chosen if is_complete else None, f"does not hold {expected}")
+    return parsed if parsed.refusal == _BLANK else replace(parsed, chosen=tuple(chosen or ()))
 
 
-def _blank() -> Judgement:
-    return missing("the answer was left blank")
+def _parse(text: str, chosen: Sequence[int] | None, problem: str) -> ParsedAnswer:
+    """Return the chosen options as an answer; a text that is blank, or has a `problem`, is refused."""
+    if _strip(text) in NOTHING:
+        return ParsedAnswer(text, _BLANK)
+    return refuse(text, f"{text[:40]!r} {problem}") if chosen is None else ParsedAnswer(text, chosen=tuple(chosen))
+
+
+_BLANK = missing("the answer was left blank")
 
 
 def chosen_letters(student: str, options: int) -> list[int] | None:
@@ -70,9 +64,9 @@ def chosen_letters(student: str, options: int) -> list[int] | None:
     >>> chosen_letters("AF", 4), chosen_letters("a1*cos(theta1)", 4)
     (None, None)
     """
-    said = re.sub(r"\b(and|joints?)\b|\d+\s*(is\b|[:=.-]>?)|[\"'()\[\]{}.,;&+\s]", "", _plain(student))
+    plain = re.sub(r"\b(and|joints?)\b|\d+\s*(is\b|[:=.-]>?)|[\"'()\[\]{}.,;&+\s]", "", _plain(student))
     letters = LETTERS[:options].casefold()
-    return [letters.index(letter) for letter in said] if said and set(said) <= set(letters) else None
+    return [letters.index(letter) for letter in plain] if plain and set(plain) <= set(letters) else None
 
 
 def _plain(text: str) -> str:
@@ -86,7 +80,7 @@ def _plain(text: str) -> str:
     return unicodedata.normalize("NFKC", shown).casefold()
 
 
-def _said(student: str) -> str:
+def _strip(student: str) -> str:
     return _LABEL.sub("", _plain(student)).strip("\"'()[]{}.„“”‚‘’«» ")
 
 
@@ -96,56 +90,60 @@ _LABEL = re.compile(r"^(?:answer|option|antwort|lösung|solution)(?: is| ist| ?[
 
 def chosen_option(student: str, options: Sequence[str]) -> int | None:
     """Return the option that is meant by its letter or its own text; None where that is not clear."""
-    said = _said(student)
-    if tuple(options) == TRUE_FALSE and said in ("t", "f"):
-        said = {"t": "true", "f": "false"}[said]
-    whole = [index for index, option in enumerate(options) if said == _said(option)]
-    if whole:
-        return whole[0]
-    letters = [letter.casefold() for letter in LETTERS[: len(options)]]
-    lettered = re.match(r"([a-h])\s*[.):]", said)
-    if lettered is not None:
-        said = lettered.group(1)
-    meant = [index for index, option in enumerate(options) if len(said) > 3 and said in option.casefold()]
-    return letters.index(said) if said in letters else meant[0] if len(meant) == 1 else None
+    plain = _strip(student)
+    if tuple(options) == TRUE_FALSE:
+        plain = {"t": "true", "f": "false"}.get(plain, plain)
+    if same := [index for index, option in enumerate(options) if plain == _strip(option)]:
+        return same[0]
+    lettered = re.match(r"([a-h])\s*[.):]", plain)
+    plain = plain if lettered is None else lettered.group(1)
+    letters = LETTERS[: len(options)].casefold()
+    similar = [index for index, option in enumerate(options) if len(plain) > 3 and plain in option.casefold()]
+    if len(plain) == 1 and plain in letters:
+        return letters.index(plain)
+    return similar[0] if len(similar) == 1 else None
 
 
 # --- judging ---
 
 
-def judge_choice(given: Given, options: Sequence[str], right: int) -> Judgement:
+_CERTIFICATE = Certificate("exact", 1, 0.0)
+
+
+def judge_choice(parsed: ParsedAnswer, options: Sequence[str], right: int) -> Judgement:
     """Judge the choice of one option."""
-    if given.refusal is not None:
-        return given.refusal
-    (chosen,) = given.chosen
+    if parsed.refusal is not None:
+        return parsed.refusal
+    (chosen,) = parsed.chosen
     if chosen == right:
-        return correct(Certificate("exact", 1, 0.0))
-    named = options[chosen] if tuple(options) == TRUE_FALSE else LETTERS[chosen]
-    return wrong(f"{named} is not the right option", Certificate("exact", 1, 0.0))
+        return correct(_CERTIFICATE)
+    name = options[chosen] if tuple(options) == TRUE_FALSE else LETTERS[chosen]
+    return wrong(f"{name} is not the right option", _CERTIFICATE)
 
 
-def judge_selection(given: Given, options: int, right: Sequence[int]) -> Judgement:
+def judge_selection(parsed: ParsedAnswer, options: int, right: Sequence[int]) -> Judgement:
     """Judge a choice of letters: those that are right share the points, those that are wrong take them off in equal
     shares, none below zero.
     """
-    if given.refusal is not None:
-        return given.refusal
-    hits, misses = len(set(given.chosen) & set(right)), len(set(given.chosen) - set(right))
+    if parsed.refusal is not None:
+        return parsed.refusal
+    hits, misses = len(set(parsed.chosen) & set(right)), len(set(parsed.chosen) - set(right))
     if hits == len(right) and not misses:
-        return correct(Certificate("exact", 1, 0.0))
+        return correct(_CERTIFICATE)
     share = Fraction(hits, len(right)) - Fraction(misses, max(options - len(right), 1))
-    said = f"{hits} of the letters {'is' if hits == 1 else 'are'} right, {misses} {'is' if misses == 1 else 'are'} not"
-    left = f"; {len(right) - hits} more should be there" if hits < len(right) else ""
-    return graded(float(max(share, Fraction(0))), said + left, Certificate("exact", 1, 0.0))
+    verbs = ["is" if count == 1 else "are" for count in (hits, misses)]
+    reason = f"{hits} of the letters {verbs[0]} right, {misses} {verbs[1]} not"
+    missed = f"; {len(right) - hits} more should be there" if hits < len(right) else ""
+    return graded(float(max(share, Fraction(0))), reason + missed, _CERTIFICATE)
 
 
-def judge_matching(given: Given, items: Sequence[str], right: Sequence[int]) -> Judgement:
+def judge_matching(parsed: ParsedAnswer, items: Sequence[str], right: Sequence[int]) -> Judgement:
     """Judge a letter for each item, in their order, one by one; a letter that is given twice is no choice."""
-    if given.refusal is not None:
-        return given.refusal
-    pairs = zip(items, given.chosen, right, strict=True)
-    off = [item for item, mine, due in pairs if mine != due or given.chosen.count(mine) > 1]
+    if parsed.refusal is not None:
+        return parsed.refusal
+    pairs = zip(items, parsed.chosen, right, strict=True)
+    off = [item for item, chosen, expected in pairs if chosen != expected or parsed.chosen.count(chosen) > 1]
     if not off:
-        return correct(Certificate("exact", 1, 0.0))
+        return correct(_CERTIFICATE)
     share = float(Fraction(len(items) - len(off), len(items)))
-    return graded(share, f"not right for {', '.join(off)}", Certificate("exact", 1, 0.0))
+    return graded(share, f"not right for {', '.join(off)}", _CERTIFICATE)

@@ -42,11 +42,11 @@ def compare(kind: str, student: str, reference: Any, joints: Sequence[str] = ())
     if kind == "matrix":
         rows = _rows(reference, frozenset(domain.roles))
         return judge_matrix(read_matrix(student, (len(rows), len(rows[0])), domain), rows, domain, seed)
-    given = read_conditions(student, domain)
+    parsed = read_conditions(student, domain)
     if kind == "angles":
-        return judge_angles(given, Node("set", tuple(trees)) if len(trees) > 1 else trees[0], domain, seed)
+        return judge_angles(parsed, Node("set", tuple(trees)) if len(trees) > 1 else trees[0], domain, seed)
     variables = joints or sorted(name for name in domain.roles if name.startswith("theta"))
-    return judge_singular(given, by_joints(trees, variables), variables, domain, seed)
+    return judge_singular(parsed, by_joints(trees, variables), variables, domain, seed)
 
 
 def _flat(reference: Any) -> list[str]:
@@ -65,8 +65,8 @@ def _rows(reference: Any, known: frozenset[str]) -> list[list[Node]]:
             return as_matrix(read(reference, known))
         except ReadError as error:
             raise QdotError(f"the reference is no matrix: {error}") from None
-    given = reference if isinstance(reference, list) else [reference]
-    rows = [row if isinstance(row, list) else [row] for row in given]
+    listed = reference if isinstance(reference, list) else [reference]
+    rows = [row if isinstance(row, list) else [row] for row in listed]
     if len({len(row) for row in rows}) != 1:
         raise QdotError("the rows of the reference have different lengths")
     return [[tree_of_reference(str(entry), known) for entry in row] for row in rows]

@@ -1,65 +1,130 @@
-"""Judge an answer that is a Python function by its values at points which no one knows before.
+"""Answers that are Python functions: at which points they are called, and their values there judged.
 
-What comes here are doubles from code that is not ours, so that nothing is left to look at with more digits: they must
-be right to nine digits of the size of the terms, or as the assignment allows.
+A function that takes symbols left the sandbox as a formula and does not come here (see `callables`). What comes here
+are doubles from code that is not ours, so that nothing is left to look at with more digits: they must be right to nine
+digits of the size of the terms, or as the assignment allows. No one knows the points before.
 """
 
+import hashlib
+import json
 from collections.abc import Iterable, Mapping, Sequence
 
 import numpy as np
 
-from qdot.exercises.formula.identity import Certificate, Comparison, EntryDifference, Rounding, missed, told_apart
+from qdot.exercises.common.stream import Stream
+from qdot.exercises.formula.identity import (
+    Certificate,
+    Comparison,
+    Domain,
+    EntryDifference,
+    Rounding,
+    chance_of_missing,
+    tell_apart,
+)
 from qdot.exercises.formula.program import compile_program, evaluate
 from qdot.exercises.formula.trees import names
-from qdot.exercises.problem.problem import Part
+from qdot.exercises.problem.problem import Part, Problem
+from qdot.grader.judging.answer import Table
 from qdot.grader.judging.formulas import matrix_judgement
-from qdot.grader.judging.function_values import POINTS, Table
 from qdot.grader.judging.verdict import Judgement, wrong
+from qdot.grader.sandbox.contained.callables import TABLE
+from qdot.grader.sandbox.sandbox import Calls
 
+POINTS = 50
 NINE_DIGITS = 1e-9
+SHOWN = f"a Python function; its values at {POINTS} random configurations were compared"
+
+
+def calls_of(problem: Problem, domain: Domain, seed: str) -> Calls:
+    """Return the joints, and the names and values of all symbols at the points at which a function is called."""
+    values = _points(domain, seed)
+    symbols = tuple(sorted(values))
+    points = np.array([values[symbol] for symbol in symbols]).T.tolist()
+    return Calls(tuple(q.name for q in problem.chain.q), symbols, tuple(map(tuple, points)))
+
+
+def _points(domain: Domain, seed: str) -> dict[str, np.ndarray]:
+    return domain.sample(set(domain.roles), POINTS, Stream(hashlib.sha256(seed.encode()).hexdigest()))
+
+
+def is_table(answer: str) -> bool:
+    """Tell whether an answer is the values of a function."""
+    return answer.startswith(TABLE)
+
+
+def read_table(text: str, domain: Domain, seed: str) -> Table:
+    """Read the values of a function at the points of `seed`."""
+    return Table(*table_values(text), _points(domain, seed))
+
+
+def constant_text(text: str) -> str | None:
+    """Return the values as the text of a matrix where they are the same at all points; None where they vary."""
+    shape, values = table_values(text)
+    if shape is None or not np.all(values == values[0]) or np.any(values.imag != 0):
+        return None
+    entries = np.array([repr(float(value)) for value in values[0].real], dtype=object).reshape(shape)
+    return str(entries.tolist()).replace("'", "")
+
+
+def table_values(answer: str) -> tuple[tuple[int, ...] | None, np.ndarray]:
+    """Return shape and values (points, entries) of a table, or None and nothing where the text is no table."""
+    try:
+        content = json.loads(answer.removeprefix(TABLE))
+        shape = tuple(int(size) for size in content["shape"])
+        pairs = np.array(content["values"], dtype=float)
+        if pairs.ndim == 3 and pairs.shape[2] == 2 and pairs.shape[1] == int(np.prod(shape)) and len(shape) <= 2:
+            return shape, pairs[..., 0] + 1j * pairs[..., 1]
+    except (ValueError, TypeError, KeyError, OverflowError, RecursionError):
+        pass
+    return None, np.zeros((0, 0))
 
 
 def judge_function(part: Part, table: Table, joints: Sequence[str], known: Iterable[str]) -> Judgement:
     """Judge the values of a function of the `joints`. A table that is none is the student's own making."""
     if not part.answer.entries():
         return wrong("a function of the configuration stands where no formula is due")
-    due_rows = part.answer.trees(known)
-    nodes, due_shape = [entry for row in due_rows for entry in row], (len(due_rows), len(due_rows[0]))
+    reference = part.answer.trees(known)
+    nodes, expected_shape = [entry for row in reference for entry in row], (len(reference), len(reference[0]))
     shape, values = table.shape, table.values
     if shape is None or len(values) != POINTS:
         return wrong("these are no values of a function")
-    if values.shape[1] != due_shape[0] * due_shape[1] or (len(shape) == 2 and 1 not in shape and shape != due_shape):
+    is_matrix = len(shape) == 2 and 1 not in shape
+    if values.shape[1] != len(nodes) or (is_matrix and shape != expected_shape):
         returned = " x ".join(map(str, shape)) or "one number"
-        return wrong(f"the function returns {returned}, and {due_shape[0]} x {due_shape[1]} is due")
-    due, size = evaluate(compile_program(nodes), table.at, POINTS)
-    answered = _along(values.T, due) if part.answer.counts_up_to_a_factor else values.T
+        return wrong(f"the function returns {returned}, and {expected_shape[0]} x {expected_shape[1]} is due")
+    expected, size = evaluate(compile_program(nodes), table.at, POINTS)
+    answered = _scale_to(expected, values.T) if part.answer.counts_up_to_a_factor else values.T
     shown = set(joints).union(*map(names, nodes))
     at = {name: column for name, column in table.at.items() if name in shown}
-    return matrix_judgement(_compared(answered, due, size, at, part.rounding), [False] * len(nodes), due_rows)
+    return matrix_judgement(_compare(answered, expected, size, at, part.rounding), [False] * len(nodes), reference)
 
 
-def _along(found: np.ndarray, due: np.ndarray) -> np.ndarray:
-    """Return vectors scaled and turned to be compared with those that are due, if they lie along them."""
+def _scale_to(expected: np.ndarray, answered: np.ndarray) -> np.ndarray:
+    """Return vectors scaled and turned to be compared with the expected ones, if they lie along them."""
     with np.errstate(all="ignore"):
-        factor = np.sum(due * found.conj(), axis=0) / np.sum(np.abs(found) ** 2, axis=0)
-        return np.asarray(found * factor)
+        factor = np.sum(expected * answered.conj(), axis=0) / np.sum(np.abs(answered) ** 2, axis=0)
+        return np.asarray(answered * factor)
 
 
-def _compared(
-    found: np.ndarray, due: np.ndarray, size: np.ndarray, at: Mapping[str, np.ndarray], rounding: Rounding | None
+def _compare(
+    answered: np.ndarray,
+    expected: np.ndarray,
+    size: np.ndarray,
+    at: Mapping[str, np.ndarray],
+    rounding: Rounding | None,
 ) -> Comparison:
     relative, absolute = (rounding.relative, rounding.absolute) if rounding is not None else (0.0, 0.0)
     with np.errstate(all="ignore"):
         largest = np.nanmax(np.where(np.isfinite(size), size, 0.0), axis=0)
         scale = np.where(size > 0, size, np.where(largest > 0, largest, 1.0))
-        right = np.abs(found - due) <= max(NINE_DIGITS, relative) * scale + absolute
-    defined = np.isfinite(due)
+        right = np.abs(answered - expected) <= max(NINE_DIGITS, relative) * scale + absolute
+    defined = np.isfinite(expected)
     equal = [bool(np.all(same[there]) and np.any(there)) for same, there in zip(right, defined, strict=True)]
     example = None
     if not all(equal):
         entry = equal.index(False)
         point = int(np.argmax(~right[entry] & defined[entry]))
-        yours, expected = told_apart(complex(found[entry, point]), complex(due[entry, point]))
+        yours, right_value = tell_apart(complex(answered[entry, point]), complex(expected[entry, point]))
         values = {name: float(f"{column[point]:.6g}") for name, column in sorted(at.items())}
-        example = EntryDifference(entry, values, yours, expected)
-    return Comparison(tuple(equal), Certificate("numeric", POINTS, missed(POINTS), example))
+        example = EntryDifference(entry, values, yours, right_value)
+    return Comparison(tuple(equal), Certificate("numeric", POINTS, chance_of_missing(POINTS), example))

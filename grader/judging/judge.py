@@ -3,24 +3,13 @@
 import secrets
 from dataclasses import dataclass
 
-from qdot.exercises.answers import (
-    Choice,
-    ConditionSet,
-    Direction,
-    Expression,
-    Forms,
-    Matching,
-    Matrix,
-    Number,
-    Selection,
-)
+from qdot.exercises import answers
 from qdot.exercises.formula.identity import Domain
 from qdot.exercises.problem.problem import Part, Problem
-from qdot.grader.judging.answer import Given
+from qdot.grader.judging.answer import ParsedAnswer
 from qdot.grader.judging.answer_parser import read_answer
 from qdot.grader.judging.choices import judge_choice, judge_matching, judge_selection
-from qdot.grader.judging.direction import judge_direction
-from qdot.grader.judging.formulas import judge_expression, judge_matrix, judge_numbers, judge_singular
+from qdot.grader.judging.formulas import judge_direction, judge_expression, judge_matrix, judge_numbers, judge_singular
 from qdot.grader.judging.functions import judge_function
 from qdot.grader.judging.verdict import Judgement
 
@@ -35,60 +24,60 @@ def judge(problem: Problem, part: Part, answer: str, seed: str | None = None, po
     >>> judge(problem, problem["determinant"], "-0.7 - d2")
     Judgement(correct, 1: right)
     """
-    given = read_answer(problem, part, answer, points_seed)
-    return judge_given(problem, part, given, secrets.token_hex(16) if seed is None else seed)
+    parsed = read_answer(problem, part, answer, points_seed)
+    return judge_given(problem, part, parsed, secrets.token_hex(16) if seed is None else seed)
 
 
-def judge_given(problem: Problem, part: Part, given: Given, seed: str) -> Judgement:
+def judge_given(problem: Problem, part: Part, parsed: ParsedAnswer, seed: str) -> Judgement:
     """Judge an answer that was read as that to a part; `seed` draws the points at which it is compared."""
-    if given.table is not None:
-        return judge_function(part, given.table, [q.name for q in problem.chain.q], problem.domain().roles)
-    return part.answer.told_to(_Judging(problem, part, given, problem.domain(), seed))
+    if parsed.table is not None:
+        return judge_function(part, parsed.table, [q.name for q in problem.chain.q], problem.domain().roles)
+    return part.answer.accept(_Judging(problem, part, parsed, problem.domain(), seed))
 
 
 @dataclass(frozen=True)
-class _Judging(Forms[Judgement]):
-    """Judges by the form of the answer that is due."""
+class _Judging(answers.AnswerVisitor[Judgement]):
+    """Judges by the form of the answer that is expected."""
 
     problem: Problem
     part: Part
-    given: Given
+    parsed: ParsedAnswer
     domain: Domain
     seed: str
 
-    def formula(self, answer: Expression) -> Judgement:
+    def formula(self, answer: answers.Expression) -> Judgement:
         """Compare a formula."""
-        ((due,),) = answer.trees(self.domain.roles)
-        return judge_expression(self.given, due, self.domain, self.seed, self.part.rounding)
+        ((expected,),) = answer.trees(self.domain.roles)
+        return judge_expression(self.parsed, expected, self.domain, self.seed, self.part.rounding)
 
-    def matrix(self, answer: Matrix) -> Judgement:
+    def matrix(self, answer: answers.Matrix) -> Judgement:
         """Compare entry by entry."""
-        return judge_matrix(self.given, answer.trees(self.domain.roles), self.domain, self.seed, self.part.rounding)
+        return judge_matrix(self.parsed, answer.trees(self.domain.roles), self.domain, self.seed, self.part.rounding)
 
-    def direction(self, answer: Direction) -> Judgement:
+    def direction(self, answer: answers.Direction) -> Judgement:
         """Compare up to a factor."""
-        due = [entry for row in answer.trees(self.domain.roles) for entry in row]
-        return judge_direction(self.given, due, self.domain, self.seed, answer.apart(self.part.rounding))
+        expected = [entry for row in answer.trees(self.domain.roles) for entry in row]
+        return judge_direction(self.parsed, expected, self.domain, self.seed, answer.apart(self.part.rounding))
 
-    def numbers(self, answer: Number) -> Judgement:
+    def numbers(self, answer: answers.Number) -> Judgement:
         """Compare numbers, each within what it may be off."""
         right = [float(value) for value in answer.reference]
-        return judge_numbers(self.given, right, answer.units, *answer.allowed(self.part.rounding))
+        return judge_numbers(self.parsed, right, answer.units, *answer.allowed(self.part.rounding))
 
-    def conditions(self, answer: ConditionSet) -> Judgement:
+    def conditions(self, answer: answers.ConditionSet) -> Judgement:
         """Compare sets of configurations."""
         joints = [q.name for q in self.problem.chain.q]
-        due = answer.by_condition([piece for (piece,) in answer.trees(self.domain.roles)])
-        return judge_singular(self.given, due, joints, self.domain, self.seed, self.part.rounding)
+        expected = answer.by_condition([piece for (piece,) in answer.trees(self.domain.roles)])
+        return judge_singular(self.parsed, expected, joints, self.domain, self.seed, self.part.rounding)
 
-    def one_of(self, answer: Choice) -> Judgement:
+    def one_of(self, answer: answers.Choice) -> Judgement:
         """Look whether it is the right option."""
-        return judge_choice(self.given, answer.options, answer.correct)
+        return judge_choice(self.parsed, answer.options, answer.correct)
 
-    def some_of(self, answer: Selection) -> Judgement:
+    def some_of(self, answer: answers.Selection) -> Judgement:
         """Count the right options."""
-        return judge_selection(self.given, len(answer.options), answer.correct)
+        return judge_selection(self.parsed, len(answer.options), answer.correct)
 
-    def matching(self, answer: Matching) -> Judgement:
+    def matching(self, answer: answers.Matching) -> Judgement:
         """Count the right pairs."""
-        return judge_matching(self.given, answer.items, answer.correct)
+        return judge_matching(self.parsed, answer.items, answer.correct)

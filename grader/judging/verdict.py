@@ -1,10 +1,10 @@
 """What is said of an answer: outcome, points, the reason, and the certificate behind it."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 
-from qdot.exercises.formula.identity import Certificate
+from qdot.exercises.formula.identity import Certificate, EntryDifference
 
 
 class Outcome(StrEnum):
@@ -73,8 +73,8 @@ def known_by(mistake: str, words: Mapping[str, object]) -> str:
     >>> known_by("offset-sign", {"joint": 2, "degrees": "45°"})
     'offset-sign joint=2'
     """
-    said = [f"{name}={value}" for name, value in sorted(words.items()) if name not in NOT_THE_MISTAKE and value != ""]
-    return " ".join([mistake, *said])
+    places = [f"{name}={value}" for name, value in sorted(words.items()) if name not in NOT_THE_MISTAKE and value != ""]
+    return " ".join([mistake, *places])
 
 
 @dataclass(frozen=True)
@@ -121,3 +121,39 @@ def graded(share: float, reason: str, certificate: Certificate | None = None) ->
 def correct(certificate: Certificate | None = None, reason: str = "right") -> Judgement:
     """Return the judgement on an answer of which every comparison passed."""
     return Judgement(Outcome.CORRECT, 1.0, reason, certificate)
+
+
+# --- a counterexample in words, as part of a reason; `feedback_levels` takes them out again ---
+
+
+def at_words(at: Mapping[str, float]) -> str:
+    """Return where an entry differs, as in " at theta1 = 0.61, theta2 = -1.32"; nothing where there is no symbol."""
+    listed = ", ".join(f"{name} = {value:g}" for name, value in at.items())
+    return f" at {listed}" if listed else ""
+
+
+def values_words(example: EntryDifference) -> str:
+    """Return both values, as in ": yours 0.41, expected 0.77"."""
+    return f": yours {shown(example.yours)}, expected {shown(example.expected)}"
+
+
+def number_words(example: EntryDifference, unit: str = "") -> str:
+    """Return both values, as in " is 0.41, and 0.77 rad/s is right"."""
+    right = f"{example.expected:.4g} {unit}".rstrip() if isinstance(example.expected, float) else ""
+    return f" is {shown(example.yours)}, and {right} is right"
+
+
+def pose_words(at: Mapping[str, float], joints: Sequence[str]) -> str:
+    """Return a configuration, as in ": theta1 = 0.61, theta2 = -1.32"; joints first."""
+    names = [name for name in (*joints, *(n for n in at if n not in joints)) if name in at]
+    return f": {', '.join(f'{name} = {at[name]:.4g}' for name in names) or '(any)'}"
+
+
+def shown(value: float | str | None) -> str:
+    """Return a value as it stands in a reason."""
+    return f"{value:.6g}" if isinstance(value, float) else str(value)
+
+
+def entry_name(entry: int, columns: int) -> str:
+    """Return what an entry is called: "entry 2" of a vector, "entry (1, 2)" of a matrix."""
+    return f"entry {entry + 1}" if columns == 1 else f"entry ({entry // columns + 1}, {entry % columns + 1})"

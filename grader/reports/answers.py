@@ -17,7 +17,7 @@ from qdot.exercises.writing.markup import to_html
 from qdot.exercises.writing.statement import option_text
 from qdot.exercises.writing.typeset import TooDeep, typeset
 from qdot.grader.judging.answer_parser import read_answer
-from qdot.grader.judging.function_values import SHOWN
+from qdot.grader.judging.functions import SHOWN
 
 LONGEST, LARGEST = 4000, 2000
 """Characters of a text and nodes of a tree that are set as a formula; more would be no formula to look at."""

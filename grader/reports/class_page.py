@@ -13,7 +13,7 @@ from qdot.grader.diagnosis.similar import Pair, Written, Wrong, alikeness, nearl
 from qdot.grader.grading.marking import NOT_RIGHT
 from qdot.grader.grading.result import PartResult, Result
 from qdot.grader.judging.answer_parser import read_answer
-from qdot.grader.judging.function_values import SHOWN
+from qdot.grader.judging.functions import SHOWN
 from qdot.grader.judging.verdict import Outcome
 from qdot.grader.reports import charts
 from qdot.grader.reports.answers import answer_of, visible

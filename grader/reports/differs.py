@@ -5,11 +5,11 @@ import re
 from dataclasses import dataclass
 
 from qdot.exercises.formula.identity import Counterexample, EntryDifference, SetDifference
-from qdot.exercises.formula.latex import parsed
+from qdot.exercises.formula.latex import parse_latex
 from qdot.exercises.formula.printers.mathml import mathml
 from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.writing.latex import prismatic_joints, symbol_latex
-from qdot.grader.judging.counterexample import entry_name
+from qdot.grader.judging.verdict import entry_name
 from qdot.grader.reports.answers import visible
 
 DIGITS, MOST_DIGITS = 4, 16
@@ -93,7 +93,7 @@ def _results(part: Part, example: EntryDifference) -> tuple[ExampleRow, ...]:
 
 
 def _symbol(problem: Problem, name: str) -> str:
-    return mathml(parsed(symbol_latex(name, prismatic_joints(problem.chain))))
+    return mathml(parse_latex(symbol_latex(name, prismatic_joints(problem.chain))))
 
 
 # --- numbers ---

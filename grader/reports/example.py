@@ -20,7 +20,7 @@ from qdot.exercises.formula.trees import ReadError, as_matrix
 from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.questions.inversion import lengths_in_table
 from qdot.grader.judging.answer_parser import read_answer
-from qdot.grader.judging.function_values import SHOWN
+from qdot.grader.judging.functions import SHOWN
 
 FREE = {"R": 0.7, "P": 0.4}
 """What a joint is drawn at that a configuration leaves open, in rad or m."""

@@ -61,7 +61,7 @@ test("the map's lines are the singular configurations: walking onto one says so"
     });
   await page.mouse.click(x, y);
   await page.locator(".arm-singular-pose").waitFor();
-  await page.locator(".arm-nearness", { hasText: "At the boundary of what the arm reaches." }).waitFor();
+  await page.locator(".arm-nearness", { hasText: "At the boundary of the workspace." }).waitFor();
 });
 
 test("the map is walked on by finger", async () => {

@@ -28,7 +28,7 @@ const PREFERENCES = [
 
 /** What Firefox says of a file that was still being loaded when its page was left; nothing is wrong with it. */
 const CUT_OFF = /A ServiceWorker intercepted the request and encountered an unexpected error/;
-/** What is said where there is no graphics card: arms in space are drawn without their solid body then. */
+/** What is said where there is no graphics card: spatial arms are drawn without their solid body then. */
 const WITHOUT_WEBGL =
   /^THREE\.WebGLRenderer: .*(WebGL context could not be created|Error creating WebGL context)/s;
 const isHarmless = (text) => CUT_OFF.test(text) || WITHOUT_WEBGL.test(text);

@@ -141,7 +141,7 @@ for (const version of Object.keys(VERSIONS)) {
     await again.frame.getByText("3 of 4 points").waitFor();
     await again.frame.locator('input[type="radio"]').nth(right).check();
     await again.frame.getByRole("button", { name: "Check" }).click();
-    await again.frame.getByText("All questions are answered, and passed: 70 % are needed.").waitFor();
+    await again.frame.getByText("All questions are answered, and you passed (70 % needed).").waitFor();
     assert.equal(await valueOf(again.page, version, is12 ? status : "cmi.success_status"), "passed");
     const raw = await valueOf(again.page, version, is12 ? "cmi.core.score.raw" : "cmi.score.raw");
     assert.equal(raw, "100");
@@ -305,9 +305,9 @@ test("the same seed asks the same questions, in German where the link says so; w
   const { page: german } = await opened(there, "practice.html?embed=1&seed=a&n=2&lang=de");
   await german.getByText("0 von 2 beantwortet").waitFor();
   for (const [search, said] of [
-    ["embed=1&lession=rates", /It says “lession”, which is not known here; a link may say embed, lesson/],
-    ["seed=a&n=0", /It asks for n=0; n is a whole number from 1 to 100/],
-    ["seed=a&n=99", /It asks for 99 questions, and \d+ fit/],
+    ["embed=1&lession=rates", /It contains “lession”, which is unknown; a link may contain embed, lesson/],
+    ["seed=a&n=0", /It contains n=0; n must be a whole number from 1 to 100/],
+    ["seed=a&n=99", /It asks for 99 questions, but only \d+ match/],
     ["seed=a&lesson=foo", /It asks for the lesson “foo”; there are rates, columns/],
     ["seed=a&arm=foo", /asks for the arm “foo”, which is not here/],
   ]) {
@@ -321,19 +321,19 @@ test("links are made by choosing, with a preview that shows what is sent", async
   for (const options of [undefined, PHONE]) {
     const { page, wrong } = await opened(there, "course.html", options);
     await page.getByRole("combobox", { name: "Question", exact: true }).selectOption("determinant");
-    await page.getByLabel("What students see it called").fill('Ada\'s "week"');
+    await page.getByLabel("Title for students").fill('Ada\'s "week"');
     await page.getByLabel("How many questions").fill("99");
     await page.getByLabel("How many questions").blur();
-    await page.getByLabel("Site of the page around it").fill("moodle");
+    await page.getByLabel("Origin of the page around it").fill("moodle");
     await page.getByText("“moodle” is no origin").waitFor();
-    await page.getByLabel("Site of the page around it").fill("https://moodle.example.org");
+    await page.getByLabel("Origin of the page around it").fill("https://moodle.example.org");
     const link = await page.getByLabel("A link", { exact: true }).inputValue();
     const code = await page.getByLabel("A frame for a page of your course").inputValue();
     assert.match(link, /^http:\/\/127.0.0.1:\d+\/practice\.html\?question=determinant&n=1&seed=\w+&name=Ada/);
     const frame = page.frameLocator(".maker-preview");
     await frame.locator(".round-head strong", { hasText: 'Ada\'s "week"' }).waitFor();
     await frame.locator("form .answer").waitFor();
-    await page.getByText("What the page around it is sent").click();
+    await page.getByText("What the page around it receives").click();
     await page.getByText('"event": "opened"').waitFor();
     await assertAccessible(page);
     await page.setContent(code);

@@ -61,12 +61,12 @@ test("what is due is on top of the practice page, and is answered in its order",
     ),
   );
   await page.reload();
-  await page.getByText("2 due, about 3 minutes").waitFor();
+  await page.getByText("2 to review, about 3 minutes").waitFor();
   await page.getByRole("button", { name: "Answer them now" }).click();
   await page.getByRole("heading", { name: /^Determinant/ }).waitFor();
   await page.getByLabel("Your answer").fill(typed("determinant"));
   await page.getByRole("button", { name: "Check" }).click();
-  await page.getByText("1 of what is due is left.").waitFor();
+  await page.getByText("1 left to review.").waitFor();
   await page.getByRole("button", { name: "Next problem" }).click();
   await page.getByRole("heading", { name: /^Position/ }).waitFor();
   await context.close();
@@ -156,7 +156,7 @@ for (const [width, height] of [
 test("a browser that keeps nothing is told so", async () => {
   const { page, context } = await openedAnew(there, "learn.html");
   await page.evaluate(() => Object.defineProperty(navigator, "serviceWorker", { value: {} }));
-  await page.getByText("Keep this course for offline").click();
+  await page.getByText("Save this course for offline use").click();
   await page.getByText(/This browser keeps nothing for offline here/).waitFor();
   await context.close();
 });

@@ -12,17 +12,17 @@ const DAYS = 2 * 24 * 3600 * 1000;
 /** What the page says, in its language. */
 export const WORDS = {
   en: {
-    practise: "Practise already",
+    practise: "Go straight to practice",
     asText: "Type it as text",
     right: "Right",
     next: "Next problem",
     learned: "Learned.",
     mastered: "Mastered.",
     isMastered: "mastered",
-    offline: { lesson: "Keep this lesson for offline", course: "Keep this course for offline" },
+    offline: { lesson: "Save this lesson for offline use", course: "Save this course for offline use" },
     keep: "Keep the rest",
     kept: "All ",
-    classes: { plain: "plain arms", space: "arms in space", any: "any arms" },
+    classes: { plain: "planar arms", space: "spatial arms", any: "any arms" },
   },
   de: {
     practise: "Schon üben",

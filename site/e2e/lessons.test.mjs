@@ -56,25 +56,25 @@ test("free practice counts for the class of the arm, which is due by itself when
   const practised = () => answered(chromium, keyboard(chromium), { code: "en", bank: site.bank });
   try {
     await practised();
-    await page.getByText(`By differentiation, arms in space: 1 of ${ARMS} right in a row`).waitFor();
+    await page.getByText(`By differentiation, spatial arms: 1 of ${ARMS} right in a row`).waitFor();
     await page.evaluate(() => {
       const { differentiation } = JSON.parse(localStorage.getItem("qdot-lessons"));
       differentiation.beyond.space.learned = 1; // as it is once all are right, and days have gone by
       localStorage.setItem("qdot-lessons", JSON.stringify({ differentiation }));
     });
     await page.goto(`${server.root}/practice.html`);
-    await page.getByText("1 due, about 2 minutes").waitFor();
+    await page.getByText("1 to review, about 2 minutes").waitFor();
     await page.getByRole("button", { name: "Answer them now" }).click();
-    await page.locator(".due").getByText("By differentiation, arms in space").waitFor();
+    await page.locator(".due").getByText("By differentiation, spatial arms").waitFor();
     await page.locator('.task[data-item^="elbow-3r/"]').waitFor();
     await practised();
-    await page.locator(".verdict").getByText("By differentiation, arms in space: Mastered.").waitFor();
-    await page.getByText("Nothing is due any more.").waitFor();
+    await page.locator(".verdict").getByText("By differentiation, spatial arms: Mastered.").waitFor();
+    await page.getByText("Nothing left to review.").waitFor();
     if (process.env.SHOTS) await page.screenshot({ path: `${process.env.SHOTS}/due.png` });
     await page.goto(`${server.root}/learn.html`);
     const link = page.getByRole("link", { name: "By differentiation", exact: true });
     const skill = page.locator(".skill", { has: link }).locator(".skill-state");
-    await skill.getByText("begun").waitFor(); // plain arms are still to come
+    await skill.getByText("started").waitFor(); // plain arms are still to come
     assert.deepEqual(wrong, []);
   } finally {
     await context.close();

@@ -99,7 +99,7 @@ test("while a cell is wrong, the arm stays, and it is said what is wrong where",
 
 test("a robot is taken by keys, a joint added and removed, and the file is what qdot solve takes", async () => {
   const { page, wrong } = await opened(there, "own.html");
-  const begin = page.getByLabel("Begin with");
+  const begin = page.getByLabel("Start with");
   await begin.focus();
   await page.keyboard.press("ArrowDown");
   await page.waitForFunction(() => location.hash.startsWith("#robot=scara"));

@@ -58,7 +58,7 @@ test("a file of one's progress brings back problems, lessons and today's arm", a
   await page.getByRole("button", { name: "Save as a file" }).click();
   const buffer = Buffer.concat(await (await (await saved).createReadStream()).toArray());
   page.on("dialog", (dialog) => dialog.accept());
-  await page.getByRole("button", { name: "Forget it all" }).click();
+  await page.getByRole("button", { name: "Delete all progress" }).click();
   await page.getByText("0 right of 0 tried").waitFor();
   assert.deepEqual(await stored(), [{}, {}, null]);
   await page
@@ -192,7 +192,7 @@ test("a matrix is typed a row a line: Enter goes on until all rows are there, an
   await page.locator(".preview mtable").waitFor();
   await field.press("Enter");
   await page.locator(".verdict.correct").waitFor();
-  await page.getByRole("button", { name: "Type it by entry" }).click();
+  await page.getByRole("button", { name: "Type it entry by entry" }).click();
   const fields = page.locator(".grid .formula-field");
   await fields.nth(3).fill("0");
   await fields.first().evaluate(
@@ -211,7 +211,7 @@ test("a matrix typed as text is there by entry, and is right as mathematics", as
   const { page, wrong } = await ask("jacobian");
   await page.getByRole("button", { name: "Type it as text" }).click();
   await page.getByLabel("Your answer").fill(typed("jacobian"));
-  await page.getByRole("button", { name: "Type it by entry" }).click();
+  await page.getByRole("button", { name: "Type it entry by entry" }).click();
   assert.notEqual(await page.getByLabel("Row 2, column 2").inputValue(), "");
   await page.getByRole("button", { name: "Mathematics keyboard" }).click();
   await page.locator("math-field").nth(3).waitFor();
@@ -288,7 +288,7 @@ test("a sheet is printed without the page's controls, with a key on its last pag
   const pdf = (await page.pdf({ format: "A4" })).toString("latin1");
   assert.ok(pdf.match(/\/Type \/Page\b/g).length >= 2);
   await page.emulateMedia({ media: null });
-  await page.getByLabel("with a key on a page of its own").uncheck();
+  await page.getByLabel("with a key on a separate page").uncheck();
   await page.locator(".sheet-key").waitFor({ state: "detached" });
   assert.deepEqual(wrong, []);
 });

@@ -81,10 +81,10 @@ describe("an answer in free practice", () => {
 
   test("is told with lesson and class", () => {
     const { outcomes } = counted({}, item("elbow-3r/chapter"), right, sorting);
-    expect(outcomesInWords(outcomes)).toEqual(["By differentiation, arms in space: 1 of 2 right in a row"]);
+    expect(outcomesInWords(outcomes)).toEqual(["By differentiation, spatial arms: 1 of 2 right in a row"]);
     const again = counted({}, item("elbow-3r/chapter"), { ...right, again: true }, sorting).outcomes;
     expect(outcomesInWords(again)).toEqual([
-      "By differentiation, arms in space: Right now; for the row, only a first try counts.",
+      "By differentiation, spatial arms: Right now; only a first try counts towards three in a row.",
     ]);
   });
 });
@@ -104,7 +104,7 @@ describe("what is due", () => {
   test("is due of a class, a day after it is learned, until one more of that class is right", () => {
     expect(dueClasses(skills, DAY, sorting)).toEqual([]);
     const due = dueClasses(skills, DAY + 5, sorting);
-    expect(due.map(classInWords)).toEqual(["By differentiation, arms in space"]);
+    expect(due.map(classInWords)).toEqual(["By differentiation, spatial arms"]);
     const asked = drawnFrom(due[0]!, skills, [], () => 0)!;
     expect(asked.family).toBe("elbow-3r");
     expect(["chapter", "lengths"]).toContain(asked.key);

@@ -25,9 +25,7 @@ function told(more: Partial<Verdict>): string {
 
 test("a mistake is told with what is missing, and what is lost with it", () => {
   expect(told({ mistake: 0 })).toMatch(/Relative angle An angle lacks the joints before it\.$/);
-  expect(told({ mistake: 1 })).toMatch(
-    /A factor is lacking\. The factor that is missing has θ2, θ3 in it\. Lost/,
-  );
+  expect(told({ mistake: 1 })).toMatch(/A factor is lacking\. The missing factor contains θ2, θ3\. Without/);
 });
 
 test("of several mistakes each is told, with its place if it has one", () => {

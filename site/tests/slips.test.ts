@@ -108,17 +108,20 @@ const toldBy = ({ slips = [] }: Verdict): string[] =>
   slips.map((slip) => ("mistake" in slip ? `mistake ${slip.mistake}` : said(slip)));
 
 test.each([
-  ["[[-a1*s1 - a2*s12, -a2*s2], [a1*c1 + a2*c12, a2*c2]]", "Column 2: an angle lacks"],
-  ["[[-a1*s1 - a2*s12, -a2*s12], [a1*c1 + a2*s12, a2*c12]]", "Entry (2, 1): in one place sine and cosine"],
+  ["[[-a1*s1 - a2*s12, -a2*s2], [a1*c1 + a2*c12, a2*c2]]", "Column 2: one angle leaves out"],
+  [
+    "[[-a1*s1 - a2*s12, -a2*s12], [a1*c1 + a2*s12, a2*c12]]",
+    "Entry (2, 1): a sine and a cosine are exchanged",
+  ],
   ["[[-s1 - a2*s12, -a2*s12], [c1 + a2*c12, a2*c12]]", "Column 1: the length a1 is missing"],
-  ["[[-a2*s12, -a2*s12], [a2*c12, a2*c12]]", "Column 1: a term with a1 in it is missing"],
+  ["[[-a2*s12, -a2*s12], [a2*c12, a2*c12]]", "Column 1: a term with a1 is missing"],
   ["[[a1*s1 - a2*s12, -a2*s12], [a1*c1 + a2*c12, a2*c12]]", "Entry (1, 1): one sign"],
   ["[[-s1 - s12, -a2*s12], [c1 + c12, a2*c12]]", "Column 1: several lengths are missing"],
-  ["[[-a1*s1 - a2*s12, -a2*s12], [a1*c1 + a2*c12, 0]]", "Entry (2, 2): zero, where something else is due"],
-  ["[[-a1*s1 - a2*s12, 0], [a1*c1 + a2*c12, 0]]", "Column 2 is left out"],
+  ["[[-a1*s1 - a2*s12, -a2*s12], [a1*c1 + a2*c12, 0]]", "Entry (2, 2): you have zero"],
+  ["[[-a1*s1 - a2*s12, 0], [a1*c1 + a2*c12, 0]]", "Column 2 is all zeros"],
   ["[[-a1*s1 - a2*s12, -a2*s12], [a1*c1 + a1*c12, a2*c12]]", "Entry (2, 1): one symbol"],
   ["[[-a1*s1 - a2*s12, -a2*s12], [a1*(c1 + c12), a2*c12]]", undefined],
-  ["[[-a1*s1 - a2*s12, -a2*s12], [a1*c1 + a2*c12 + a2*c2, a2*c12]]", "Entry (2, 1): there is a term too"],
+  ["[[-a1*s1 - a2*s12, -a2*s12], [a1*c1 + a2*c12 + a2*c2, a2*c12]]", "Entry (2, 1): there is one term too"],
   ["[[3*a1*s2, 7], [a1^3, 7*a2*s1*s2]]", undefined],
 ])("%s is told: %s", (typed, says) => {
   const verdict = judgeValues(typed, JACOBIAN);
@@ -131,20 +134,20 @@ test.each([
 test.each([
   [
     "[[-a1*s1 - a2*s12, -a2*s2], [0, 0]]", // where column 1 is right in its first entry
-    ["Entry (1, 2): an angle lacks", "Entries (2, 1), (2, 2): zero"],
+    ["Entry (1, 2): one angle leaves out", "Entries (2, 1), (2, 2): you have zero"],
   ],
   [
     "[[-a1*c1 - a2*s12, a2*s12], [a1*s1 + a2*c12, -a2*c12]]",
-    ["Column 1: in one place sine and cosine", "Column 2: all of it has the wrong sign"],
+    ["Column 1: a sine and a cosine are exchanged", "Column 2 seems to have the wrong overall sign"],
   ],
   [
     "[[-a1*s1 - a2*s2, 0], [a1*c1 + a2*c2, 0]]",
-    ["Column 2 is left out", "Column 1: an angle lacks the joints before it"],
+    ["Column 2 is all zeros", "Column 1: one angle leaves out the joints before it"],
   ],
   ["[[-a1*s1, -a2*s12], [a2*c12, a2*c12]]", ["Entry (1, 1): a term with a2", "Entry (2, 1): a term with a1"]],
   [
     "[[-a1*s1 + a2*s12, -a2*c12], [a1*c1 + a2*c12, 7*a1*s1]]",
-    ["Entry (1, 2): in one place sine", "Entry (1, 1): one sign"],
+    ["Entry (1, 2): a sine and a cosine", "Entry (1, 1): one sign"],
   ],
 ])("in %s each entry's own slip is told: %s", (typed, says) => {
   const told = toldBy(judgeValues(typed, JACOBIAN));
@@ -155,7 +158,7 @@ test.each([
 test("of two entries in a column only that is told which a slip explains", () => {
   const [only, ...others] = toldBy(judgeValues("[[-a1*s1 - a2*c12, -a2*s12], [7*a1^3, a2*c12]]", JACOBIAN));
   expect(others).toEqual([]);
-  expect(only).toContain("Entry (1, 1): in one place");
+  expect(only).toContain("Entry (1, 1): a sine and a cosine");
 });
 
 /** The sum of an answer's entries in numbers, as keys have it of what mistakes give. */
@@ -174,7 +177,9 @@ test("a mistake of the problem's in one column is named beside a slip in another
   expect(both.mistake).toBeUndefined();
   expect(both.slips).toHaveLength(2);
   expect(both.slips).toContainEqual({ mistake: 5, where: message("slip.column", { row: 1, column: 1 }) });
-  expect(toldBy(both)).toContainEqual(expect.stringContaining("Column 2: all of it has the wrong sign"));
+  expect(toldBy(both)).toContainEqual(
+    expect.stringContaining("Column 2 seems to have the wrong overall sign"),
+  );
   expect(judgeValues("[[-a2*s12, -a2*s12], [a2*c12, a2*c12]]", key).mistake).toBe(5);
 });
 
@@ -220,7 +225,7 @@ test("angles with constants are held against those with which they are due", () 
   const key = keyOf([["a1*cos(theta1 + pi/6) + a2*cos(theta1 + theta2 + pi/4)"]]);
   const says = (typed: string) => toldBy(judgeValues(typed, key));
   expect(says("a1*cos(theta1 + pi/6) + a2*cos(theta2 + pi/4)")).toEqual([
-    expect.stringContaining("an angle lacks the joints before it"),
+    expect.stringContaining("one angle leaves out the joints before it"),
   ]);
   expect(says("a1*cos(theta1 + pi/6) + a2*cos(theta1 + theta2)")).toEqual([
     expect.stringContaining("one angle under a sine or cosine"),
@@ -231,14 +236,14 @@ test("angles with constants are held against those with which they are due", () 
 test("terms with constants in their angles are missed where the answer has such angles elsewhere", () => {
   const key = keyOf([["a1*cos(theta1 + pi/6) + a2*c12"], ["a1*sin(theta1 + pi/6) + a2*s12"]]);
   expect(toldBy(judgeValues("[a2*c12, a1*sin(theta1 + pi/6) + a2*s12]", key))).toEqual([
-    expect.stringContaining("Entry 1: a term with a1 in it is missing"),
+    expect.stringContaining("Entry 1: a term with a1 is missing"),
   ]);
 });
 
 test("two terms that are missing are told by what is in them", () => {
   const key = keyOf([["a1*c1 + a2*c12 + a1*a2"], ["a1*s1 + a2*s12"]]);
   expect(toldBy(judgeValues("[a1*a2, a1*s1 + a2*s12]", key))).toEqual([
-    expect.stringContaining("Entry 1: two terms are missing, with a1, a2 in them"),
+    expect.stringContaining("Entry 1: two terms with a1, a2 are missing"),
   ]);
 });
 
@@ -261,7 +266,7 @@ const [X, Y] = ["-(a1*s1 + a2*s12)*qd1 - a2*s12*qd2", "(a1*c1 + a2*c12)*qd1 + a2
 test.each([
   [`[-a2*s12*qd2, ${Y}]`, "Entry 1: all terms with qd1 are missing"],
   [`[${X}, -(a1*c1 + a2*c12)*qd1 + a2*c12*qd2]`, "Entry 2: one sign is wrong"],
-  [`[${X}, a1*c1 + a2*c12 + a2*c12*qd2]`, "Entry 2: qd1 is left out of the terms"],
+  [`[${X}, a1*c1 + a2*c12 + a2*c12*qd2]`, "Entry 2: the factor qd1 is missing from the terms"],
   [
     `[${X}, a2*c12*qd2 - (1 + a1)*c1*qd1 - a2*c12*qd1 + c1*qd1]`,
     "Entry 2: all terms with qd1 have the wrong sign",
@@ -295,22 +300,22 @@ test("the same slip everywhere in the formulas is named where slips in places ex
   });
   expect([told.mistake, toldBy(told)]).toEqual([
     undefined,
-    [expect.stringContaining("an angle lacks the joints")],
+    [expect.stringContaining("one angle leaves out the joints")],
   ]);
 });
 
 test("of what is missing it is told what is in it, and what is lost with a factor that joints change", () => {
-  expect(said(missingIn("a1", true))).toBe("What is missing has a1 in it.");
-  expect(said(missingIn("theta2, theta3", false))).toBe("What is missing has θ2, θ3 in it.");
-  expect(said(missingIn("theta2", true))).toContain("has θ2 in it. Lost with it are all configurations");
+  expect(said(missingIn("a1", true))).toBe("The missing part contains a1.");
+  expect(said(missingIn("theta2, theta3", false))).toBe("The missing part contains θ2, θ3.");
+  expect(said(missingIn("theta2", true))).toContain("contains θ2. Without it, you lose all configurations");
 });
 
 test.each([
-  ["a1*a2*c2", "Your answer: in one place"],
+  ["a1*a2*c2", "Your answer: a sine and a cosine"],
   ["a1*s2", "Your answer: the length a2 is missing"],
   ["s2", "Your answer: several lengths are missing"],
   ["a1*a2", "Your answer: a sine or cosine with θ2"],
-  ["2*a1*a2*s2", "Your answer: there is a factor too many"],
+  ["2*a1*a2*s2", "Your answer: there is one factor too many"],
   ["a1*a2*s1*c2", undefined],
 ])("of a determinant %s is told: %s", (typed, says) => {
   const told = toldBy(judgeValues(typed, keyOf([["a1*a2*s2"]])));

@@ -28,7 +28,7 @@ from urllib.request import HTTPCookieProcessor, OpenerDirector, build_opener
 import sympy as sp
 
 from qdot.exercises.answers import LETTERS, Answer, ConditionSet, Letters, Matching, Number
-from qdot.exercises.answers.base import rows_typed
+from qdot.exercises.answers.formulas import type_rows
 from qdot.exercises.arm.singularity import Component
 from qdot.exercises.assignment.draws import Variant
 from qdot.exercises.exports.bank import bank
@@ -286,7 +286,7 @@ def _wrong(problem: Problem, part: Part) -> list[str]:
         return [letter for letter in LETTERS[: len(answer.options)] if letter not in answer.letters][:MOST_WRONG]
     known = [_typed(answer, one.answer) for one in known_wrong(problem, part, MOST_WRONG)]
     rows, columns = answer.shape or (1, 1)
-    sevens = rows_typed([["7"] * columns] * rows) if answer.shape else "7"
+    sevens = type_rows([["7"] * columns] * rows) if answer.shape else "7"
     return known or [_listed(["7"] * rows) if isinstance(answer, Number) else sevens]
 
 
@@ -296,7 +296,7 @@ def _typed(answer: Answer, wrong: sp.Matrix | tuple[Component, ...]) -> str:
     if isinstance(answer, Number):
         return _listed(f"{float(value):.6g}" for value in sp.Matrix(wrong))
     rows = rows_of_text(sp.Matrix(wrong))
-    return rows_typed(rows) if answer.shape else rows[0][0]
+    return type_rows(rows) if answer.shape else rows[0][0]
 
 
 def _listed(numbers: Iterable[str]) -> str:

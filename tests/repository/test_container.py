@@ -27,7 +27,7 @@ from tests.support.handing_in import a_class, right
 from tests.support.programs import needs
 
 PAGE = (ROOT / "docs" / "container.md").read_text(encoding="utf-8")
-CLUSTERS = (ROOT / "docs" / "many-submissions.md").read_text(encoding="utf-8")
+CLUSTERS = (ROOT / "docs" / "scaling.md").read_text(encoding="utf-8")
 CONTAINERFILE = (ROOT / "Containerfile").read_text(encoding="utf-8")
 IMAGE, BASE = "localhost/qdot", "localhost/qdot-tests-base"
 PODMAN = "apt-get install podman runc"

@@ -117,7 +117,7 @@ def test_the_citation_is_of_this_version() -> None:
     assert [author["name"] for author in citation["authors"]] == [author["name"] for author in project["authors"]]
 
 
-@pytest.mark.parametrize("name", ["SECURITY.md", "docs/privacy.md", "docs/promises.md"])
+@pytest.mark.parametrize("name", ["SECURITY.md", "docs/privacy.md", "docs/compatibility.md"])
 def test_links_lead_somewhere(name: str) -> None:
     page = ROOT / name
     links = re.findall(r"\]\(([^)#]+)", page.read_text(encoding="utf-8"))

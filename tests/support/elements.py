@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from qdot.exercises.answers import LETTERS, TRUE_FALSE, Answer, Forms, Letters, Matching, Number, Selection
+from qdot.exercises.answers import LETTERS, TRUE_FALSE, Answer, AnswerVisitor, Letters, Matching, Number, Selection
 from qdot.exercises.exports.prairielearn import input_names
 from qdot.exercises.problem.problem import Part
 
@@ -11,7 +11,7 @@ Data = dict[str, Any]
 
 def filled(part: Part, text: str, params: Data) -> Data:
     """Return a form for an answer that would be typed as `text` elsewhere; letters stand for options."""
-    return part.answer.told_to(_Filled(part, text, params))
+    return part.answer.accept(_Filled(part, text, params))
 
 
 def left_blank(part: Part) -> Data:
@@ -21,7 +21,7 @@ def left_blank(part: Part) -> Data:
     return dict.fromkeys(input_names(part), "-1" if part.answer.matched else "")
 
 
-class _Filled(Forms[Data]):
+class _Filled(AnswerVisitor[Data]):
     def __init__(self, part: Part, text: str, params: Data) -> None:
         self.part, self.text, self.params = part, text, params
 
@@ -41,7 +41,7 @@ class _Filled(Forms[Data]):
         numbers = self.text.replace("[", "").replace("]", "").split(", ")
         return dict(zip(input_names(self.part), numbers, strict=True))
 
-    def other(self, answer: Answer) -> Data:
+    def default(self, answer: Answer) -> Data:
         return {self.part.name: self.text}
 
     def _keys(self) -> list[str]:

@@ -7,7 +7,7 @@ from qdot.exercises.formula.identity import Domain, Rounding
 from qdot.exercises.problem.problem import Part, Problem
 from qdot.grader.diagnosis import diagnosis
 from qdot.grader.grading import partial_credit
-from qdot.grader.judging import choices, direction, formulas
+from qdot.grader.judging import choices, formulas
 from qdot.grader.judging.answer import read_conditions, read_formula, read_matrix, read_numbers
 from qdot.grader.judging.answer_parser import read_answer
 from qdot.grader.judging.judge import judge_given
@@ -57,7 +57,7 @@ def judge_direction(
 ) -> Judgement:  # fmt: skip
     given = read_matrix(student, (len(reference), 1), domain, labels)
     due = [read(entry, domain.roles) for entry in reference]
-    return direction.judge_direction(given, due, domain, seed, tolerance)
+    return formulas.judge_direction(given, due, domain, seed, tolerance)
 
 
 def judge_choice(student: str, options: Sequence[str], right: int) -> Judgement:

@@ -6,7 +6,7 @@
                                                 sees whether a tag has one, as this version writes it; without a tag,
                                                 whether one can be written
 
-`tests/repository/test_promises.py` holds every later version against all archives. Of what is handed out there are
+`tests/repository/test_compatibility.py` holds every later version against all archives. Of what is handed out there are
 certificates, which have a digest of every problem and cell, and not the notebooks; what is handed in has code alone.
 """
 

@@ -44,11 +44,10 @@ from qdot.exercises.formula import (
     set_parser,
     trees,
 )
-from qdot.exercises.formula import pieces as pieces_module
 from qdot.exercises.formula.expression import read
 from qdot.exercises.formula.identity import Domain
-from qdot.exercises.formula.pieces import Atom, pieces
 from qdot.exercises.formula.program import compile_program, evaluate
+from qdot.exercises.formula.set_parser import Atom, parse_pieces
 from qdot.exercises.formula.trees import Node, ReadError, as_matrix, node_text
 from qdot.grader.judging import answer, compare, formulas
 from qdot.grader.judging.answer import read_conditions, with_joint
@@ -392,7 +391,7 @@ def _holds_where_due(text: str) -> bool:
     """Tell whether the conditions hold where theta2 is 0 or pi, and nowhere at random."""
     tree = read_conditions(text, DOMAIN).tree
     assert tree is not None
-    claimed = pieces(with_joint(tree, JOINTS), JOINTS)
+    claimed = parse_pieces(with_joint(tree, JOINTS), JOINTS)
 
     def holds(at: Mapping[str, Any]) -> bool:
         return any(all(abs(gap(atom, at)) < 1e-6 for atom in piece) for piece in claimed)
@@ -461,7 +460,7 @@ def _escapes(text: str) -> bool:
 # --- atheris ---
 
 INSTRUMENTED: tuple[ModuleType, ...] = (
-    angles, conditions, constants, exact, expression, identity, names, notation, pieces_module, program,
+    angles, conditions, constants, exact, expression, identity, names, notation, program,
     set_parser, trees, answer, formulas, compare,
 )  # fmt: skip
 

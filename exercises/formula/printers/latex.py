@@ -15,8 +15,8 @@ _STAR = Layout("sign", "*")
 def latex(formula: Layout) -> str:
     r"""Return a formula as LaTeX.
 
-    >>> from qdot.exercises.formula.latex import parsed
-    >>> latex(parsed(r"-\frac a2\cos(x_{1}-1)"))
+    >>> from qdot.exercises.formula.latex import parse_latex
+    >>> latex(parse_latex(r"-\frac a2\cos(x_{1}-1)"))
     '-\\frac{a}{2} \\cos(x_{1} - 1)'
     """
     return _row(formula.inner) if formula.kind == "row" else _piece(formula)
@@ -33,12 +33,12 @@ def _row(pieces: Pieces) -> str:
     return shown
 
 
-def _index(one: Layout) -> str:
+def _index(index: Layout) -> str:
     """Return an index or a power, in which there are no blanks beside signs."""
-    if one.kind != "row":
-        return _piece(one)
-    shown = _piece(one.inner[0])
-    for before, piece in pairwise(one.inner):
+    if index.kind != "row":
+        return _piece(index)
+    shown = _piece(index.inner[0])
+    for before, piece in pairwise(index.inner):
         shown += ("" if "sign" in (before.kind, piece.kind) else " ") + _piece(piece)
     return f"{{{shown}}}"
 
@@ -56,12 +56,12 @@ def _touch(before: Layout, piece: Layout) -> bool:
     return (base(piece).kind == "fenced" or base(piece).text == "(") and base(before).kind in ("word", "text")
 
 
-def _is_sign(one: Layout, signs: str) -> bool:
-    return one.kind == "sign" and one.text in signs
+def _is_sign(piece: Layout, signs: str) -> bool:
+    return piece.kind == "sign" and piece.text in signs
 
 
-def _piece(one: Layout) -> str:
-    kind, text, inner = one
+def _piece(piece: Layout) -> str:
+    kind, text, inner = piece
     if kind in ("letter", "sign"):
         return _COMMANDS.get(text, text)
     if kind == "number":

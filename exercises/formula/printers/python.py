@@ -37,34 +37,34 @@ class _Code(StrPrinter):
         return str(super()._print_Function(expr))
 
     def _print_Add(self, expr: sp.Add, order: object = None) -> str:
-        return self._sum(expr)
+        return self._print_sum(expr)
 
-    def _sum(self, expr: sp.Expr, flip: bool = False) -> str:
+    def _print_sum(self, expr: sp.Expr, flip: bool = False) -> str:
         shown = ""
         for minus, term in order.terms(expr, flip):
             sign = (" - " if minus else " + ") if shown else "-" if minus else ""
-            shown += sign + self._unsigned(term)
+            shown += sign + self._print_unsigned(term)
         return shown
 
     def _print_Mul(self, expr: sp.Mul) -> str:
-        return f"{'-' if order.product(expr).negative else ''}{self._unsigned(expr)}"
+        return f"{'-' if order.product(expr).negative else ''}{self._print_unsigned(expr)}"
 
-    def _unsigned(self, term: sp.Expr) -> str:
+    def _print_unsigned(self, term: sp.Expr) -> str:
         """Return a term without the sign before it."""
         if not term.is_Mul:
             return str(self._print(abs(term) if term.is_Rational or term.is_Float else term))
         product = order.product(term)
         digits = None if _is_irrational(term) else decimal(product.number)
         above, below = (digits, "1") if digits else (str(product.number.p), str(product.number.q))
-        over = [above] * (above != "1") + [self._factor(factor, product) for factor in product.above]
-        under = [below] * (below != "1") + [self._factor(factor, product) for factor in product.below]
+        over = [above] * (above != "1") + [self._print_factor(factor, product) for factor in product.above]
+        under = [below] * (below != "1") + [self._print_factor(factor, product) for factor in product.below]
         if not under:
             return "*".join(over)
         line = under[0] if len(under) == 1 else f"({'*'.join(under)})"
         return f"{'*'.join(over) or '1'}/{line}"
 
-    def _factor(self, factor: sp.Expr, product: order.Product) -> str:
-        return f"({self._sum(factor, factor in product.flips)})" if factor.is_Add else str(self._print(factor))
+    def _print_factor(self, factor: sp.Expr, product: order.Product) -> str:
+        return f"({self._print_sum(factor, factor in product.flips)})" if factor.is_Add else str(self._print(factor))
 
     def _print_Rational(self, expr: sp.Rational) -> str:
         return decimal(expr) or f"Rational({expr.p}, {expr.q})"
@@ -102,16 +102,16 @@ def list_code(items: Sequence[str], taken: int, depth: int = 0) -> str:
     if taken + len(line) <= WIDTH and "\n" not in line:
         return line
     indent = "    " * depth
-    shown = "".join(f"{_wrapped(item + ',', depth + 1)}\n" for item in items)
+    shown = "".join(f"{_wrap(item + ',', depth + 1)}\n" for item in items)
     return f"[\n{shown}{indent}]"
 
 
-def bracketed(text: str, taken: int) -> str:
-    """Return a formula, in brackets on lines of its own where it does not fit behind what is `taken`."""
-    return text if taken + len(text) <= WIDTH else f"(\n{_wrapped(text, 1)}\n)"
+def bracket_long_text(text: str, taken: int) -> str:
+    """Return a formula, in brackets on lines of its own if it does not fit behind what is `taken`."""
+    return text if taken + len(text) <= WIDTH else f"(\n{_wrap(text, 1)}\n)"
 
 
-def _wrapped(text: str, depth: int) -> str:
+def _wrap(text: str, depth: int) -> str:
     """Return text that stands in brackets on lines of its own, broken before operators, never inside cos(...).
 
     Nor inside of brackets that are short, as in (d3 + 0.39).

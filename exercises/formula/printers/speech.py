@@ -1,9 +1,10 @@
 """Formulas in words, for those who hear a page: the text that stands for an equation in a tagged PDF."""
 
+from collections.abc import Callable
 from functools import lru_cache
 
 from qdot.exercises.formula.latex import LETTERS
-from qdot.exercises.formula.layout import SPACES, Layout
+from qdot.exercises.formula.layout import SPACES, Layout, print_layout
 
 _NAMES = {char: name for name, char in LETTERS.items()} | {"φ": "phi", "□": "blank", "′": "prime"}
 _SIGNS = {
@@ -21,59 +22,46 @@ _WORDS = {
 
 
 @lru_cache(maxsize=1024)
-def spoken(formula: Layout) -> str:
+def speak(formula: Layout) -> str:
     r"""Return a formula in words.
 
-    >>> from qdot.exercises.formula.latex import parsed
-    >>> spoken(parsed(r"\dot{\theta}_{1} = -\frac{a_{1} s_{12}}{2}"))
+    >>> from qdot.exercises.formula.latex import parse_latex
+    >>> speak(parse_latex(r"\dot{\theta}_{1} = -\frac{a_{1} s_{12}}{2}"))
     'theta dot 1 equals minus (a 1 s 12) over 2'
     """
-    return " ".join(_said(formula).replace(" ,", ",").replace("( ", "(").replace(" )", ")").split())
+    words = print_layout(formula, _PRINTERS).replace(" ,", ",").replace("( ", "(").replace(" )", ")")
+    return " ".join(words.split())
 
 
-def _said(one: Layout) -> str:
-    inner = one.inner
-    if one.kind == "letter":
-        return _NAMES.get(one.text, one.text)
-    if one.kind == "word":
-        return _WORDS.get(one.text, one.text)
-    if one.kind == "sign":
-        return _SIGNS.get(one.text, one.text)
-    if one.kind == "space":
-        return ", " if SPACES[one.text] >= 1 else " "
-    if one.kind == "row":
-        return " ".join(map(_said, inner))
-    if one.kind == "script":
-        return _script(*map(_said, inner))
-    if one.kind == "fraction":
-        above, below = map(_grouped, inner)
-        return f"{above} over {below}"
-    if one.kind == "root":
-        return f"the square root of {_grouped(inner[0])}"
-    if one.kind == "dotted":
-        return f"{_said(inner[0])} dot"
-    if one.kind == "fenced":
-        return f" {one.text[0].strip('.')} {_said(inner[0])} {one.text[1].strip('.')} "
-    if one.kind in ("matrix", "aligned"):
-        return _table(one)
-    return one.text
-
-
-def _script(base: str, below: str, above: str) -> str:
+def _speak_script(_: Layout, base: str, below: str, above: str) -> str:
     power = _POWERS.get(above, f"to the power {above}") if above else ""
     return " ".join(filter(None, (base, below, power)))
 
 
-def _grouped(one: Layout) -> str:
-    said = _said(one)
-    return said if len(said.split()) == 1 else f"({said})"
+def _group(words: str) -> str:
+    return words if len(words.split()) == 1 else f"({words})"
 
 
-def _table(one: Layout) -> str:
-    rows = [[_said(cell) for cell in row.inner] for row in one.inner]
-    if one.kind == "aligned":
-        return "; ".join(" ".join(row) for row in rows)
+def _speak_matrix(piece: Layout, *_: str) -> str:
+    rows = [[print_layout(cell, _PRINTERS) for cell in row.inner] for row in piece.inner]
     if len(rows[0]) == 1:
         return f"column with entries {'; '.join(row[0] for row in rows)}; end of column"
     listed = "; ".join(f"row {number}: {', '.join(row)}" for number, row in enumerate(rows, 1))
     return f"matrix of {len(rows)} rows and {len(rows[0])} columns, {listed}; end of matrix"
+
+
+_PRINTERS: dict[str, Callable[..., str]] = {
+    "letter": lambda piece: _NAMES.get(piece.text, piece.text),
+    "word": lambda piece: _WORDS.get(piece.text, piece.text),
+    "sign": lambda piece: _SIGNS.get(piece.text, piece.text),
+    **dict.fromkeys(("number", "text"), lambda piece: piece.text),
+    "space": lambda piece: ", " if SPACES[piece.text] >= 1 else " ",
+    "row": lambda _, *pieces: " ".join(pieces),
+    "script": _speak_script,
+    "fraction": lambda _, above, below: f"{_group(above)} over {_group(below)}",
+    "root": lambda _, inside: f"the square root of {_group(inside)}",
+    "dotted": lambda _, letter: f"{letter} dot",
+    "fenced": lambda piece, inside: f" {piece.text[0].strip('.')} {inside} {piece.text[1].strip('.')} ",
+    "aligned": lambda _, *lines: "; ".join(lines),
+    "matrix": _speak_matrix,
+}

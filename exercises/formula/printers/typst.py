@@ -1,6 +1,8 @@
 """Formulas as Typst's mathematics."""
 
-from qdot.exercises.formula.layout import DEGREE, SPACES, Layout
+from collections.abc import Callable
+
+from qdot.exercises.formula.layout import DEGREE, SPACES, Layout, print_layout
 
 _SIZED = {"frac": "frac({}, {})", "tfrac": "inline(frac({}, {}))", "dfrac": "display(frac({}, {}))"}
 
@@ -15,47 +17,55 @@ def typst_string(text: str) -> str:
     return f'"{escaped}"'
 
 
-def typst_math(one: Layout) -> str:
+def typst_math(formula: Layout) -> str:
     r"""Return a formula as Typst's mathematics.
 
-    >>> from qdot.exercises.formula.latex import parsed
-    >>> typst_math(parsed(r"\dot{\theta}_{1} = -\tfrac{1}{2} a_{1}"))
+    >>> from qdot.exercises.formula.latex import parse_latex
+    >>> typst_math(parse_latex(r"\dot{\theta}_{1} = -\tfrac{1}{2} a_{1}"))
     'dot(θ)_(1) = − inline(frac(1, 2)) a_(1)'
     """
-    inner = one.inner
-    if one.kind == "row":
-        return " ".join(map(typst_math, inner)) or '""'
-    if one.kind == "script":
-        return _script(*inner)
-    if one.kind == "fraction":
-        return _SIZED[one.text].format(*map(typst_math, inner))
-    if one.kind in ("root", "dotted"):
-        return f"{'sqrt' if one.kind == 'root' else 'dot'}({typst_math(inner[0])})"
-    if one.kind == "fenced":
-        opening, closing = (_sign(sign) if sign != "." else "" for sign in one.text)
-        return f"lr({opening} {typst_math(inner[0])} {closing})"
-    if one.kind == "aligned":
-        return " \\ ".join(" & ".join(map(typst_math, cells.inner)) for cells in inner)
-    if one.kind == "matrix":
-        rows = "; ".join(", ".join(map(typst_math, cells.inner)) for cells in inner)
-        return f'mat(delim: "{one.text[0]}", {rows})'
-    if one.kind == "word":
-        return f'op("{one.text}")'
-    if one.kind == "space":
-        return f"#h({round(SPACES[one.text], 2)}em)"
-    if one.kind == "text" or "," in one.text.strip(","):  # a decimal comma would part two numbers
-        return typst_string(one.text)
-    return _sign(one.text)
+    return print_layout(formula, _PRINTERS)
 
 
-def _script(base: Layout, below: Layout, above: Layout) -> str:
-    shown = typst_math(base) if base.kind != "row" or len(base.inner) == 1 else f"({typst_math(base)})"
+def _print_text(piece: Layout) -> str:
+    is_list = "," in piece.text.strip(",")  # a decimal comma would part two numbers
+    return typst_string(piece.text) if is_list else _escape_sign(piece.text)
+
+
+def _print_script(piece: Layout, base: str, *scripts: str) -> str:
+    foot, _, above = piece.inner
+    shown = base if foot.kind != "row" or len(foot.inner) == 1 else f"({base})"
     if above == DEGREE:
         return f"{shown} °"
-    for mark, part in (("_", below), ("^", above)):
-        shown += f"{mark}({typst_math(part)})" if part.inner or part.text else ""
-    return shown
+    marks = zip("_^", piece.inner[1:], scripts, strict=True)
+    return shown + "".join(f"{mark}({text})" for mark, part, text in marks if part.inner or part.text)
 
 
-def _sign(text: str) -> str:
+def _print_fenced(piece: Layout, inside: str) -> str:
+    opening, closing = (_escape_sign(sign) if sign != "." else "" for sign in piece.text)
+    return f"lr({opening} {inside} {closing})"
+
+
+def _print_table(piece: Layout, *_: str) -> str:
+    between, rows = (" & ", " \\ ") if piece.kind == "aligned" else (", ", "; ")
+    table = rows.join(between.join(map(typst_math, cells.inner)) for cells in piece.inner)
+    return table if piece.kind == "aligned" else f'mat(delim: "{piece.text[0]}", {table})'
+
+
+def _escape_sign(text: str) -> str:
     return f"\\{text}" if len(text) == 1 and text in "()[]{},;:|/*'_^&#$\"\\" else text
+
+
+_PRINTERS: dict[str, Callable[..., str]] = {
+    **dict.fromkeys(("letter", "number", "sign"), _print_text),
+    "text": lambda piece: typst_string(piece.text),
+    "word": lambda piece: f'op("{piece.text}")',
+    "space": lambda piece: f"#h({round(SPACES[piece.text], 2)}em)",
+    "row": lambda _, *pieces: " ".join(pieces) or '""',
+    "script": _print_script,
+    "fraction": lambda piece, above, below: _SIZED[piece.text].format(above, below),
+    "root": lambda _, inside: f"sqrt({inside})",
+    "dotted": lambda _, inside: f"dot({inside})",
+    "fenced": _print_fenced,
+    **dict.fromkeys(("matrix", "aligned"), _print_table),
+}

@@ -5,12 +5,12 @@ A formula is laid out in boxes of characters. A fraction stays on one line, as (
 
 import re
 import unicodedata
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 
 from qdot.exercises.formula.latex import PRIMES
-from qdot.exercises.formula.layout import Layout
+from qdot.exercises.formula.layout import Layout, print_layout
 
 _SUBSCRIPTS = str.maketrans("0123456789+-−()aehijklmnoprstuv", "₀₁₂₃₄₅₆₇₈₉₊₋₋₍₎ₐₑₕᵢⱼₖₗₘₙₒₚᵣₛₜᵤᵥ")
 _SUPERSCRIPTS = str.maketrans("0123456789+-()*Tinjk−", "⁰¹²³⁴⁵⁶⁷⁸⁹⁺⁻⁽⁾*ᵀⁱⁿʲᵏ⁻")
@@ -39,11 +39,6 @@ class _Box:
 def shown_width(text: str) -> int:
     """Return how many columns a text takes in a terminal: the dot over a letter takes none."""
     return sum(not unicodedata.combining(ch) for ch in text)
-
-
-def _is_whole(box: "_Box") -> bool:
-    """Whether a whole number stands in a box."""
-    return len(box.lines) == 1 and box.lines[0].isdigit()
 
 
 def _flat(text: str) -> _Box:
@@ -93,63 +88,50 @@ def _grown(bracket: str, height: int) -> _Box:
     return _Box((top, *[side] * (height - 2), bottom), (height - 1) // 2)
 
 
-def _walk(one: Layout) -> _Box:
-    kind, text, inner = one
-    if kind in ("letter", "number", "sign", "word", "text"):
-        return _flat(text)
-    if kind == "space":
-        return _flat(" ")
-    if kind == "script":
-        return _scripts(*inner)
-    if kind in ("aligned", "matrix"):
-        grid = _grid([[_row(cell.inner) for cell in row.inner] for row in inner], kind == "aligned")
-        height = len(grid.lines)
-        return grid if kind == "aligned" else _beside([_grown("[", height), grid, _grown("]", height)])
-    if kind == "dotted":
-        return _beside([_walk(inner[0]), _flat("\u0307")])
-    if kind == "fraction":
-        return _fraction(_walk(inner[0]), _walk(inner[1]))
-    if kind == "root":
-        under = _walk(inner[0])
-        if _is_whole(under):
-            return _beside([_flat("√"), under])
-        return _beside([_flat("√("), under, _flat(")")])
-    if kind == "fenced":
-        opening, closing = (Layout("sign", sign.strip(".")) for sign in text)
-        return _row((opening, *inner, closing))
-    return _row(inner)
-
-
-def _scripts(base: Layout, below: Layout, above: Layout) -> _Box:
-    shown = _walk(base)
+def _print_script(piece: Layout, base: _Box, below: _Box, above: _Box) -> _Box:
+    shown = base
     scripts = (below, _SUB_ABLE, _SUBSCRIPTS, "_"), (above, _SUPER_ABLE, _SUPERSCRIPTS, "^")
-    for part, able, table, mark in scripts[::-1] if above.text == "*" else scripts:  # the star of p* before its index
-        text = _walk(part).lines[0].replace(" ", "")
+    for box, able, table, mark in scripts[::-1] if piece.inner[2].text == "*" else scripts:  # the star of p* first
+        text = box.lines[0].replace(" ", "")
         if text == "∘":
             text = "°"
-        elif text and text[0] in PRIMES:
-            pass
-        elif set(text) <= able:
-            text = text.translate(table)
-        else:
-            text = mark + (text if len(text) == 1 else f"({text})")
+        elif not text or text[0] not in PRIMES:
+            plain = text if len(text) == 1 else f"({text})"
+            text = text.translate(table) if set(text) <= able else mark + plain
         shown = _beside([shown, _flat(text)])
     return shown
 
 
-def _fraction(top: _Box, bottom: _Box) -> _Box:
-    def one(box: _Box, tight: bool) -> str:
-        text = box.lines[0].strip()
-        return f"({text})" if re.search(r" [-+−] |^[-−]", text) or (tight and " " in text) else text
+def _print_fraction(_: Layout, above: _Box, below: _Box) -> _Box:
+    texts = [box.lines[0].strip() for box in (above, below)]
+    is_sum = [re.search(r" [-+−] |^[-−]", text) is not None for text in texts]
+    is_sum[1] |= " " in texts[1]
+    return _flat("/".join(f"({text})" if brackets else text for text, brackets in zip(texts, is_sum, strict=True)))
 
-    return _flat(f"{one(top, False)}/{one(bottom, True)}")
+
+def _print_root(_: Layout, inside: _Box) -> _Box:
+    is_number = inside.is_flat and inside.lines[0].isdigit()
+    return _beside([_flat("√"), inside] if is_number else [_flat("√("), inside, _flat(")")])
 
 
-def _row(pieces: Sequence[Layout]) -> _Box:
+def _print_fenced(piece: Layout, inside: _Box) -> _Box:
+    opening, closing = (Layout("sign", sign.strip(".")) for sign in piece.text)
+    boxes = [_flat(opening.text), inside, _flat(closing.text)]
+    return _print_row(Layout("row", inner=(opening, *piece.inner, closing)), *boxes)
+
+
+def _print_table(piece: Layout, *_: _Box) -> _Box:
+    cells = [[print_layout(cell, _PRINTERS) for cell in row.inner] for row in piece.inner]
+    grid = _grid(cells, piece.kind == "aligned")
+    height = len(grid.lines)
+    return grid if piece.kind == "aligned" else _beside([_grown("[", height), grid, _grown("]", height)])
+
+
+def _print_row(row: Layout, *parts: _Box) -> _Box:
     """Join the parts of a row: signs with spaces around them, factors with a space between, brackets grown."""
     boxes: list[_Box] = []
     before, called = "", False
-    parts = [_walk(piece) for piece in pieces]
+    pieces = row.inner
     for index, (piece, box) in enumerate(zip(pieces, parts, strict=True)):
         text = box.lines[0]
         is_sign = piece.kind == "sign"
@@ -188,8 +170,21 @@ def _needs_space(before: str, text: str) -> bool:
 def unicode_math(formula: Layout) -> str:
     r"""Return a formula as text, over several lines where it holds a matrix.
 
-    >>> from qdot.exercises.formula.latex import parsed
-    >>> unicode_math(parsed(r"a_{1} c_{12} - \dot{\theta}_{2}"))
+    >>> from qdot.exercises.formula.latex import parse_latex
+    >>> unicode_math(parse_latex(r"a_{1} c_{12} - \dot{\theta}_{2}"))
     'a₁ c₁₂ − θ̇₂'
     """
-    return "\n".join(line.rstrip() for line in _walk(formula).lines)
+    return "\n".join(line.rstrip() for line in print_layout(formula, _PRINTERS).lines)
+
+
+_PRINTERS: dict[str, Callable[..., _Box]] = {
+    **dict.fromkeys(("letter", "number", "sign", "word", "text"), lambda piece: _flat(piece.text)),
+    "space": lambda _: _flat(" "),
+    "row": _print_row,
+    "script": _print_script,
+    "fraction": _print_fraction,
+    "root": _print_root,
+    "dotted": lambda _, inside: _beside([inside, _flat("\u0307")]),
+    "fenced": _print_fenced,
+    **dict.fromkeys(("matrix", "aligned"), _print_table),
+}

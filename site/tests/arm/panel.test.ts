@@ -147,9 +147,9 @@ describe("the panel", () => {
     expect(
       document.querySelector(".arm-jacobian, .arm-factors, .arm-column, .arm-ellipse, .arm-lost"),
     ).toBeNull();
-    expect(told().split("once this is answered")).toHaveLength(2); // once, though map and numbers are both in sight
+    expect(told().split("once you have answered")).toHaveLength(2); // once, though map and numbers are both in sight
     press('.arm-tabs button[aria-expanded="true"]');
-    expect(told().split("once this is answered")).toHaveLength(2);
+    expect(told().split("once you have answered")).toHaveLength(2);
     expect(told()).not.toMatch(/ingular|determinant/);
     show({ first, concealed: false });
     expect(

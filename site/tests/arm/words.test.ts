@@ -19,7 +19,7 @@ describe("the planar arm in words", () => {
     expect(told([Math.PI / 6, -Math.PI / 2])).toBe(
       "Joints: θ1 30 degrees, θ2 −90 degrees. The point P is at x 0.633, y −0.096, z 0 metres. " +
         "The determinant of J is −0.2. The smallest singular value is 0.286, 41 percent of the largest. " +
-        "Away from singularities.",
+        "Far from singularities.",
     );
   });
 
@@ -40,7 +40,7 @@ describe("the planar arm in words", () => {
     expect(nearness(arm, measuresOf(state))).toBe("singular");
     expect(kindHere(arm, state)).toBe("boundary");
     expect(inWords(arm, state, voice)).toContain(
-      "At the boundary of what the arm reaches. The point can't be moved",
+      "At the boundary of the workspace. The point can't be moved",
     );
   });
 });

@@ -5,7 +5,7 @@ from typing import Any
 import pytest
 import sympy as sp
 
-from qdot.exercises.answers import TYPES, Choice, Expression, Forms, Number
+from qdot.exercises.answers import TYPES, AnswerVisitor, Choice, Expression, Number
 from qdot.exercises.formula.expression import read
 from qdot.exercises.generation import generate
 from qdot.exercises.problem.problem import Part, Problem, ProblemId
@@ -16,14 +16,14 @@ from tests.support.problems import drawn
 FORMS = ("formula", "matrix", "direction", "numbers", "conditions", "one_of", "some_of", "matching")
 
 
-class Named(Forms[str]):
+class Named(AnswerVisitor[str]):
     """Tells the name of the form."""
 
     def __getattribute__(self, name: str) -> Any:
         return (lambda _: name) if name in FORMS else super().__getattribute__(name)
 
 
-class OfLettersOnly(Forms[str]):
+class OfLettersOnly(AnswerVisitor[str]):
     """Knows letters, and a way for formulas."""
 
     def letters(self, answer: Any) -> str:
@@ -46,7 +46,7 @@ def parts() -> dict[str, tuple[Problem, Part]]:
 def test_every_type_is_asked_for_and_is_of_one_form() -> None:
     found = parts()
     assert found.keys() == TYPES.keys()
-    forms = {name: part.answer.told_to(Named()) for name, (_, part) in found.items()}
+    forms = {name: part.answer.accept(Named()) for name, (_, part) in found.items()}
     assert sorted(forms.values()) == sorted(FORMS)
 
 
@@ -71,10 +71,10 @@ def test_a_placeholder_is_missing_and_not_wrong(problem: Problem) -> None:
 
 def test_a_way_that_is_not_written_is_that_of_a_wider_form() -> None:
     choice, formula = Choice(("yes", "no"), 1), Expression(sp.Symbol("a1"))
-    assert choice.told_to(OfLettersOnly()) == "B"
-    assert formula.told_to(OfLettersOnly()) == "1"
+    assert choice.accept(OfLettersOnly()) == "B"
+    assert formula.accept(OfLettersOnly()) == "1"
     with pytest.raises(TypeError, match="OfLettersOnly has no way for answers of type number"):
-        Number(sp.Matrix([1]), ("m",), 0.01, 0.0).told_to(OfLettersOnly())
+        Number(sp.Matrix([1]), ("m",), 0.01, 0.0).accept(OfLettersOnly())
 
 
 def test_an_answer_of_another_type_than_its_question_has_is_told() -> None:

@@ -12,7 +12,7 @@ from qdot.exercises.arm.singularity import singular_set
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.formula.conditions import MEMBER, SetComparison, Space, compare_sets
 from qdot.exercises.formula.expression import read
-from qdot.exercises.formula.pieces import Piece, pieces
+from qdot.exercises.formula.set_parser import Piece, parse_pieces
 from qdot.exercises.verify.singular import singular_configurations
 
 
@@ -32,7 +32,7 @@ def rank_ratios(arm: NumericChain, chain: Chain, q: np.ndarray) -> np.ndarray:
 
 def read_pieces(chain: Chain, texts: Iterable[str]) -> list[Piece]:
     joints = [q.name for q in chain.q]
-    return [piece for text in texts for piece in pieces(read(text), joints)]
+    return [piece for text in texts for piece in parse_pieces(read(text), joints)]
 
 
 def claimed(chain: Chain) -> list[Piece]:

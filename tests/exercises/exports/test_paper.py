@@ -22,8 +22,8 @@ from qdot.exercises.exports.registry import EXPORT_FORMATS
 from qdot.exercises.exports.sheet import Sheet, sheets
 from qdot.exercises.figure import figure_svg, part_svg
 from qdot.exercises.figure.tikz import tikz
-from qdot.exercises.formula.latex import parsed
-from qdot.exercises.formula.printers.speech import spoken
+from qdot.exercises.formula.latex import parse_latex
+from qdot.exercises.formula.printers.speech import speak
 from qdot.exercises.formula.printers.typst import typst_string
 from qdot.exercises.generation import generate
 from qdot.exercises.notebook.notebook import solution_figure
@@ -104,7 +104,7 @@ def test_every_formula_compiles_and_fits_and_has_words(problem: Problem) -> None
     new: list[str] = []
     for text in texts:
         for latex, block in parsed_markdown(text)[1]:
-            said = spoken(parsed(latex))
+            said = speak(parse_latex(latex))
             assert said and "\\" not in said and "  " not in said
             shape = f"{block}{re.sub(r'[0-9]', '1', latex)}"
             if shape not in _SEEN:

@@ -9,7 +9,7 @@ from qdot.exercises.common.stream import Stream
 from qdot.exercises.formula.conditions import Space, compare_sets
 from qdot.exercises.formula.expression import read
 from qdot.exercises.formula.identity import Domain
-from qdot.exercises.formula.pieces import pieces
+from qdot.exercises.formula.set_parser import parse_pieces
 from qdot.exercises.formula.trees import ReadError
 
 JOINTS = ("theta1", "theta2", "theta3")
@@ -18,7 +18,7 @@ SPACE = Space(JOINTS, DOMAIN)
 
 
 def equal(claimed: str, reference: str, space: Space = SPACE, seed: str = "seed") -> bool:
-    left, right = (pieces(read(text), space.joints) for text in (claimed, reference))
+    left, right = (parse_pieces(read(text), space.joints) for text in (claimed, reference))
     return compare_sets(left, right, space, seed).equal
 
 
@@ -74,14 +74,14 @@ def test_a_set_is_the_same_however_it_is_written_and_another_is_another(
 
 def test_a_piece_that_does_not_exist_for_the_lengths_is_neither_right_nor_wrong() -> None:
     short = Space(JOINTS, Domain({**DOMAIN.roles, "a1": 2.0, "a2": 0.5, "a3": 0.4}))
-    found = compare_sets(pieces(read(SHOULDER), JOINTS), pieces(read(FOLD), JOINTS), short, "seed")
+    found = compare_sets(parse_pieces(read(SHOULDER), JOINTS), parse_pieces(read(FOLD), JOINTS), short, "seed")
     assert found.sound == (None,)
 
 
 @pytest.mark.parametrize("text", ["theta2 in theta3 in 0 =", "{theta2: }", "[theta2 = [[0]]]", "theta2 = ...", "{...}"])
 def test_what_is_no_condition_is_refused(text: str) -> None:
     with pytest.raises(ReadError):
-        pieces(read(text), JOINTS)
+        parse_pieces(read(text), JOINTS)
 
 
 @pytest.mark.parametrize(
@@ -95,12 +95,15 @@ def test_what_is_no_condition_is_refused(text: str) -> None:
 def test_no_claim_stalls_the_comparison(text: str) -> None:
     every_turn = text.startswith(("theta2 = k", "theta2 in"))  # long ways to say what is right
     with contextlib.suppress(ReadError):  # refused, or compared; what would be wrong is to hang
-        assert compare_sets(pieces(read(text), JOINTS), pieces(read(FOLD), JOINTS), SPACE, "seed").equal is every_turn
+        assert (
+            compare_sets(parse_pieces(read(text), JOINTS), parse_pieces(read(FOLD), JOINTS), SPACE, "seed").equal
+            is every_turn
+        )
 
 
 @pytest.mark.parametrize("text", ["sin(theta2) = 0", "sin(theta2)^2 = 0", "tan(theta2) = 0", "1 = cos(theta2)^2"])
 def test_poses_are_found_on_every_branch_of_a_condition(text: str) -> None:
-    (piece,) = pieces(read(text), JOINTS)
+    (piece,) = parse_pieces(read(text), JOINTS)
     values = SPACE.on_piece(piece, SPACE.names_of([[piece]]), Stream("branches"), count=60)["theta2"]
     at_zero, at_pi = (np.sum(np.abs(np.sin(values / 2)) < 1e-3), np.sum(np.abs(np.cos(values / 2)) < 1e-3))
     assert at_zero > 10
@@ -116,9 +119,9 @@ def test_large_terms_that_cancel_take_no_pose_from_its_branch(b: str, c: str, se
     whole = f"{b} + {c}*cos(theta2) + a3*(cos(theta2)*(1 - {t}^2) - sin(theta2)*2*{t})/(1 + {t}^2)"
     plain = f"sin(theta3) = 0 or {b} + {c}*cos(theta2) + a3*cos(theta2 + theta3) = 0"
     claimed, reference = (
-        pieces(read(text), JOINTS) for text in (f"sin(theta3) = 0 or 2*{t}/(1 + {t}^2)*({whole}) = 0", plain)
+        parse_pieces(read(text), JOINTS) for text in (f"sin(theta3) = 0 or 2*{t}/(1 + {t}^2)*({whole}) = 0", plain)
     )
     found = compare_sets(claimed, reference, SPACE, str(seed))
     assert found.equal and found.least > 45
-    wrong = pieces(read(plain.replace("theta2 + theta3", "theta2 - theta3")), JOINTS)
+    wrong = parse_pieces(read(plain.replace("theta2 + theta3", "theta2 - theta3")), JOINTS)
     assert not compare_sets(claimed, wrong, SPACE, str(seed)).equal

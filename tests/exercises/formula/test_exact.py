@@ -10,11 +10,17 @@ import sympy as sp
 
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.formula import exact, field
-from qdot.exercises.formula.angles import MOST_BITS, Angles
+from qdot.exercises.formula.angles import MOST_BITS, find_angles
 from qdot.exercises.formula.exact import Exact, chance, modular_program
 from qdot.exercises.formula.expression import read
 from qdot.exercises.formula.field import ANSWERS, BITS, ORDER, PRIMES, Field, SharedField, below, draw_field, is_prime
 from qdot.exercises.formula.program import Program, compile_program
+
+
+def size_of(program: exact.ModularProgram) -> exact.Size:
+    size = program.size(0)
+    assert size is not None
+    return size
 
 
 def compared(student: str, reference: str, seed: str = "seed", **given: Fraction) -> Exact:
@@ -82,7 +88,7 @@ def test_an_angle_with_factors_of_too_many_digits_is_none(text: str, most: int) 
     program = compile_program([read(text)])
     for factor, is_angle in ((most, True), (most + 1, False)):
         steps = [("number", (), Fraction(factor)) if step[2] == "x" else step for step in program.steps]
-        assert (Angles(steps).at(program.outputs[0]) is not None) is is_angle
+        assert (find_angles(steps)[program.outputs[0]] is not None) is is_angle
     assert MOST_BITS == 10_000
 
 
@@ -176,7 +182,7 @@ def accepted(student: str, trials: int) -> float:
 
 def predicted(student: str) -> float:
     program = modular_program(compile_program([read(student)]), {})
-    return chance(program.sizes[program.outputs[0]], (0.0, 0.0, 0.0, 0.0), int(log2(min(SMALL))), len(SMALL))
+    return chance(size_of(program), (0.0, 0.0, 0.0, 0.0), int(log2(min(SMALL))), len(SMALL))
 
 
 @pytest.fixture
@@ -242,7 +248,7 @@ def test_degree_and_height_are_no_less_than_those_of_the_polynomials() -> None:
     for text in ("(a1 + 2*a2)^3/(a1 - a2) - 3/7*a1", "a1/(a2 + 1/a1) + 5*a2/3", "(a1 - 1/a2)^-2*(a1 + 10)"):
         program = modular_program(compile_program([read(text)]), {})
         above, below = sp.fraction(sp.cancel(sp.sympify(text.replace("^", "**"), locals={"a1": x, "a2": y})))
-        size = program.sizes[program.outputs[0]]
+        size = size_of(program)
         assert size[0] >= sp.Poly(above, x, y).total_degree()
         assert size[2] >= sp.Poly(below, x, y).total_degree()
         assert size[1] >= log2(sum(abs(c) for c in sp.Poly(above, x, y).coeffs())) - 1e-9
@@ -275,7 +281,7 @@ def test_sizes_are_those_of_the_text_as_it_is_written(
 ) -> None:
     """A sine is (w^16 - 1) / (2 i w^8); a root of 2, 3 or 5 counts 3 bits, for at most eight powers of the root."""
     program = modular_program(compile_program([read(text)]), {})
-    assert program.sizes[program.outputs[0]] == pytest.approx((degree, height, degree_below, height_below), abs=1e-12)
+    assert size_of(program) == pytest.approx((degree, height, degree_below, height_below), abs=1e-12)
 
 
 def test_the_chance_is_what_degree_and_height_make_it() -> None:

@@ -18,9 +18,9 @@ from qdot.exercises.formula.identity import (
     EntryDifference,
     Rounding,
     allowed_for_decimals,
+    chance_of_missing,
     compare_entries,
     default_role,
-    missed,
 )
 from qdot.exercises.formula.trees import names
 from qdot.grader.judging.compare import compare_line
@@ -99,8 +99,8 @@ def test_the_bound_of_a_comparison_in_numbers(inner: str, share: float, monkeypa
         monkeypatch.setattr(identity, constant, 3)
     found = [compare(f"sqrt(({inner})^2)", inner, str(seed)) for seed in range(400)]
     passed = [one for one in found if one.equal == (True,)]
-    assert len(passed) / len(found) == pytest.approx(missed(3, share), abs=0.07)
-    assert all(one.certificate.bound == missed(3, identity.SHARE_BRANCHING) for one in passed)
+    assert len(passed) / len(found) == pytest.approx(chance_of_missing(3, share), abs=0.07)
+    assert all(one.certificate.bound == chance_of_missing(3, identity.SHARE_BRANCHING) for one in passed)
 
 
 RIGHT = [
@@ -180,7 +180,7 @@ def test_points_are_drawn_from_all_that_a_symbol_may_be() -> None:
 
 def test_given_numbers_are_fractions_where_they_can_be() -> None:
     domain = Domain({"a1": Fraction(1, 3), "a2": 0.35, "a3": 2**0.5, "a4": "length", "d1": -0.25})
-    assert domain.given() == {"a1": Fraction(1, 3), "a2": Fraction(7, 20), "a3": None, "d1": Fraction(-1, 4)}
+    assert domain.fixed_values() == {"a1": Fraction(1, 3), "a2": Fraction(7, 20), "a3": None, "d1": Fraction(-1, 4)}
 
 
 @pytest.mark.parametrize(

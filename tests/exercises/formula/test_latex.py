@@ -4,7 +4,7 @@ import json
 
 import pytest
 
-from qdot.exercises.formula.latex import UnknownLatex, parsed
+from qdot.exercises.formula.latex import UnknownLatex, parse_latex
 from qdot.exercises.formula.layout import EMPTY, MINUS, PLUS, Layout, number, row, script, split, terms
 from qdot.exercises.formula.printers.latex import latex
 from tests.support import DATA
@@ -14,17 +14,17 @@ WRITTEN = [json.loads(line)["latex"] for line in (DATA / "mathml.jsonl").read_te
 
 def test_the_parts_of_a_formula() -> None:
     a, one = Layout("letter", "a"), row(*number("1"))
-    assert parsed("a_{1}") == row(script(a, one))
-    assert parsed("a_1^{2}") == row(script(a, one.inner[0], row(*number("2"))))
-    assert parsed("-a") == row(MINUS, a) and parsed("{}") == row(EMPTY)
-    assert parsed(r"\frac12").inner == (Layout("fraction", "frac", (*number("1"), *number("2"))),)
-    assert parsed("0{,}5") == row(*number("0,5"))
+    assert parse_latex("a_{1}") == row(script(a, one))
+    assert parse_latex("a_1^{2}") == row(script(a, one.inner[0], row(*number("2"))))
+    assert parse_latex("-a") == row(MINUS, a) and parse_latex("{}") == row(EMPTY)
+    assert parse_latex(r"\frac12").inner == (Layout("fraction", "frac", (*number("1"), *number("2"))),)
+    assert parse_latex("0{,}5") == row(*number("0,5"))
 
 
 @pytest.mark.parametrize("text", WRITTEN)
 def test_what_is_printed_reads_as_the_same(text: str) -> None:
-    shown = latex(parsed(text))
-    assert latex(parsed(shown)) == shown
+    shown = latex(parse_latex(text))
+    assert latex(parse_latex(shown)) == shown
 
 
 @pytest.mark.parametrize(
@@ -38,7 +38,7 @@ def test_what_is_printed_reads_as_the_same(text: str) -> None:
     ],
 )  # fmt: skip
 def test_it_is_printed_as_it_is_written(text: str) -> None:
-    assert latex(parsed(text)) == text
+    assert latex(parse_latex(text)) == text
 
 
 @pytest.mark.parametrize(
@@ -50,10 +50,10 @@ def test_it_is_printed_as_it_is_written(text: str) -> None:
 )  # fmt: skip
 def test_latex_that_is_not_ours_is_refused_by_name(text: str) -> None:
     with pytest.raises(UnknownLatex, match=r" in ['\"]"):
-        parsed(text)
+        parse_latex(text)
 
 
 def test_terms_are_parted_by_signs_between_them_and_outside_of_brackets() -> None:
-    shown = [latex(row(EMPTY, *term)) for term in terms(parsed("-a + b (c - d) - (e + f)^{2} = -g").inner)]
+    shown = [latex(row(EMPTY, *term)) for term in terms(parse_latex("-a + b (c - d) - (e + f)^{2} = -g").inner)]
     assert shown == ["{} - a", "{} + b (c - d)", "{} - (e + f)^{2} = -g"]
-    assert [latex(row(*part)) for part in split(parsed("a + (b + c)").inner, PLUS)] == ["a", "(b + c)"]
+    assert [latex(row(*part)) for part in split(parse_latex("a + (b + c)").inner, PLUS)] == ["a", "(b + c)"]

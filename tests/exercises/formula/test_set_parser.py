@@ -8,7 +8,7 @@ import pytest
 from qdot.exercises.formula.constants import holds_at, same_value, turns_of, value_of
 from qdot.exercises.formula.expression import read
 from qdot.exercises.formula.identity import FLOATS
-from qdot.exercises.formula.set_parser import claimed_pieces
+from qdot.exercises.formula.set_parser import parse_claims
 from qdot.exercises.formula.trees import ReadError
 
 JOINTS = ("theta1", "theta2", "theta3")
@@ -92,20 +92,20 @@ def test_conditions_that_must_be_searched_may_be_some_hundred_and_values_ten_tim
     def claim(count: int) -> str:
         return "{" + ", ".join(piece.format(k) for k in range(1, count + 1)) + "}"
 
-    assert len(claimed_pieces(read(claim(taken)), JOINTS)) == taken
+    assert len(parse_claims(read(claim(taken)), JOINTS)) == taken
     if refused:
         with pytest.raises(ReadError, match=f"too long, with their {refused} cases"):
-            claimed_pieces(read(claim(refused)), JOINTS)
+            parse_claims(read(claim(refused)), JOINTS)
 
 
 def test_each_whole_number_multiplies_the_cases() -> None:
     terms = " + ".join(f"sin({k}*theta1)" for k in range(1, 20))
-    assert len(claimed_pieces(read("theta1 = k*pi"), JOINTS)) == 2
+    assert len(parse_claims(read("theta1 = k*pi"), JOINTS)) == 2
     for tied in (f"{terms} = k + n + m", f"theta3 = 0 and {terms} = k + n + m", f"[{{{terms} - k*n*m}}]"):
         with pytest.raises(ReadError, match="too many whole numbers"):
-            claimed_pieces(read(tied), JOINTS)
+            parse_claims(read(tied), JOINTS)
         with pytest.raises(ReadError, match="too long, with their"):  # fewer, and refused later, by their steps
-            claimed_pieces(read(tied.replace("m", "1").replace("*1", "")), JOINTS)
+            parse_claims(read(tied.replace("m", "1").replace("*1", "")), JOINTS)
 
 
 @pytest.mark.parametrize(
@@ -120,5 +120,5 @@ def test_each_whole_number_multiplies_the_cases() -> None:
 def test_whole_numbers_of_different_conditions_do_not_multiply(text: str) -> None:
     """Each condition of these has 13 cases of some hundred nodes; all together as one would have 2,197."""
     long = " + ".join(f"sin({k}*theta1)" for k in range(1, 20))
-    claimed = claimed_pieces(read(text.replace("LONG2", "pi" + " + pi" * 40).replace("LONG", long)), JOINTS)
+    claimed = parse_claims(read(text.replace("LONG2", "pi" + " + pi" * 40).replace("LONG", long)), JOINTS)
     assert claimed

@@ -12,14 +12,14 @@ from qdot.exercises.common.stream import Stream
 from qdot.exercises.formula.conditions import MEMBER, ROUNDED, SAMPLES, Space, compare_sets
 from qdot.exercises.formula.expression import read
 from qdot.exercises.formula.identity import Domain
-from qdot.exercises.formula.pieces import Piece, pieces
+from qdot.exercises.formula.set_parser import Piece, parse_pieces
 
 JOINTS = ("theta1", "theta2", "theta3")
 DOMAIN = Domain({**dict.fromkeys(JOINTS, "angle"), "a1": "length", "a2": "length"})
 
 
 def parsed(*texts: str) -> list[Piece]:
-    return [piece for text in texts for piece in pieces(read(text), JOINTS)]
+    return [piece for text in texts for piece in parse_pieces(read(text), JOINTS)]
 
 
 class Told(Space):
@@ -109,7 +109,7 @@ def test_a_piece_with_a_condition_in_it_is_held_to_the_tolerance_of_what_was_sea
 
     space = Told(asked)
     compare_sets(parsed("theta1 = 0 and cos(theta2 + theta3) = 0"), ONE, space, "s")
-    assert seen == [MEMBER, space.typed]
+    assert seen == [MEMBER, space.typed_tolerance]
 
 
 @pytest.mark.parametrize(

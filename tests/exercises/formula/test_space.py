@@ -9,8 +9,8 @@ from qdot.exercises.common.stream import Stream
 from qdot.exercises.formula.conditions import MEMBER, SAMPLES, TYPED, SetComparison, Space, compare_sets
 from qdot.exercises.formula.expression import read
 from qdot.exercises.formula.identity import Domain, Rounding
-from qdot.exercises.formula.pieces import WHOLE, Piece, pieces
 from qdot.exercises.formula.program import compile_program, evaluate
+from qdot.exercises.formula.set_parser import WHOLE, Piece, parse_pieces
 from qdot.exercises.formula.trees import ReadError, node_text
 
 JOINTS = ("theta1", "theta2", "d3")
@@ -19,7 +19,7 @@ SPACE = Space(JOINTS, Domain(ROLES))
 
 
 def read_pieces(text: str) -> list[Piece]:
-    return pieces(read(text), JOINTS)
+    return parse_pieces(read(text), JOINTS)
 
 
 def shape(text: str) -> list[list[str | None]]:
@@ -208,7 +208,7 @@ def test_values_lie_in_a_set_to_within_a_tolerance() -> None:
         assert inside("theta2 = 0", tolerance=tolerance, theta2=near) == [True, True, True, False, False]
         assert inside("d3 = 0", tolerance=tolerance, d3=near) == [True, True, True, False, False]
     assert (MEMBER, TYPED) == (1e-7, 1e-9)
-    assert Space(JOINTS, Domain(ROLES)).typed == TYPED
+    assert Space(JOINTS, Domain(ROLES)).typed_tolerance == TYPED
 
 
 def test_angles_have_whole_turns_and_slides_have_none() -> None:
@@ -249,15 +249,17 @@ def test_what_values_may_be_off() -> None:
     for rounding, typed in (
         (None, TYPED), (Rounding(0.005), 0.005 * np.pi), (Rounding(0.0, 0.01), 0.01), (Rounding(1e-12), TYPED),
     ):  # fmt: skip
-        assert Space(JOINTS, Domain(ROLES), rounding).typed == pytest.approx(typed, rel=1e-12, abs=0)
+        assert Space(JOINTS, Domain(ROLES), rounding).typed_tolerance == pytest.approx(typed, rel=1e-12, abs=0)
 
 
 def test_how_values_are_shown() -> None:
-    assert SPACE.shown("theta1", 4.0) == -2.28319
-    assert SPACE.shown("theta1", 2.0) == 2.0
-    assert SPACE.shown("d3", 4.0) == 4.0
-    assert SPACE.shown("a1", 1.23456789) == 1.23457
-    assert [str(SPACE.shown(name, value)) for name, value in (("d3", -0.0), ("theta2", -5.305e-52))] == ["0.0"] * 2
+    assert SPACE.round_value("theta1", 4.0) == -2.28319
+    assert SPACE.round_value("theta1", 2.0) == 2.0
+    assert SPACE.round_value("d3", 4.0) == 4.0
+    assert SPACE.round_value("a1", 1.23456789) == 1.23457
+    assert [str(SPACE.round_value(name, value)) for name, value in (("d3", -0.0), ("theta2", -5.305e-52))] == [
+        "0.0"
+    ] * 2
 
 
 def test_names_of_sets_are_those_of_the_joints_and_of_all_conditions() -> None:

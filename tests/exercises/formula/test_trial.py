@@ -15,9 +15,9 @@ from qdot.exercises.formula.identity import (
     Domain,
     EntryDifference,
     Rounding,
+    chance_of_missing,
     compare_entries,
     default_role,
-    missed,
     number,
 )
 from qdot.exercises.formula.program import compile_program
@@ -70,7 +70,7 @@ def test_what_is_allowed_is_not_clear_and_what_is_off_by_less_is_settled() -> No
     for factor, clear in (("1.004", False), ("1.006", True)):
         found = trial(f"{factor}*a1", "a1", allowed=(0.005, 0.0))
         assert (found._is_clear(0) == clear).all()
-        assert (found._settled(0) != clear).all()
+        assert (found._is_settled(0) != clear).all()
 
 
 def test_rounding_is_counted_of_both_sides() -> None:
@@ -83,12 +83,12 @@ def test_rounding_is_counted_of_both_sides() -> None:
 
 def test_what_may_be_rounding_is_not_settled() -> None:
     found = trial(f"a1 + {HUGE}", "a1", allowed=(0.0, 0.01))
-    assert not found._settled(0).any()
+    assert not found._is_settled(0).any()
 
 
 def test_no_rounding_is_left_where_nothing_is_added() -> None:
     found = trial("0*sqrt(a1)", "0")
-    assert found._settled(0).all()
+    assert found._is_settled(0).all()
     assert found._to_look_at(0) == []
 
 
@@ -139,7 +139,7 @@ def test_the_bound_counts_the_points_where_every_entry_has_a_value() -> None:
     certificate = compared(texts, texts).certificate
     assert certificate.points == 2000
     assert certificate.bound is not None
-    assert missed(1100, 0.02) < certificate.bound < missed(900, 0.02)
+    assert chance_of_missing(1100, 0.02) < certificate.bound < chance_of_missing(900, 0.02)
 
 
 TERMS = f"(sqrt(a1^2)*(10^400/10^400) + 1e14*({ZERO}))*1e9"
@@ -206,8 +206,8 @@ def test_without_effort_clear_differences_count_and_nothing_else_is_right(monkey
 def test_a_difference_that_50_digits_show_takes_no_more() -> None:
     found = trial("sqrt(a1^2)*(1 + 10^-20)", "a1")
     found.left = 1
-    assert found._same(0, 12) is False
-    assert found._same(0, 13) is None
+    assert found._is_same(0, 12) is False
+    assert found._is_same(0, 13) is None
 
 
 def test_a_clear_difference_is_shown_at_a_readable_point() -> None:
@@ -260,14 +260,14 @@ def test_a_difference_too_small_to_show_comes_with_the_values_of_its_point(monke
 def test_two_values_are_shown_with_as_many_digits_as_it_takes() -> None:
     def shown(off: str) -> tuple[Any, Any]:
         with mpmath.workdps(60):
-            return identity.told_apart(mpmath.pi + mpmath.mpf(off), +mpmath.pi)
+            return identity.tell_apart(mpmath.pi + mpmath.mpf(off), +mpmath.pi)
 
     assert shown("1e-3") == (3.14259, 3.14159)
     assert shown("1e-7") == ("3.1415928", "3.1415927")
     assert shown("1e-8") == ("3.141592664", "3.141592654")
     assert shown("1e-30")[0] != shown("1e-30")[1]
     assert shown("1e-55") == (3.14159, 3.14159)
-    assert identity.told_apart(complex(np.nan), 0.5) == ("not a finite number", 0.5)
+    assert identity.tell_apart(complex(np.nan), 0.5) == ("not a finite number", 0.5)
 
 
 def test_numbers_are_shown_with_six_digits_or_in_words() -> None:

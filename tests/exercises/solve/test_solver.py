@@ -24,7 +24,7 @@ from qdot.exercises.common.errors import QdotError
 from qdot.exercises.families.own import own_family
 from qdot.exercises.formula.conditions import Space, compare_sets
 from qdot.exercises.formula.expression import read
-from qdot.exercises.formula.pieces import pieces
+from qdot.exercises.formula.set_parser import parse_pieces
 from qdot.exercises.generation import generate
 from qdot.exercises.problem.problem import ProblemId
 from qdot.exercises.questions import QUESTIONS
@@ -141,9 +141,9 @@ def test_singular_set_is_the_textbooks(name: str, folder: Path) -> None:
     solution, arm = _solved(name, folder), _arm(name)
     chain = solution.chain
     joints = [q.name for q in chain.q]
-    claimed = [piece for text in _conditions(solution) for piece in pieces(read(text), joints)]
+    claimed = [piece for text in _conditions(solution) for piece in parse_pieces(read(text), joints)]
     texts = [" and ".join(part["conditions"]) for part in arm["singular_set"]]
-    reference = [piece for text in texts for piece in pieces(read(text), joints)]
+    reference = [piece for text in texts for piece in parse_pieces(read(text), joints)]
     compared = compare_sets(claimed, reference, Space(joints, domain_of(chain)), "test")
     assert compared.equal, compared
 

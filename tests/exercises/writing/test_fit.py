@@ -6,7 +6,7 @@ from functools import cache
 
 import pytest
 
-from qdot.exercises.formula.latex import parsed
+from qdot.exercises.formula.latex import parse_latex
 from qdot.exercises.problem.problem import Problem, ProblemId
 from qdot.exercises.writing import fit
 from qdot.exercises.writing.markup import PAPER, SCREEN, fitted_latex, to_html, to_latex
@@ -32,7 +32,7 @@ def formulas(identity: ProblemId) -> set[str]:
 
 def width(latex: str) -> float:
     """The width of a formula."""
-    return fit.width(parsed(latex))
+    return fit.width(parse_latex(latex))
 
 
 def symbols(latex: str) -> Counter[str]:

@@ -22,7 +22,7 @@ from qdot.exercises.mistakes.configurations import Values, sample_configurations
 from qdot.exercises.problem.problem import Part
 from qdot.exercises.questions import QUESTIONS
 from qdot.exercises.questions.results import result
-from qdot.grader.judging.function_values import calls_of
+from qdot.grader.judging.functions import calls_of
 from qdot.grader.sandbox.contained.callables import TABLE
 from tests.support.judging import diagnose
 from tests.support.problems import LONG_ARMS, asked

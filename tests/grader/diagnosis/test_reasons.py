@@ -225,7 +225,7 @@ def test_a_rounded_value_that_is_allowed_is_no_reason() -> None:
 
 
 def test_the_certificate_of_a_set_has_its_points_and_what_is_wrong() -> None:
-    assert singular("sin(theta2) = 0", *FOLD).certificate == Certificate("numeric", 50, missed(50))
+    assert singular("sin(theta2) = 0", *FOLD).certificate == Certificate("numeric", 50, chance_of_missing(50))
     certificate = singular("{theta2: [0, 1]}", *FOLD).certificate
     assert certificate is not None
     assert isinstance(certificate.counterexample, SetDifference)

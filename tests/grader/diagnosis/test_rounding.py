@@ -13,7 +13,7 @@ from qdot.exercises.arm.chain import CONVENTIONS
 from qdot.exercises.formula.program import compile_program, evaluate
 from qdot.exercises.formula.text import text_of
 from qdot.exercises.problem.problem import Part, Problem
-from qdot.grader.judging.function_values import calls_of
+from qdot.grader.judging.functions import calls_of
 from qdot.grader.judging.judge import judge
 from qdot.grader.judging.verdict import Diagnosis, Outcome
 from qdot.grader.sandbox.contained.callables import TABLE

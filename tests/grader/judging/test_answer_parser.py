@@ -24,7 +24,7 @@ from qdot.grader.grading import check
 from qdot.grader.grading.check import check_notebook, due_claimed
 from qdot.grader.grading.marking import mark
 from qdot.grader.judging.answer import OR
-from qdot.grader.judging.answer_parser import Due, due_of, read_answer, read_as
+from qdot.grader.judging.answer_parser import ExpectedForm, expected_form, read_answer, read_as
 from qdot.grader.judging.judge import judge
 from qdot.grader.judging.verdict import Outcome
 from qdot.grader.sandbox.sandbox import Sandbox
@@ -123,7 +123,7 @@ def test_check_says_of_every_answer_what_the_grader_says_of_its_form(tmp_path: P
     ],
 )  # fmt: skip
 def test_check_says_how_a_comma_between_conditions_on_other_joints_is_read(text: str, is_said: bool) -> None:
-    due = Due(ConditionSet(()), Domain({"theta1": "angle", "theta3": "angle"}), ("theta1", "theta3"))
+    due = ExpectedForm(ConditionSet(()), Domain({"theta1": "angle", "theta3": "angle"}), ("theta1", "theta3"))
     row = check._row("p1.singular-angles", text, due)
     assert row.readable and row.said == text + (f" ({OR})" if is_said else "")
 
@@ -138,7 +138,7 @@ LENGTHS_WITH_COMMAS = (
 
 @pytest.mark.parametrize(("text", "same"), LENGTHS_WITH_COMMAS)
 def test_what_may_mean_two_things_has_no_reading_and_a_comma_before_a_unit_means_one(text: str, same: str) -> None:
-    due = Due(ConditionSet(()), Domain({"theta1": "angle", "d3": "signed"}), ("theta1", "d3"))
+    due = ExpectedForm(ConditionSet(()), Domain({"theta1": "angle", "d3": "signed"}), ("theta1", "d3"))
     given = read_as(due, text)
     assert given.text == text
     assert given.tree == (read_as(due, same).tree if same else None)
@@ -220,7 +220,7 @@ def says_its_forms(problem: Problem) -> None:
     """Of arms that are drawn with their structure and of own ones, too: nothing is known but what the notebook says."""
     said = json.loads(json.dumps(claims("student", "hw", "ada", [("p1", problem)])))
     for part in problem.parts:
-        due, claimed = due_of(problem, part), due_claimed(said, "p1", part.name)
+        due, claimed = expected_form(problem, part), due_claimed(said, "p1", part.name)
         if part.answer.offered:
             assert claimed is None
             continue

@@ -11,8 +11,7 @@ from qdot.exercises.answers import Expression, Matrix
 from qdot.exercises.formula.program import compile_program, evaluate
 from qdot.exercises.problem.problem import Part, Problem, variable
 from qdot.grader.grading.marking import mark
-from qdot.grader.judging.function_values import POINTS, calls_of, read_table
-from qdot.grader.judging.functions import judge_function
+from qdot.grader.judging.functions import POINTS, calls_of, judge_function, read_table
 from qdot.grader.judging.verdict import Outcome
 from qdot.grader.sandbox.contained.callables import TABLE
 from qdot.grader.sandbox.sandbox import Calls, Limits, Sandbox

@@ -24,7 +24,7 @@ from qdot.exercises.writing.statement import prompt
 from qdot.grader.grading.attempt import part_result
 from qdot.grader.grading.marking import NOT_RIGHT, mark, total
 from qdot.grader.grading.result import CountingSubmission, ProblemResult, Result
-from qdot.grader.judging.function_values import SHOWN
+from qdot.grader.judging.functions import SHOWN
 from qdot.grader.judging.verdict import Outcome
 from qdot.grader.reports.answers import answer_of
 from qdot.grader.reports.differs import decimal, table_of

@@ -11,7 +11,7 @@ from qdot.exercises.problem.problem import Part
 from qdot.grader.grading.attempt import part_result
 from qdot.grader.grading.marking import NOT_RIGHT, mark
 from qdot.grader.grading.result import PartResult
-from qdot.grader.judging.counterexample import shown
+from qdot.grader.judging.verdict import shown
 from qdot.grader.reports.feedback_levels import hold_back
 from tests.support import results
 from tests.support.problems import drawn, parts_in_turn

@@ -17,7 +17,7 @@ from qdot.exercises.problem.problem import Part, Problem
 from qdot.grader.grading import marking
 from qdot.grader.grading.check import check_notebook
 from qdot.grader.grading.marking import mark
-from qdot.grader.judging.answer import Given
+from qdot.grader.judging.answer import ParsedAnswer
 from qdot.grader.judging.compare import compare_lines
 from qdot.grader.judging.judge import judge_given
 from qdot.grader.judging.verdict import Judgement, Outcome
@@ -126,7 +126,7 @@ WRONG = {"position": "[d2, 1]", "determinant": "d2 + 0.7"}
 
 
 def test_an_answer_that_takes_too_long_to_judge_is_no_mark(polar: Problem, monkeypatch: pytest.MonkeyPatch) -> None:
-    def slow(problem: Problem, part: Part, given: Given, seed: str) -> Judgement:
+    def slow(problem: Problem, part: Part, given: ParsedAnswer, seed: str) -> Judgement:
         if part.name == "determinant":
             endless()
         return judge_given(problem, part, given, seed)

@@ -6,10 +6,10 @@ import pytest
 import sympy as sp
 
 from qdot.exercises.answers import Matrix
-from qdot.exercises.formula.latex import parsed
+from qdot.exercises.formula.latex import parse_latex
 from qdot.exercises.formula.layout import Layout
 from qdot.exercises.formula.printers.maxima import maxima_text
-from qdot.exercises.formula.printers.speech import spoken
+from qdot.exercises.formula.printers.speech import speak
 from qdot.exercises.formula.printers.typst import typst_math
 from qdot.exercises.formula.printers.unicode import shown_width, unicode_math
 from qdot.exercises.problem.problem import Problem
@@ -22,12 +22,12 @@ FOR_MAXIMA = [
     (sp.Pow(A * B, C, evaluate=False), "(a*b)^(c)"),
 ]  # fmt: skip
 PRINTED = [
-    (spoken, r"J^{-1} = \frac{1}{\det J}", "J inverse equals 1 over (determinant of J)"),
-    (spoken, r"\begin{bmatrix} s_{12} & 0 \\ 1 & -a_{2}^{2} \end{bmatrix}",
+    (speak, r"J^{-1} = \frac{1}{\det J}", "J inverse equals 1 over (determinant of J)"),
+    (speak, r"\begin{bmatrix} s_{12} & 0 \\ 1 & -a_{2}^{2} \end{bmatrix}",
      "matrix of 2 rows and 2 columns, row 1: s 12, 0; row 2: 1, minus a 2 squared; end of matrix"),
-    (spoken, r"\begin{bmatrix} 1 \\ 2 \end{bmatrix}", "column with entries 1; 2; end of column"),
-    (spoken, r"90^\circ \leq \theta'_{1}", "90 degrees is at most theta 1 prime"),
-    (spoken, r"p^* + x^{n} \qquad 0{,}5", "p star plus x to the power n, 0,5"),
+    (speak, r"\begin{bmatrix} 1 \\ 2 \end{bmatrix}", "column with entries 1; 2; end of column"),
+    (speak, r"90^\circ \leq \theta'_{1}", "90 degrees is at most theta 1 prime"),
+    (speak, r"p^* + x^{n} \qquad 0{,}5", "p star plus x to the power n, 0,5"),
     (typst_math, "(a)_{1}", r"\( a \)_(1)"), (typst_math, r"90^\circ = J^T", "90 ° = J^(T)"),
     (typst_math, r"-\dfrac{a}{2}\, \sqrt{b}", "− display(frac(a, 2)) #h(0.17em) sqrt(b)"),
     (typst_math, r"\left\{ 0{,}5 \right.", r'lr(\{ "0,5" )'),
@@ -51,13 +51,13 @@ def test_a_power_has_its_base_in_parentheses_where_maxima_would_read_another(for
 
 @pytest.mark.parametrize(("printer", "latex", "text"), PRINTED)
 def test_a_formula_is_printed_for_its_reader(printer: Callable[[Layout], str], latex: str, text: str) -> None:
-    printed = printer(parsed(latex))
+    printed = printer(parse_latex(latex))
     assert (" ".join(printed.split()) if printer is typst_math else printed) == text
 
 
 def test_stacked_matrices_keep_apart() -> None:
     column = r"\begin{bmatrix} 1 \\ 2 \end{bmatrix}"
-    stacked = parsed(rf"\begin{{aligned}} a &= {column} \\[6pt] b &= {column} \end{{aligned}}")
+    stacked = parse_latex(rf"\begin{{aligned}} a &= {column} \\[6pt] b &= {column} \end{{aligned}}")
     assert [bool(line) for line in unicode_math(stacked).splitlines()] == [True, True, False, True, True]
 
 

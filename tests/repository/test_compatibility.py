@@ -1,4 +1,4 @@
-"""What earlier versions handed out, and every name that they promised, held against this version (docs/promises.md).
+"""What earlier versions handed out, and every name that they promised, held against this version (docs/compatibility.md).
 
 `python -m tests.tools.archive VERSION` writes the archive of a release, which stays as it is; without a version, that
 of what is not released yet.
@@ -15,7 +15,7 @@ import pytest
 from qdot.exercises.assignment.assignment import load_assignment
 from qdot.exercises.common.extras import qdot_version
 from qdot.exercises.problem.problem import ENGINE
-from qdot.grader.cli.reference_pages import promises_page
+from qdot.grader.cli.reference_pages import compatibility_page
 from qdot.grader.grading.attempt import GRADER
 from qdot.grader.grading.upgrade import compare_class, marks_moved
 from qdot.grader.sandbox.sandbox import Limits
@@ -150,7 +150,7 @@ def test_what_a_schema_takes_away_is_noticed() -> None:
 
 
 def test_the_page_of_promises_is_up_to_date() -> None:
-    page = (ROOT / "docs" / "promises.md").read_text(encoding="utf-8")
-    assert page == promises_page(), "make docs"
+    page = (ROOT / "docs" / "compatibility.md").read_text(encoding="utf-8")
+    assert page == compatibility_page(), "make docs"
     for name, content in schemas(SCHEMAS).items():
         assert f"| `{name}.json` | {content['version']} |" in page

@@ -1,0 +1,248 @@
+"""Answers in formulas and numbers: one formula, matrices and vectors, numbers with units, directions, conditions."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import islice, product
+from typing import Any
+
+import sympy as sp
+
+from qdot.exercises.answers.base import Answer, AnswerVisitor, Json, T
+from qdot.exercises.arm.singularity import Component
+from qdot.exercises.formula.identity import Rounding
+from qdot.exercises.formula.printers.python import Write, bracket_long_text, list_code, matrix_code, python_text
+from qdot.exercises.formula.text import matrix_json, rows_of_text, text_of
+
+
+@dataclass(frozen=True)
+class Expression(Answer):
+    """One formula."""
+
+    reference: sp.Expr
+
+    type = "expression"
+    is_exact = True
+    is_one_line = True
+    is_formulas = True
+
+    def accept(self, visitor: AnswerVisitor[T]) -> T:
+        """Call the visitor's method for one formula."""
+        return visitor.formula(self)
+
+    def as_matrix(self) -> sp.Matrix:
+        """Return the formula as the only entry."""
+        return sp.Matrix([self.reference])
+
+    def entries(self) -> list[sp.Expr]:
+        """Return the formula."""
+        return [self.reference]
+
+    def formulas(self) -> list[str]:
+        """Return the formula's text."""
+        return [text_of(self.reference)]
+
+    def as_json(self) -> str:
+        """Return the formula's text."""
+        return text_of(self.reference)
+
+    def as_typed(self) -> str:
+        """Return the formula's text."""
+        return text_of(self.reference)
+
+    def code(self, taken: int = 0, write: Write = python_text) -> str:
+        """Return the formula, on several lines in brackets where it is long."""
+        return bracket_long_text(write(self.reference), taken)
+
+
+class Rows(Answer):
+    """An answer in rows and columns."""
+
+    reference: sp.Matrix
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Rows and columns."""
+        return (self.reference.rows, self.reference.cols)
+
+    def as_matrix(self) -> sp.Matrix:
+        """Return the matrix."""
+        return sp.Matrix(self.reference)
+
+    def entries(self) -> list[sp.Expr]:
+        """Return the entries row by row."""
+        return list(self.reference)
+
+    def formulas(self) -> list[str]:
+        """Return the text of each entry, row by row."""
+        return [text_of(entry) for entry in self.reference]
+
+    def as_json(self) -> list[Any]:
+        """Return a list of rows, or of the entries of a vector."""
+        return matrix_json(self.reference)
+
+    def as_typed(self) -> str:
+        """Return the rows in brackets."""
+        return type_rows(rows_of_text(self.reference))
+
+    def code(self, taken: int = 0, write: Write = python_text) -> str:
+        """Return `Matrix([[…], […]])`, one row a line where it is long."""
+        return matrix_code([[write(entry) for entry in row] for row in self.reference.tolist()], taken)
+
+    def placeholder(self, taken: int = 0) -> str:
+        """Return the matrix with `blank` in each place."""
+        return matrix_code([["blank"] * self.reference.cols] * self.reference.rows, taken)
+
+
+def type_rows(rows: list[list[str]]) -> str:
+    """Return rows of text as a matrix is typed."""
+    return "[" + ", ".join(f"[{', '.join(row)}]" for row in rows) + "]"
+
+
+@dataclass(frozen=True)
+class Matrix(Rows):
+    """A matrix or (one column) a vector, marked by entry."""
+
+    reference: sp.Matrix
+
+    type = "matrix"
+    is_exact = True
+    is_formulas = True
+
+    def accept(self, visitor: AnswerVisitor[T]) -> T:
+        """Call the visitor's method for a matrix."""
+        return visitor.matrix(self)
+
+
+@dataclass(frozen=True)
+class Direction(Rows):
+    """A vector that counts up to a factor other than zero; `tolerance` is relative, None where it is a formula."""
+
+    reference: sp.Matrix
+    tolerance: float | None = None
+
+    type = "direction"
+    counts_up_to_a_factor = True
+
+    def accept(self, visitor: AnswerVisitor[T]) -> T:
+        """Call the visitor's method for a direction."""
+        return visitor.direction(self)
+
+    def apart(self, rounding: Rounding | None) -> float | None:
+        """Return by how much unit vectors may differ, as the assignment's rounding has it; None of formulas."""
+        if self.tolerance is None or rounding is None:
+            return self.tolerance
+        return rounding.relative or rounding.absolute
+
+    @property
+    def is_in_numbers(self) -> bool:
+        """Whether it is asked for at a configuration."""
+        return self.tolerance is not None
+
+
+@dataclass(frozen=True)
+class Number(Rows):
+    """Numbers with a unit each, right within `tolerance` (relative; `floor` is an absolute least allowance)."""
+
+    reference: sp.Matrix
+    units: tuple[str, ...]
+    tolerance: float
+    floor: float
+
+    type = "number"
+    takes_symbols = False
+    is_in_numbers = True
+
+    def accept(self, visitor: AnswerVisitor[T]) -> T:
+        """Call the visitor's method for numbers."""
+        return visitor.numbers(self)
+
+    def allowed(self, rounding: Rounding | None) -> tuple[float, float]:
+        """Return the relative tolerance and the absolute least allowance, as the assignment's rounding has them."""
+        if rounding is None:
+            return self.tolerance, self.floor
+        # An allowance for values near zero belongs to the digits that are wanted.
+        return rounding.relative, rounding.absolute + self.floor * rounding.relative / self.tolerance
+
+    def room(self, rounding: Rounding | None) -> list[float]:
+        """Return what each number may be off."""
+        tolerance, floor = self.allowed(rounding)
+        return [max(tolerance * abs(float(value)), floor) for value in self.reference]
+
+    @property
+    def units_due(self) -> tuple[str, ...]:
+        """The unit of each."""
+        return self.units
+
+    @property
+    def is_one_line(self) -> bool:
+        """Whether it is one number."""
+        return len(self.reference) == 1
+
+    def entries(self) -> list[sp.Expr]:
+        """Return nothing: numbers are not compared as formulas."""
+        return []
+
+    def as_json(self) -> list[str]:
+        """Return each number with ten digits."""
+        return [f"{float(value):.10g}" if value.is_number else str(value) for value in self.reference]
+
+    def allowance_json(self) -> Json:
+        """Return units, relative tolerance, and absolute least allowance."""
+        return {"units": list(self.units), "tolerance": self.tolerance, "floor": self.floor}
+
+    def code(self, taken: int = 0, write: Write = python_text) -> str:
+        """Return the number, or a column of them."""
+        return write(self.reference[0]) if self.is_one_line else super().code(taken, write)
+
+    def placeholder(self, taken: int = 0) -> str:
+        """Return `blank`, or a column of it."""
+        return "blank" if self.is_one_line else super().placeholder(taken)
+
+
+@dataclass(frozen=True)
+class ConditionSet(Answer):
+    """A set of configurations, as conditions on the joints."""
+
+    components: tuple[Component, ...]
+
+    type = "singular"
+    is_exact = True
+    is_a_set = True
+    typed_as = "a list of conditions"
+
+    def accept(self, visitor: AnswerVisitor[T]) -> T:
+        """Call the visitor's method for conditions."""
+        return visitor.conditions(self)
+
+    def pieces(self) -> list[str]:
+        """Return every piece as text."""
+        return [piece for component in self.components for piece in component.pieces()]
+
+    formulas = as_json = pieces
+
+    def by_condition(self, pieces: Sequence[T]) -> list[list[T]]:
+        """Return what stands for each piece, those together that belong to one condition or to several at once."""
+        remaining = iter(pieces)
+        return [list(islice(remaining, len(component.pieces()))) for component in self.components]
+
+    def as_typed(self) -> str:
+        """Return the pieces in brackets."""
+        return f"[{', '.join(self.pieces())}]"
+
+    def code(self, taken: int = 0, write: Write = python_text) -> str:
+        """Return a list of `Eq` and `And`, one for each value or combination of values."""
+        alternatives = (_list_alternatives(component, write) for component in self.components)
+        return list_code([text for texts in alternatives for text in texts], taken)
+
+    def placeholder(self, taken: int = 0) -> str:
+        """Return a list."""
+        return "[blank]"
+
+
+def _list_alternatives(component: Component, write: Write) -> list[str]:
+    """Return the conditions of a component, one text for each value or combination of values."""
+    if component.solutions is None:
+        equations = [[f"Eq({write(condition)}, 0)"] for condition in component.conditions]
+    else:
+        equations = [[f"Eq({joint}, {write(value)})" for value in values] for joint, values in component.solutions]
+    return [chosen[0] if len(chosen) == 1 else f"And({', '.join(chosen)})" for chosen in product(*equations)]

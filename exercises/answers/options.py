@@ -1,0 +1,131 @@
+"""Answers that are the letters of options: one right option, several, or one for each item."""
+
+from dataclasses import dataclass
+
+from qdot.exercises.answers.base import Answer, AnswerVisitor, Json, T
+from qdot.exercises.formula.printers.python import Write, python_text
+
+LETTERS = "ABCDEFGH"
+"""Under which options are shown."""
+
+TRUE_FALSE = ("true", "false")
+"""The options of a statement that is true or false."""
+
+
+class Letters(Answer):
+    """An answer in letters: `options` are shown in their order under A, B, C …"""
+
+    options: tuple[str, ...]
+    correct: int | tuple[int, ...]
+    takes_symbols = False
+    is_one_line = True
+    typed_as = "letters, or true or false"
+
+    @property
+    def offered(self) -> tuple[str, ...]:
+        """The options."""
+        return self.options
+
+    @property
+    def right(self) -> tuple[int, ...]:
+        """The right options, counted from 0; in the order of the items if there are items."""
+        return self.correct if isinstance(self.correct, tuple) else (self.correct,)
+
+    @property
+    def letters(self) -> str:
+        """The letters of the right options, in their order as in "ACD", or in that of the items as in "BAC"."""
+        return "".join(LETTERS[index] for index in self.right)
+
+    def formulas(self) -> list[str]:
+        """Return nothing: letters are no formula."""
+        return []
+
+    def as_json(self) -> str | list[str]:
+        """Return each letter."""
+        return list(self.letters)
+
+    def options_json(self) -> Json:
+        """Return the options."""
+        return {"options": list(self.options)}
+
+    def as_typed(self) -> str:
+        """Return the letters."""
+        return self.letters
+
+    def code(self, taken: int = 0, write: Write = python_text) -> str:
+        """Return the letters in quotes."""
+        return f'"{self.letters}"'
+
+    def placeholder(self, taken: int = 0) -> str:
+        """Return a text, for a text is due."""
+        return '"blank"'
+
+
+@dataclass(frozen=True)
+class Choice(Letters):
+    """One right option out of several; options are shown in this order under the letters A, B, C …"""
+
+    options: tuple[str, ...]
+    correct: int
+
+    type = "choice"
+
+    def accept(self, visitor: AnswerVisitor[T]) -> T:
+        """Call the visitor's method for one right option."""
+        return visitor.one_of(self)
+
+    @property
+    def letter(self) -> str:
+        """The letter of the right option."""
+        return LETTERS[self.correct]
+
+    @property
+    def word(self) -> str:
+        """What is typed for the right option: its letter, or true or false."""
+        return self.options[self.correct] if self.options == TRUE_FALSE else self.letter
+
+    def as_json(self) -> str:
+        """Return the letter."""
+        return self.letter
+
+    def code(self, taken: int = 0, write: Write = python_text) -> str:
+        """Return what is typed, in quotes."""
+        return f'"{self.word}"'
+
+
+@dataclass(frozen=True)
+class Selection(Letters):
+    """All right options, one or more, out of several."""
+
+    options: tuple[str, ...]
+    correct: tuple[int, ...]
+
+    type = "selection"
+
+    def accept(self, visitor: AnswerVisitor[T]) -> T:
+        """Call the visitor's method for several right options."""
+        return visitor.some_of(self)
+
+
+@dataclass(frozen=True)
+class Matching(Letters):
+    """An option for each item; no option belongs to two items, and some may belong to none."""
+
+    items: tuple[str, ...]
+    options: tuple[str, ...]
+    correct: tuple[int, ...]
+
+    type = "matching"
+
+    def accept(self, visitor: AnswerVisitor[T]) -> T:
+        """Call the visitor's method for an option for each item."""
+        return visitor.matching(self)
+
+    @property
+    def matched(self) -> tuple[str, ...]:
+        """The items."""
+        return self.items
+
+    def options_json(self) -> Json:
+        """Return the options and the items."""
+        return {"options": list(self.options), "items": list(self.items)}
