@@ -15,9 +15,8 @@ from qdot.exercises.arm.derivation_graph import numbers
 from qdot.exercises.arm.singularity import singular_set
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.formula.conditions import Space, compare_sets
-from qdot.exercises.formula.pieces import pieces
 from qdot.exercises.formula.program import Program, compile_program, evaluate
-from qdot.exercises.formula.set_parser import claimed_pieces
+from qdot.exercises.formula.set_parser import parse_claims, parse_pieces
 from qdot.exercises.formula.trees import Node, ReadError, names
 from qdot.exercises.mistakes.configurations import Values, sample_configurations
 from qdot.exercises.problem.problem import Part, Problem
@@ -56,7 +55,7 @@ def advise(problem: Problem, part: Part, given: ParsedAnswer, seed: str = "") ->
     return None if says is None else Diagnosis((), says)
 
 
-def _advise_on_numbers(part: Part, given: Given) -> str | None:
+def _advise_on_numbers(part: Part, given: ParsedAnswer) -> str | None:
     """Look at the factor between numbers that come out of no derivation and those that are expected."""
     try:
         numbers_given = evaluate(compile_program(given.entries), {}, 1)[0]
@@ -68,7 +67,7 @@ def _advise_on_numbers(part: Part, given: Given) -> str | None:
     return next(_find_factor(numbers_given, np.array([complex(entry) for entry in expected])[:, None], 5e-3), AGAIN)
 
 
-def _advise_on_formulas(problem: Problem, part: Part, given: Given, seed: str) -> str | None:
+def _advise_on_formulas(problem: Problem, part: Part, given: ParsedAnswer, seed: str) -> str | None:
     values = sample_configurations(problem.chain, part, problem.domain(), POINTS, Stream(f"{seed}/advice"))
     if given.symbols - set(values):
         return None
@@ -184,7 +183,7 @@ def _name_entry(part: Part, index: int) -> str:
     return f"entry {index + 1}" if 1 in (rows, columns) else f"row {index // columns + 1}, column {index % columns + 1}"
 
 
-def _advise_on_set(problem: Problem, part: Part, given: Given, seed: str) -> str | None:
+def _advise_on_set(problem: Problem, part: Part, given: ParsedAnswer, seed: str) -> str | None:
     """Look at which joints a set speaks of, and then at what each value makes of J."""
     if given.refusal is not None or given.tree is None:
         return None
@@ -209,8 +208,8 @@ def _advise_on_claims(problem: Problem, part: Part, tree: Node, seed: str, toget
     """Look at whether what is claimed is singular; `together` tells that conditions are expected that hold at once."""
     joints, domain = [q.name for q in problem.chain.q], problem.domain()
     try:
-        claimed = claimed_pieces(with_joint(tree, joints), joints)
-        right = [piece for (condition,) in part.answer.trees(domain.roles) for piece in pieces(condition, joints)]
+        claimed = parse_claims(with_joint(tree, joints), joints)
+        right = [piece for (condition,) in part.answer.trees(domain.roles) for piece in parse_pieces(condition, joints)]
         comparison = compare_sets(claimed, right, Space(joints, domain, part.rounding), seed)
     except ReadError:
         return None

@@ -35,8 +35,7 @@ from qdot.grader.diagnosis.numbers import SAME, InNumbers, says_something, unit
 from qdot.grader.diagnosis.residuals import missing_links
 from qdot.grader.diagnosis.rounding import is_right, rounded, rounded_values
 from qdot.grader.diagnosis.set_mistakes import explain_set, find_mistaken_answer, name_either
-from qdot.grader.judging.answer import Given
-from qdot.grader.judging.function_values import Table
+from qdot.grader.judging.answer import ParsedAnswer, Table
 from qdot.grader.judging.verdict import Diagnosis, known_by
 
 POINTS = 16
@@ -68,7 +67,7 @@ class Cause:
 
 
 def diagnose(
-    problem: Problem, part: Part, given: Given, seed: str = "", causes: Sequence[Cause] = ()
+    problem: Problem, part: Part, given: ParsedAnswer, seed: str = "", causes: Sequence[Cause] = ()
 ) -> Diagnosis | None:
     """Return the mistake that gives a wrong answer, or nothing where none in the catalogue does.
 
@@ -167,7 +166,7 @@ class WrongAnswer:
         return replace(self, in_numbers=in_numbers, rows=None if self.rows is None else _transpose(self.rows))
 
 
-def _evaluate_answer(problem: Problem, part: Part, given: Given, seed: str) -> WrongAnswer | None:
+def _evaluate_answer(problem: Problem, part: Part, given: ParsedAnswer, seed: str) -> WrongAnswer | None:
     """Return an answer with its values at configurations, None where no mistakes in the derivation are known."""
     if not is_derived(part):
         return None
@@ -193,7 +192,7 @@ def _evaluate_function(problem: Problem, part: Part, table: Table) -> WrongAnswe
     return WrongAnswer(problem, part, values, InNumbers(returned, np.abs(returned), room, is_direction))
 
 
-def _evaluate_entries(part: Part, given: Given, values: Values) -> InNumbers | None:
+def _evaluate_entries(part: Part, given: ParsedAnswer, values: Values) -> InNumbers | None:
     entries, blanks = given.entries, given.blanks
     if given.rows is None or all(blanks) or given.symbols - set(values):
         return None
@@ -214,7 +213,7 @@ def _room(part: Part, entries: Sequence[Node]) -> tuple[float, float]:
     return max(min(relative or 5e-3, 0.6 * 10.0 ** (1 - max(digits, 3))), 1e-5), 0.0
 
 
-def _parse_option(part: Part, given: Given) -> InNumbers | None:
+def _parse_option(part: Part, given: ParsedAnswer) -> InNumbers | None:
     if not given.chosen:
         return None
     values = np.array(option_numbers(part.answer.offered[given.chosen[0]]))[:, None, None]
@@ -224,7 +223,7 @@ def _parse_option(part: Part, given: Given) -> InNumbers | None:
 # --- the mistake behind it ---
 
 
-def _explain_option(part: Part, given: Given) -> Diagnosis | None:
+def _explain_option(part: Part, given: ParsedAnswer) -> Diagnosis | None:
     """Return the mistakes behind the first wrong option that was chosen, as they were kept when it was made."""
     for index in given.chosen:
         blames = [] if index in part.answer.right else blames_of(part, index)

@@ -97,7 +97,7 @@ class _Context:
     """A problem with a student's answers, and values for its symbols."""
 
     problem: Problem
-    answers: Mapping[str, Given]
+    answers: Mapping[str, ParsedAnswer]
     wrong: Sequence[str]
     seed: str
     is_copied: IsCopied
@@ -161,7 +161,7 @@ class _Context:
 
     # --- what is no attempt ---
 
-    def is_usable(self, part: Part, given: Given, reference: Rows) -> bool:
+    def is_usable(self, part: Part, given: ParsedAnswer, reference: Rows) -> bool:
         """Tell whether something may follow from a wrong answer."""
         rows = given.rows
         if rows is None or (len(rows), len(rows[0])) != (len(reference), len(reference[0])):
@@ -175,7 +175,7 @@ class _Context:
             return False
         return self._traits(rows).is_as_full(self._traits(reference))
 
-    def _is_known(self, given: Given) -> bool:
+    def _is_known(self, given: ParsedAnswer) -> bool:
         return not given.symbols - set(self.domain.roles)
 
     def _is_copy(self, part: Part, rows: Rows) -> bool:
@@ -243,7 +243,7 @@ class _Context:
         except ReadError:
             return None
 
-    def judge(self, part: Part, derived: "Rows | np.ndarray", answer: Given) -> Judgement | None:
+    def judge(self, part: Part, derived: "Rows | np.ndarray", answer: ParsedAnswer) -> Judgement | None:
         """Judge an answer against what follows; None where that is easier than the reference, or of no use."""
         if isinstance(derived, np.ndarray):
             return self._judge_numbers(part, derived, answer)
@@ -267,7 +267,7 @@ class _Context:
         rows = None if jacobian is None else self.reference(jacobian)
         return None if rows is None else _determinant(rows)
 
-    def _judge_numbers(self, part: Part, values: np.ndarray, answer: Given) -> Judgement | None:
+    def _judge_numbers(self, part: Part, values: np.ndarray, answer: ParsedAnswer) -> Judgement | None:
         largest = float(np.abs(values).max(initial=0.0))
         if not np.isfinite(values).all() or np.count_nonzero(np.abs(values) > 1e-6 * largest) < len(values):
             return None

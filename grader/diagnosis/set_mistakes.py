@@ -16,8 +16,6 @@ from qdot.exercises.arm.arithmetic import program_of
 from qdot.exercises.arm.singularity import Component
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.formula.conditions import SetComparison, Space, compare_sets
-from qdot.exercises.formula.pieces import Piece
-from qdot.exercises.formula.pieces import pieces as read_pieces
 from qdot.exercises.formula.program import Program, compile_program, evaluate
 from qdot.exercises.formula.set_parser import Piece, parse_claims, parse_pieces
 from qdot.exercises.formula.trees import Node, ReadError, digits_of_decimals, names, node_text
@@ -53,13 +51,13 @@ class Marks:
     ties: frozenset[frozenset[Mark]]
 
 
-def explain_set(problem: Problem, part: Part, given: Given, seed: str) -> Diagnosis | None:
+def explain_set(problem: Problem, part: Part, given: ParsedAnswer, seed: str) -> Diagnosis | None:
     """Return the mistake that makes the right set one that was given, or what is wrong in this."""
     if given.tree is None:
         return None
     joints = [q.name for q in problem.chain.q]
     try:
-        claimed = claimed_pieces(with_joint(given.tree, joints), joints)
+        claimed = parse_claims(with_joint(given.tree, joints), joints)
     except ReadError:
         return None
     marker = _Marker(problem, seed)
@@ -77,7 +75,7 @@ def explain_set(problem: Problem, part: Part, given: Given, seed: str) -> Diagno
     return _explain_pieces(problem, part, claimed, seed)
 
 
-def find_mistaken_answer(problem: Problem, part: Part, given: Given, seed: str) -> Diagnosis | None:
+def find_mistaken_answer(problem: Problem, part: Part, given: ParsedAnswer, seed: str) -> Diagnosis | None:
     """Return the mistake whose answer is judged to be the given one, among those that come from no derivation."""
     for mistake, variant in mistaken_answers(problem.chain, part):
         if _is_judged_right(problem, part, given, variant, seed):
@@ -106,7 +104,7 @@ def _name_likeliest(
     return name_either([(rival, words, rival.sentence(words)) for rival, words in likeliest])
 
 
-def _is_judged_right(problem: Problem, part: Part, given: Given, variant: MistakenAnswer, seed: str) -> bool:
+def _is_judged_right(problem: Problem, part: Part, given: ParsedAnswer, variant: MistakenAnswer, seed: str) -> bool:
     """Tell whether an answer would be right if a mistaken one were the reference."""
     try:
         outcome = judge_given(problem, replace(part, answer=variant.answer), given, seed).outcome
@@ -141,7 +139,7 @@ class _Claims:
         trees = part.answer.by_condition([tree for (tree,) in part.answer.trees(roles)])
         self.chain, self.components, self.claimed, self.seed = problem.chain, part.answer.components, claimed, seed
         self.space = Space(joints, problem.domain(), part.rounding)
-        self.expected = [[piece for tree in group for piece in read_pieces(tree, joints)] for group in trees]
+        self.expected = [[piece for tree in group for piece in parse_pieces(tree, joints)] for group in trees]
         self.compared = self._compare(claimed, [piece for group in self.expected for piece in group])
 
     def _compare(self, pieces: Sequence[Piece], others: Sequence[Piece]) -> SetComparison:

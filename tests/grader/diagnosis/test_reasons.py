@@ -5,7 +5,14 @@ from types import SimpleNamespace
 
 import pytest
 
-from qdot.exercises.formula.identity import Certificate, Domain, EntryDifference, Rounding, SetDifference, missed
+from qdot.exercises.formula.identity import (
+    Certificate,
+    Domain,
+    EntryDifference,
+    Rounding,
+    SetDifference,
+    chance_of_missing,
+)
 from qdot.grader.diagnosis.advice import _name_entry
 from qdot.grader.judging.answer import with_points
 from qdot.grader.judging.verdict import Judgement, Outcome
