@@ -66,8 +66,8 @@ class Mistake:
     title: str
     says: str
     source: str
-    slips: Variants = lambda chain, shape: iter(())
-    takes: Answers = lambda chain, part: iter(())
+    variants: Variants = lambda chain, shape: iter(())
+    answers: Answers = lambda chain, part: iter(())
     rare: bool = False
 
     def sentence(self, words: Mapping[str, object]) -> str:
@@ -100,8 +100,8 @@ def only_if_described_by(
 
         return replace(
             mistake,
-            slips=lambda chain, shape: mistake.slips(chain, shape) if is_possible(chain) else iter(()),
-            takes=lambda chain, part: mistake.takes(chain, part) if is_possible(chain) else iter(()),
+            variants=lambda chain, shape: mistake.variants(chain, shape) if is_possible(chain) else iter(()),
+            answers=lambda chain, part: mistake.answers(chain, part) if is_possible(chain) else iter(()),
         )
 
     return tuple(restrict(mistake) if names is None or mistake.name in names else mistake for mistake in mistakes)

@@ -1,6 +1,6 @@
 """The catalogue: every kind of mistake, and the wrong answers that each leads to."""
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
 from types import ModuleType
 
@@ -81,14 +81,14 @@ class Wrong:
     """A variant of a mistake, and the wrong answer that it gives: (rows, columns, …) in the working's arithmetic."""
 
     mistake: Mistake
-    slip: MistakeVariant
+    variant: MistakeVariant
     working: Working
     answer: np.ndarray
 
     @property
     def sentence(self) -> str:
         """The message to the student."""
-        return self.mistake.sentence(self.slip.words)
+        return self.mistake.sentence(self.variant.words)
 
 
 def mistake_frequency(mistake: Mistake) -> float:
@@ -100,7 +100,7 @@ def variant_frequency(wrong: Wrong) -> float:
     """Return how often a mistake is made in this way, relative to others that give the same answer."""
     frequency = mistake_frequency(wrong.mistake)
     propagates = any(stage == "linear" for stage, _ in wrong.working.changes)
-    if "linear" in wrong.slip.changes:  # a propagated quantity such as p* may itself be the answer
+    if "linear" in wrong.variant.changes:  # a propagated quantity such as p* may itself be the answer
         return frequency if wrong.working.depends_on("linear") else max(frequency, 1.0)
     return frequency * BY_PROPAGATION if propagates else frequency
 
@@ -137,20 +137,20 @@ def make_mistake(mistake: Mistake, w: Working, part: Part, right: np.ndarray | N
     if right is None:
         return
     idle = set[int]()
-    for variant in mistake.slips(w.chain, (right.shape[0], right.shape[1])):
-        slip: MistakeVariant | None = variant
+    for variant in mistake.variants(w.chain, (right.shape[0], right.shape[1])):
+        made = variant if variant.at is None else variant.but_at(idle)
         if variant.at is not None:
-            slip, idle = variant.but_at(idle), set()
-        if slip is None:
+            idle = set()
+        if made is None:
             continue
-        ways: list[dict[str, Change]] = [dict(slip.changes)]
-        if _POSITIONS & set(slip.changes) and "linear" not in slip.changes:
-            ways.append({**slip.changes, "linear": propagate_linear_rows})
+        ways: list[dict[str, Change]] = [dict(made.changes)]
+        if _POSITIONS & set(made.changes) and "linear" not in made.changes:
+            ways.append({**made.changes, "linear": propagate_linear_rows})
         answers = [(working, _result(working, part)) for working in map(w.with_mistakes, ways)]
-        wrongs = [Wrong(mistake, slip, working, answer) for working, answer in answers if answer is not None]
+        wrongs = [Wrong(mistake, made, working, answer) for working, answer in answers if answer is not None]
         yield from wrongs
         if all(_is_same(wrong.answer, right) for wrong in wrongs):
-            idle.update(slip.places)
+            idle.update(made.places)
 
 
 def _is_same(answer: np.ndarray, right: np.ndarray) -> bool:
@@ -169,10 +169,8 @@ def _result(working: Working, part: Part) -> np.ndarray | None:
         return None
 
 
-def mistaken_answers(
-    chain: Chain, part: Part, among: Iterable[Mistake] = CATALOGUE.values()
-) -> Iterator[tuple[Mistake, MistakenAnswer]]:
+def mistaken_answers(chain: Chain, part: Part) -> Iterator[tuple[Mistake, MistakenAnswer]]:
     """Yield the mistaken answers to a part that come from no derivation."""
-    for mistake in among:
-        for take in mistake.takes(chain, part):
-            yield mistake, take
+    for mistake in CATALOGUE.values():
+        for mistaken in mistake.answers(chain, part):
+            yield mistake, mistaken

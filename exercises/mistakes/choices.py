@@ -92,39 +92,39 @@ MISTAKES = (
     Mistake("boundary-and-internal", "Boundary and internal confused",
             "Boundary and internal singularities seem to be confused: is the point at the edge of what it can reach, "
             "or inside?", "below 6.7",
-            takes=_combine(
+            answers=_combine(
                 _confuse_meanings("singularity-type", OPTIONS, {("boundary", "internal"), ("internal", "boundary")}),
                 _choose_statement(is_same_meaning=True),
             )),
     Mistake("singular-taken-for-regular", "A singular configuration taken for a regular one",
             "The configuration seems to be taken for a regular one. Put its values into det J, or look at the rank.",
             "6.8",
-            takes=_combine(
+            answers=_combine(
                     _confuse_meanings("singularity-type", OPTIONS, {(kind, "regular") for kind in _TYPES}),
                     _confuse_meanings("invertibility", USES, {("singular", "regular")}),
                 )),
     Mistake("regular-taken-for-singular", "A regular configuration taken for a singular one",
             "The configuration seems to be taken for a singular one. Put its values into det J, or look at the rank.",
             "6.8",
-            takes=_combine(
+            answers=_combine(
                     _confuse_meanings("singularity-type", OPTIONS, {("regular", kind) for kind in _TYPES}),
                     _confuse_meanings("invertibility", USES, {("regular", "singular")}),
                 )),
     Mistake("shape-of-jacobian", "Shape of J not looked at",
             "Count the rows and the columns of J first: only a square matrix can have an inverse.", "6.7",
-            takes=_confuse_meanings(
+            answers=_confuse_meanings(
                     "invertibility", USES,
                     {(a, b) for a in USES for b in USES if a != b} - {("singular", "regular"), ("regular", "singular")},
                 )),
     Mistake("other-meaning", "Another meaning of a singularity",
             "That is not what the arm looks like there. Draw it with these joint values.", "below 6.7",
-            takes=_choose_statement(is_same_meaning=False)),
+            answers=_choose_statement(is_same_meaning=False)),
     Mistake("direction-not-lost", "A direction that is not lost",
             "Along that line the arm can still move. Look for the direction that no column of J has a part along.",
-            "6.8", takes=_choose("lost-motion", lambda *_: True)),
+            "6.8", answers=_choose("lost-motion", lambda *_: True)),
     Mistake("reachable-and-not", "What can be produced and what can't confused",
             "A velocity can be produced where it has no part along the lost direction. Look at the scalar products.",
-            "6.8", takes=_choose("unreachable-velocity", lambda *_: True)),
+            "6.8", answers=_choose("unreachable-velocity", lambda *_: True)),
     Mistake("motion-turned-round", "Motion of a joint in the other sense",
             "The component seems to have the other sign: a positive rate turns counterclockwise as seen from the tip "
             "of the axis, or slides along it.", "6.12"),
@@ -136,39 +136,39 @@ MISTAKES = (
     Mistake("size-transposed", "Rows and columns exchanged",
             "Rows and columns of J seem to be exchanged: it has a row for each component of velocity and a column for "
             "each joint.", "6.4",
-            takes=_give_numbers("jacobian-size", lambda chain, part: [[chain.n, _task_size(part)]])),
+            answers=_give_numbers("jacobian-size", lambda chain, part: [[chain.n, _task_size(part)]])),
     Mistake("size-of-own-task", "Size for another task",
             "The rows seem to be counted for another task than the one that is asked about.", "6.6",
-            takes=_give_numbers("jacobian-size", lambda chain, _: [[len(chain.task), chain.n]])),
+            answers=_give_numbers("jacobian-size", lambda chain, _: [[len(chain.task), chain.n]])),
     Mistake("size-six-rows", "Six rows whatever the task",
             "J seems to be given all six rows: it has one for each component of velocity that counts.", "6.6",
-            takes=_give_numbers("jacobian-size", lambda chain, _: [[6, chain.n]])),
+            answers=_give_numbers("jacobian-size", lambda chain, _: [[6, chain.n]])),
     Mistake("size-square", "J taken for square",
             "J seems to be taken for square: it has a row for each component of velocity and a column for each joint.",
             "6.4",
-            takes=_give_numbers(
+            answers=_give_numbers(
                     "jacobian-size", lambda chain, part: [[size, size] for size in (chain.n, _task_size(part))]
                 ), rare=True),
     Mistake("rank-full", "Full rank given",
             "The rank seems to be that of a regular configuration. Are the columns independent here?", "6.8",
-            takes=_give_numbers("rank", lambda chain, _: [[_full_rank(chain)]])),
+            answers=_give_numbers("rank", lambda chain, _: [[_full_rank(chain)]])),
     Mistake("rank-of-shape", "Number of rows or columns for the rank",
             "The rank seems to be counted from the size of J: it is at most the smaller of the two, and less where J "
-            "is singular.", "6.8", takes=_give_numbers("rank", lambda chain, _: [[chain.n], [len(chain.task)]])),
+            "is singular.", "6.8", answers=_give_numbers("rank", lambda chain, _: [[chain.n], [len(chain.task)]])),
     Mistake("rank-less", "Rank of a singular configuration given",
             "The configuration seems to be taken for a singular one. Are the columns dependent here?", "6.8",
-            takes=_give_numbers(
+            answers=_give_numbers(
                     "rank", lambda chain, part: [[_rank(part) - 1]] if _rank(part) == _full_rank(chain) else []
                 )),
     Mistake("rank-of-one-condition", "Only one of several conditions counted",
             "One seems to be taken off the full rank. Does more than one condition hold in this configuration?", "6.8",
-            takes=_give_numbers(
+            answers=_give_numbers(
                     "rank", lambda chain, part: [[_full_rank(chain) - 1]] if _rank(part) < _full_rank(chain) - 1 else []
                 ), rare=True),
     Mistake("rank-zero", "Rank zero where the determinant is",
             "A determinant that is zero says only that the rank is less than full: count the independent columns.",
-            "6.8", takes=_give_numbers("rank", lambda chain, part: [[0]]), rare=True),
+            "6.8", answers=_give_numbers("rank", lambda chain, part: [[0]]), rare=True),
     Mistake("size-of-kinds", "Orientation counted as one component",
             "Position or orientation seems to be counted as one component: J has a row for each component that "
-            "counts.", "6.6", takes=_give_numbers("jacobian-size", _count_kinds), rare=True),
+            "counts.", "6.6", answers=_give_numbers("jacobian-size", _count_kinds), rare=True),
 )  # fmt: skip

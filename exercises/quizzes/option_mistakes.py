@@ -63,7 +63,7 @@ def _blames_by_derivation(problem: Problem, part: Part, stream: Stream) -> Mappi
         same = [wrong for wrong in every if wrong.answer.shape == expected.shape and _is_near(wrong.answer, expected)]
         if same:
             first = max(same, key=variant_frequency)
-            blames[index] = (Blame.of(first.mistake, first.slip.words.items()),)
+            blames[index] = (Blame.of(first.mistake, first.variant.words.items()),)
         elif isinstance(part.details, OfJoint) and _is_of_other_joint(w, part, expected):
             blames[index] = (Blame.of(CATALOGUE["column-of-other-joint"], ()),)
     return blames

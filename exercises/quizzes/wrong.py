@@ -113,7 +113,7 @@ def _variants(generic: Chain, subject: Subject) -> tuple[_Variant, ...]:
         ):
             continue
         if all(differ(values, known_values) for known_values in (right, *(variant.values for variant in variants))):
-            variants.append(_Variant(Blame.of(wrong.mistake, wrong.slip.words.items()), values, _changes(wrong)))
+            variants.append(_Variant(Blame.of(wrong.mistake, wrong.variant.words.items()), values, _changes(wrong)))
     return tuple(variants)
 
 

@@ -293,7 +293,7 @@ def _is_finite_and_nonzero(answer: np.ndarray) -> bool:
 
 
 def _describe_mistake(wrong: Wrong) -> Json:
-    return _mistake_record(wrong.mistake.name, wrong.sentence, wrong.slip.missing)
+    return _mistake_record(wrong.mistake.name, wrong.sentence, wrong.variant.missing)
 
 
 def _mistake_record(mistake: str, sentence: str, missing: str = "") -> Json:

@@ -33,7 +33,7 @@ from qdot.exercises.writing.statement import answer_code
 from qdot.grader.diagnosis.formula_mistakes import TOO_MANY, Compared, explain_formulas
 from qdot.grader.diagnosis.numbers import SAME, InNumbers, says_something, unit
 from qdot.grader.diagnosis.residuals import missing_links
-from qdot.grader.diagnosis.rounding import is_right, rounded, rounded_values
+from qdot.grader.diagnosis.rounding import explain_rounded_function, explain_rounding, is_right
 from qdot.grader.diagnosis.set_mistakes import explain_set, find_mistaken_answer, name_either
 from qdot.grader.judging.answer import ParsedAnswer, Table
 from qdot.grader.judging.verdict import Diagnosis, known_by
@@ -95,7 +95,10 @@ def diagnose(
     if wrong_answer is None:
         return None
     values, right = wrong_answer.in_numbers, wrong_answer.right
-    rounding = rounded(part, values, right, given.entries) if given.table is None else rounded_values(values, right)
+    if given.table is None:
+        rounding = explain_rounding(part, values, right, given.entries)
+    else:
+        rounding = explain_rounded_function(values, right)
     if rounding or is_right(values, right):  # as are mistakes that make no difference on this arm
         return rounding
     return _explain(wrong_answer.upright, causes)
@@ -275,13 +278,13 @@ def _moves(lost: np.ndarray, direction: np.ndarray) -> bool:
 
 
 def _find_cause(wrong: Wrong, causes: Sequence[Cause]) -> Cause | None:
-    return next((c for c in causes if (c.mistake, c.words) == (wrong.mistake.name, dict(wrong.slip.words))), None)
+    return next((c for c in causes if (c.mistake, c.words) == (wrong.mistake.name, dict(wrong.variant.words))), None)
 
 
 def _name_inherited(wrong: Wrong, cause: Cause) -> Diagnosis:
     """Return what is said of a mistake that was found before."""
     says = f"This follows from what went wrong in {cause.title!r}: the same mistake gives this answer."
-    made = known_by(wrong.mistake.name, wrong.slip.words)
+    made = known_by(wrong.mistake.name, wrong.variant.words)
     return Diagnosis((), says, inherited=cause.part, known_by=(made,))
 
 
@@ -296,8 +299,8 @@ def _name_likeliest(answer: WrongAnswer, fitting: Sequence[Wrong]) -> Diagnosis:
     highest = max(map(variant_frequency, rivals))
     count = int((~in_numbers.like(answer.right)).sum()) if in_numbers.values.shape == answer.right.shape else 0
     is_rare = highest < LEAST_LIKELY and count <= MOST_IN_ONE_PLACE
-    is_throughout = count == 1 < in_numbers.values[..., 0].size and not OF_ONE_PLACE & set(first.slip.words)
-    is_at_several = first.mistake.rare and len(first.slip.places) > 1
+    is_throughout = count == 1 < in_numbers.values[..., 0].size and not OF_ONE_PLACE & set(first.variant.words)
+    is_at_several = first.mistake.rare and len(first.variant.places) > 1
     is_less_likely = is_rare or is_at_several or (is_throughout and highest < VERY_LIKELY)
     slip = _explain_formulas(answer) if count and not in_numbers.is_direction and is_less_likely else None
     if slip is not None:
@@ -305,13 +308,13 @@ def _name_likeliest(answer: WrongAnswer, fitting: Sequence[Wrong]) -> Diagnosis:
         if is_likelier or set(slip.mistakes) <= (EXCHANGED if is_at_several else SIGNS):
             return slip
     likeliest = [wrong for wrong in rivals if variant_frequency(wrong) == highest][:2]
-    diagnosis = name_either([(wrong.mistake, wrong.slip.words, _sentence(wrong)) for wrong in likeliest])
-    cause = (likeliest[0].mistake.name, dict(likeliest[0].slip.words)) if len(likeliest) == 1 else None
+    diagnosis = name_either([(wrong.mistake, wrong.variant.words, _sentence(wrong)) for wrong in likeliest])
+    cause = (likeliest[0].mistake.name, dict(likeliest[0].variant.words)) if len(likeliest) == 1 else None
     return replace(diagnosis, cause=cause)
 
 
 def _sentence(wrong: Wrong) -> str:
-    missing = wrong.slip.missing
+    missing = wrong.variant.missing
     return f"{wrong.sentence} What is missing has {missing} in it." if missing else wrong.sentence
 
 

@@ -25,33 +25,33 @@ class InNumbers:
     room: tuple[float, float]
     is_direction: bool = False
 
-    def like(self, other: np.ndarray) -> np.ndarray:
-        """Tell of each entry whether another answer has the same values, (rows, columns)."""
+    def like(self, wanted: np.ndarray) -> np.ndarray:
+        """Tell of each entry whether wanted values are the same, (rows, columns)."""
         with np.errstate(all="ignore"):
             if self.is_direction:
-                own, due = unit(self.values), unit(other)
-                way = np.where((own * due).sum(axis=0) < 0, -1.0, 1.0)  # the same for all entries
-                near = np.abs(own - way * due) <= self.room[0]
+                direction, wanted_direction = unit(self.values), unit(wanted)
+                way = np.where((direction * wanted_direction).sum(axis=0) < 0, -1.0, 1.0)  # the same for all entries
+                near = np.abs(direction - way * wanted_direction) <= self.room[0]
             else:
-                most = ENDLESS * np.maximum(np.abs(other).max(), 1.0)
+                most = ENDLESS * np.maximum(np.abs(wanted).max(), 1.0)
                 close = np.where(self.size < most, np.inf, SAME * most)
-                near = np.abs(self.values - other) <= np.minimum(self._allowed, close)  # nan and inf are not
+                near = np.abs(self.values - wanted) <= np.minimum(self._allowed, close)  # nan and inf are not
         return np.asarray(near.all(axis=-1))
 
-    def is_all(self, other: np.ndarray) -> bool:
-        """Tell whether another answer has the same shape and values."""
-        if self.values.shape != other.shape:
+    def is_all(self, wanted: np.ndarray) -> bool:
+        """Tell whether wanted values have the same shape and are the same."""
+        if self.values.shape != wanted.shape:
             return False
         if not self.is_direction:  # most differ at the first configuration already
             with np.errstate(all="ignore"):
-                if not (np.abs(self.values[..., 0] - other[..., 0]) <= self._allowed[..., 0]).all():
+                if not (np.abs(self.values[..., 0] - wanted[..., 0]) <= self._allowed[..., 0]).all():
                     return False
-        return bool(self.like(other).all())
+        return bool(self.like(wanted).all())
 
     def entry(self, row: int, column: int) -> "InNumbers":
         """Return one entry by itself, which may be off as much as among the others."""
-        one = (slice(row, row + 1), slice(column, column + 1))
-        return InNumbers(self.values[one], np.broadcast_to(self._largest, self.values[one].shape), self.room)
+        place = (slice(row, row + 1), slice(column, column + 1))
+        return InNumbers(self.values[place], np.broadcast_to(self._largest, self.values[place].shape), self.room)
 
     @property
     def is_precise(self) -> bool:

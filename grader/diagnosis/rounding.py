@@ -20,61 +20,54 @@ DIGITS = 2
 """So many digits of a number are due to tell it from others; of several, one or more of them need as many."""
 
 
-def rounded(part: Part, found: InNumbers, right: np.ndarray, entries: Sequence[Node] = ()) -> Diagnosis | None:
+def explain_rounding(part: Part, answer: InNumbers, right: np.ndarray, entries: Sequence[Node]) -> Diagnosis | None:
     """Return that an answer is right but for rounding, or nothing: it is no mistake of the catalogue.
 
     `entries` are what was typed; formulas are looked at where there is a decimal in them.
     """
-    if found.values.shape != right.shape or (np.iscomplexobj(right) and np.any(right.imag)):
+    if answer.values.shape != right.shape or (np.iscomplexobj(right) and np.any(right.imag)):
         return None
-    if found.is_direction:
-        return _direction(part, found, right, entries)
-    due = part.rounding.words if part.rounding is not None else "to three significant digits"
+    has_decimals = any(map(digits_of_decimals, entries))
+    if answer.is_direction:
+        near = replace(answer, room=(NEAR if has_decimals else answer.room[0], 0.0))
+        return Diagnosis((), EXACTLY) if entries and not part.answer.is_in_numbers and is_right(near, right) else None
+    digits = part.rounding.words if part.rounding is not None else "to three significant digits"
     if part.answer.is_in_numbers:
-        return Diagnosis((), f"Right but for rounding: numbers are due {due}.") if _to_few(found, right) else None
-    if not any(map(digits_of_decimals, entries)):
-        return Diagnosis((), EXACTLY) if entries and is_right(found, right) else None  # as 866025/1000000
-    off = np.abs(found.values - right)
-    size = np.minimum(found.size, 2 * np.abs(right).max())  # terms may be large that are no part of the answer
+        return Diagnosis((), f"Right but for rounding: numbers are due {digits}.") if _to_few(answer, right) else None
+    if not has_decimals:
+        return Diagnosis((), EXACTLY) if entries and is_right(answer, right) else None  # as 866025/1000000
+    off = np.abs(answer.values - right)
+    size = np.minimum(answer.size, 2 * np.abs(right).max())  # terms may be large that are no part of the answer
     size = np.maximum(size, np.abs(right).max(axis=(0, 1)))  # cos(1.5708) times an entry may be added to another one
-    if not (found.like(right) | (off <= NEAR * size).all(axis=-1)).all():
+    if not (answer.like(right) | (off <= NEAR * size).all(axis=-1)).all():
         return None
-    if part.rounding is not None:
-        return Diagnosis((), f"Right but for rounding: decimals are due {due}.")
-    return Diagnosis((), EXACTLY)
+    return Diagnosis((), EXACTLY if part.rounding is None else f"Right but for rounding: decimals are due {digits}.")
 
 
-def _direction(part: Part, found: InNumbers, right: np.ndarray, entries: Sequence[Node]) -> Diagnosis | None:
-    if part.answer.is_in_numbers or not entries:
-        return None
-    room = NEAR if any(map(digits_of_decimals, entries)) else found.room[0]
-    return Diagnosis((), EXACTLY) if is_right(replace(found, room=(room, 0.0)), right) else None
-
-
-def rounded_values(found: InNumbers, right: np.ndarray) -> Diagnosis | None:
+def explain_rounded_function(returned: InNumbers, right: np.ndarray) -> Diagnosis | None:
     """Return that a function is right but for rounding, or nothing."""
-    if found.values.shape != right.shape or found.is_direction:
+    if returned.values.shape != right.shape or returned.is_direction:
         return None
-    near = np.abs(found.values - right) <= NEAR_VALUES * np.maximum(found.size, np.abs(right).max())
+    near = np.abs(returned.values - right) <= NEAR_VALUES * np.maximum(returned.size, np.abs(right).max())
     return Diagnosis((), FUNCTION) if near.all() else None
 
 
-def is_right(found: InNumbers, right: np.ndarray) -> bool:
+def is_right(answer: InNumbers, right: np.ndarray) -> bool:
     """Tell whether an answer has the right values, as far as numbers tell: then what is wrong is no mistake in them."""
-    return found.values.shape == right.shape and bool(found.like(right).all())
+    return answer.values.shape == right.shape and bool(answer.like(right).all())
 
 
-def _to_few(found: InNumbers, right: np.ndarray) -> bool:
+def _to_few(answer: InNumbers, right: np.ndarray) -> bool:
     """Tell whether all numbers are the right ones to one or two digits, and one of them to two."""
-    to_two = found.like(right) | _is_to(DIGITS, found.values.real, right.real)
-    to_one = _is_to(DIGITS - 1, found.values.real, right.real)
+    to_two = answer.like(right) | _is_to(DIGITS, answer.values.real, right.real)
+    to_one = _is_to(DIGITS - 1, answer.values.real, right.real)
     return bool((to_two | to_one).all() and to_two.any())
 
 
-def _is_to(digits: int, given: np.ndarray, due: np.ndarray) -> np.ndarray:
+def _is_to(digits: int, values: np.ndarray, right: np.ndarray) -> np.ndarray:
     """Tell of each number whether it is the right one, rounded to digits or cut off after two, (rows, columns)."""
     with np.errstate(all="ignore"):
-        step = 10.0 ** (np.floor(np.log10(np.abs(due))) + 1 - digits)
-        ways = [np.round(due / step) * step, *([np.trunc(due / step) * step] if digits == DIGITS else [])]
-        same = [(np.abs(given - way) <= 1e-9 * np.abs(due)).all(axis=-1) for way in ways]
+        step = 10.0 ** (np.floor(np.log10(np.abs(right))) + 1 - digits)
+        ways = [np.round(right / step) * step, *([np.trunc(right / step) * step] if digits == DIGITS else [])]
+        same = [(np.abs(values - way) <= 1e-9 * np.abs(right)).all(axis=-1) for way in ways]
     return np.any(same, axis=0)

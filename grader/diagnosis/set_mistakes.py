@@ -97,7 +97,7 @@ def _name_likeliest(
     """Return what is said of a mistake, and of those as likely that give the same set; of a likelier one alone."""
     marks, same = marker.mark_answer(variant.answer), [(mistake, variant)]
     for rival in map(CATALOGUE.__getitem__, ALIKE.get(mistake.name, ())):
-        ways = (way for way in rival.takes(problem.chain, part) if isinstance(way.answer, ConditionSet))
+        ways = (way for way in rival.answers(problem.chain, part) if isinstance(way.answer, ConditionSet))
         same += [(rival, way) for way in ways if marker.mark_answer(way.answer) == marks][:1]
     most = max(mistake_frequency(rival) for rival, _ in same)
     likeliest = [(rival, way.words) for rival, way in same if mistake_frequency(rival) == most]

@@ -9,6 +9,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import lru_cache
+from itertools import combinations
 
 from qdot.exercises.formula.trees import Node, has_blank, size_of
 from qdot.grader.judging.answer import ParsedAnswer
@@ -50,8 +51,8 @@ class Wrong:
 class Pair:
     """Two students' answers that are nearly the same, though what is due differs."""
 
-    one: Wrong
-    other: Wrong
+    first: Wrong
+    second: Wrong
     alike: float
 
 
@@ -105,21 +106,21 @@ def _product(args: tuple[Node, ...]) -> Node:
     return others[0] if len(others) == 1 else Node("*", tuple(others))
 
 
-def _ordered(node: Node, found: Counter[str]) -> str:
-    inner = [_ordered(arg, found) for arg in node.args]
+def _ordered(node: Node, pieces: Counter[str]) -> str:
+    inner = [_ordered(arg, pieces) for arg in node.args]
     if node.kind in _IN_ANY_ORDER:
         inner.sort()
     head = str(node.value) if node.value is not None else node.kind
     text = f"{head}({' '.join(inner)})" if inner else head
-    found[text] += 1
+    pieces[text] += 1
     return text
 
 
-def alikeness(one: Written, other: Written) -> float:
+def alikeness(first: Written, second: Written) -> float:
     """Return the share of pieces in common, from 0 to 1 for the same in any order of terms and factors."""
-    if one.text == other.text:
+    if first.text == second.text:
         return 1.0
-    left, right = Counter(dict(one.pieces)), Counter(dict(other.pieces))
+    left, right = Counter(dict(first.pieces)), Counter(dict(second.pieces))
     return (left & right).total() / max(1, (left | right).total())
 
 
@@ -131,12 +132,9 @@ def nearly_the_same(answers: Sequence[Wrong], usual: int) -> list[Pair]:
     long = [answer for answer in answers if answer.written.size >= LEAST_SIZE]
     count = Counter(answer.written.text for answer in long)
     rare = [answer for answer in long if count[answer.written.text] <= usual]
-    pairs = []
-    for index, one in enumerate(rare):
-        for other in rare[index + 1 :]:
-            if one.due == other.due or (len(rare) > MOST_PAIRS and one.written.text != other.written.text):
-                continue
-            alike = alikeness(one.written, other.written)
-            if alike >= ALIKE:
-                pairs.append(Pair(one, other, alike))
-    return sorted(pairs, key=lambda pair: -pair.alike)
+    pairs = [
+        Pair(first, second, alikeness(first.written, second.written))
+        for first, second in combinations(rare, 2)
+        if first.due != second.due and (len(rare) <= MOST_PAIRS or first.written.text == second.written.text)
+    ]
+    return sorted((pair for pair in pairs if pair.alike >= ALIKE), key=lambda pair: -pair.alike)

@@ -450,10 +450,10 @@ def _similar(of_parts: Mapping[str, Sequence[Work]], names: Mapping[str, str]) -
     pairs = [
         PairRow(
             part=name,
-            one=names[pair.one.student],
-            other=names[pair.other.student],
+            one=names[pair.first.student],
+            other=names[pair.second.student],
             alike="the same" if pair.alike == 1 else f"{100 * pair.alike:.0f} % in common",
-            texts=(_cut(pair.one.answer), _cut(pair.other.answer)),
+            texts=(_cut(pair.first.answer), _cut(pair.second.answer)),
         )
         for name, pair in alike[:MOST_PAIRS]
     ]

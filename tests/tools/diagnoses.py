@@ -143,7 +143,7 @@ def _written(part: Part, wrong: Wrong, w: Working) -> str | None:
 
 def _short_determinant(wrong: Wrong) -> sp.Matrix:
     """Return the determinant of a wrong Jacobian of many joints, from entries in their shortest form."""
-    if "determinant" in wrong.slip.changes or RESULT in wrong.slip.changes:
+    if "determinant" in wrong.variant.changes or RESULT in wrong.variant.changes:
         return sp.Matrix([[sp.nan]])
     entries = np.frompyfunc(_short, 1, 1)(wrong.working["jacobian"])
     return sp.Matrix([[sp.expand(determinant(entries).item())]])

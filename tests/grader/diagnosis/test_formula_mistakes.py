@@ -156,7 +156,7 @@ def test_a_mistake_that_later_parts_inherit_is_named_once() -> None:
     names = ("joint-axes", "jacobian", "velocity")
     parts = {part.name: part for part in problem.parts if part.name in names}
     right = formulas(problem.chain)
-    slip = next(wrong.slip for wrong in make_mistake(CATALOGUE["twist-sign"], right, parts["joint-axes"]))
+    slip = next(wrong.variant for wrong in make_mistake(CATALOGUE["twist-sign"], right, parts["joint-axes"]))
     wrong = right.with_mistakes(slip.changes)
     answers = {}
     for name, part in parts.items():

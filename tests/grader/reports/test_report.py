@@ -144,7 +144,7 @@ def test_pairs_are_long_rare_and_of_different_problems(assignment: Assignment) -
         return Wrong(student, of.text, of, due)
 
     (pair,) = nearly_the_same([wrong("a", long, "1"), wrong("b", long, "2"), wrong("c", long, "1")][:2], 3)
-    assert (pair.one.student, pair.other.student, pair.alike) == ("a", "b", 1)
+    assert (pair.first.student, pair.second.student, pair.alike) == ("a", "b", 1)
     assert not nearly_the_same([wrong("a", long, "1"), wrong("b", long, "1")], 3)  # the same problem
     assert not nearly_the_same([wrong("a", short, "1"), wrong("b", short, "2")], 3)
     assert not nearly_the_same([wrong(name, long, name) for name in "abcd"], 3)  # what many write
