@@ -48,10 +48,12 @@ def group_of(problem: Problem, part: Part, given: ParsedAnswer, diagnosis: Diagn
     `diagnosis` is what was found behind it, whatever was found in earlier parts. Not known is it of Python functions
     behind which no mistake was found: each is called at other configurations.
     """
-    same = _same(problem, part, given, diagnosis, secret)
-    if same is None:
+    identity = _identify(problem, part, given, diagnosis, secret)
+    if identity is None:
         return None
-    number = int.from_bytes(hashlib.sha256(repr((secret, part.name, same)).encode("utf-8", "replace")).digest()[:16])
+    number = int.from_bytes(
+        hashlib.sha256(repr((secret, part.name, identity)).encode("utf-8", "replace")).digest()[:16]
+    )
     letters = []
     for _ in range(LENGTH):
         number, index = divmod(number, len(LETTERS))
@@ -59,7 +61,7 @@ def group_of(problem: Problem, part: Part, given: ParsedAnswer, diagnosis: Diagn
     return "".join(letters)
 
 
-def _same(
+def _identify(
     problem: Problem, part: Part, given: ParsedAnswer, diagnosis: Diagnosis | None, secret: str
 ) -> tuple[object, ...] | None:
     """Return what is equal for answers that are the same."""
@@ -72,21 +74,16 @@ def _same(
     try:
         if part.answer.is_in_numbers and given.rows is not None:
             return "numbers", part.answer.code(), _numbers(given.entries)
-        own = _Own(problem.chain)
+        general, is_direction = _GeneralForm(problem.chain), part.answer.counts_up_to_a_factor
         if given.tree is not None and part.answer.is_a_set:
             joints = [q.name for q in problem.chain.q]
-            due = Node("list", tuple(tree for row in part.answer.trees(problem.domain().roles) for tree in row))
-            return "set", own.conditions(given.tree, joints, secret), own.conditions(due, joints, secret)
+            reference = Node("list", tuple(tree for row in part.answer.trees(problem.domain().roles) for tree in row))
+            return "set", *(general.conditions(tree, joints, secret) for tree in (given.tree, reference))
         if given.rows is not None:
-            due_rows, free = part.answer.trees(problem.domain().roles), part.answer.counts_up_to_a_factor
-            shapes = [(len(rows), len(rows[0])) for rows in (given.rows, due_rows)]
-            due_entries = [entry for row in due_rows for entry in row]
-            return (
-                "formulas",
-                shapes,
-                own.formulas(given.entries, secret, free),
-                own.formulas(due_entries, secret, free),
-            )
+            both = (given.rows, part.answer.trees(problem.domain().roles))
+            shapes = [(len(rows), len(rows[0])) for rows in both]
+            entries = [[entry for row in rows for entry in row] for rows in both]
+            return "formulas", shapes, *(general.formulas(some, secret, is_direction) for some in entries)
     except (ReadError, ValueError, ArithmeticError, RecursionError):
         pass  # no formulas: it is known again by its text
     return "text", "".join(given.text.split())
@@ -105,22 +102,22 @@ def _numbers(entries: Sequence[Node]) -> tuple[str, ...]:
     return tuple(f"{complex(value):.2e}" for value in values[:, 0])
 
 
-class _Own:
-    """A student's own numbers, undone."""
+class _GeneralForm:
+    """The form of formulas that is the same for all students: their given lengths have names again."""
 
     def __init__(self, chain: Chain) -> None:
-        names = _named(_given_lengths(chain))
-        self.factors = dict(_numbers_of(names, [_products(names, 2), _products(names, 3), _sums_of(names)]))
-        self.terms = dict(_numbers_of(names, [_sums_of(names), _products(names, 2), _products(names, 3)]))
+        names = _name_lengths(_given_lengths(chain))
+        self.factors = dict(_unambiguous(names, [_products(names, 2), _products(names, 3), _sums_of(names)]))
+        self.terms = dict(_unambiguous(names, [_sums_of(names), _products(names, 2), _products(names, 3)]))
         self.zeros: dict[str, Node] = {}
         self.names: dict[str, Node] = {}
         self.angles = {q.name for q, joint in zip(chain.q, chain.joints, strict=True) if joint.kind == "R"}
         for q, joint, offset in zip(chain.q, chain.joints, _zeros(chain), strict=True):
             if offset != 0:
-                self.zeros[q.name] = self.undone(tree_of_reference(str(offset), frozenset()), joint.kind == "P")
+                self.zeros[q.name] = self.generalize(tree_of_reference(str(offset), frozenset()), joint.kind == "P")
                 self.names[q.name] = Node("-", (Node("name", value=q.name), self.zeros[q.name]))
 
-    def undone(self, tree: Node, in_length: bool = True) -> Node:
+    def generalize(self, tree: Node, in_length: bool = True) -> Node:
         """Return a tree in which names stand for given lengths, and joints count from the table's zero.
 
         Numbers in a sine or an exponent are no lengths, and an angle has its zero only in a sine.
@@ -132,12 +129,12 @@ class _Own:
         if tree.kind in ("number", "decimal"):
             return _length(self.terms, tree.value) if in_length else tree
         if tree.kind == "call":
-            return Node("call", tuple(self.undone(arg, False) for arg in tree.args), tree.value)
+            return Node("call", tuple(self.generalize(arg, False) for arg in tree.args), tree.value)
         if tree.kind == "^":
-            return Node("^", (self.undone(tree.args[0], in_length), self.undone(tree.args[1], False)))
+            return Node("^", (self.generalize(tree.args[0], in_length), self.generalize(tree.args[1], False)))
         if in_length and tree.kind in ("*", "/", "neg"):
             return self._product(tree)
-        return Node(tree.kind, tuple(self.undone(arg, in_length) for arg in tree.args), tree.value)
+        return Node(tree.kind, tuple(self.generalize(arg, in_length) for arg in tree.args), tree.value)
 
     def _product(self, tree: Node) -> Node:
         """Return a product with its numbers as one where that is a length, as 7*cos(theta2)/20 has; else each alone."""
@@ -151,13 +148,13 @@ class _Own:
         if abs(number) in known:
             product, factors = _length(known, number), others
         for factor, is_below in factors:
-            undone = _length(known, factor.value) if _is_number(factor) else self.undone(factor)
-            product = Node("/" if is_below else "*", (product, undone))
+            general = _length(known, factor.value) if _is_number(factor) else self.generalize(factor)
+            product = Node("/" if is_below else "*", (product, general))
         return product
 
     def formulas(self, entries: Sequence[Node], seed: str, up_to_a_factor: bool = False) -> tuple[object, ...]:
         """Return what is the same for the same formulas; with `up_to_a_factor`, for their multiples, too."""
-        trees = [self.undone(entry) for entry in entries]
+        trees = [self.generalize(entry) for entry in entries]
         numbers = fingerprint_results(compile_program(trees), seed)
         pivot = next((tree for tree, number in zip(trees, numbers, strict=True) if number and any(number)), None)
         if up_to_a_factor and pivot is not None:
@@ -209,30 +206,30 @@ def _given_lengths(chain: Chain) -> Iterator[tuple[str, sp.Expr]]:
             yield f"{place} {axis}", value
 
 
-Made = Iterator[tuple[Fraction, Node]]
+NumbersAndNodes = Iterator[tuple[Fraction, Node]]
 """Numbers, and what they are made of."""
 
 
-def _named(lengths: Iterator[tuple[str, sp.Expr]]) -> dict[Fraction, Node]:
+def _name_lengths(lengths: Iterator[tuple[str, sp.Expr]]) -> dict[Fraction, Node]:
     """Return what stands for each length, without its sign; those of the same value are one, under all their names."""
     of_value: dict[Fraction, list[tuple[str, int]]] = {}
     for name, value in lengths:
         if value.is_Rational and value != 0:
             number = Fraction(int(value.p), int(value.q))
             of_value.setdefault(abs(number), []).append((name, 1 if number > 0 else -1))
-    return {value: _signed(named) for value, named in of_value.items()}
+    return {value: _signed_name(named) for value, named in of_value.items()}
 
 
-def _numbers_of(names: Mapping[Fraction, Node], ways: Sequence[Made]) -> Made:
+def _unambiguous(names: Mapping[Fraction, Node], ways: Sequence[NumbersAndNodes]) -> NumbersAndNodes:
     """Yield the numbers that stand for lengths, or for what is made of several, the likelier ways first.
 
     Those that could be made in several ways, one as likely as the other, stay numbers, and so do whole ones: 2 may be
     any factor.
     """
     known = {value for value in names if value.denominator == 1}
-    for made in ((item for item in names.items()), *ways):
+    for pairs in (iter(names.items()), *ways):
         nodes: dict[Fraction, list[Node]] = {}
-        for value, node in made:
+        for value, node in pairs:
             nodes.setdefault(value, []).append(node)
         yield from (
             (value, every[0])
@@ -242,12 +239,12 @@ def _numbers_of(names: Mapping[Fraction, Node], ways: Sequence[Made]) -> Made:
         known |= set(nodes)
 
 
-def _signed(named: Sequence[tuple[str, int]]) -> Node:
+def _signed_name(named: Sequence[tuple[str, int]]) -> Node:
     name = Node("name", value=" = ".join(name for name, _ in named))
     return name if named[0][1] > 0 else Node("neg", (name,))
 
 
-def _products(names: Mapping[Fraction, Node], count: int) -> Made:
+def _products(names: Mapping[Fraction, Node], count: int) -> NumbersAndNodes:
     for values in combinations_with_replacement(names, count):
         product, node = values[0], names[values[0]]
         for value in values[1:]:
@@ -255,18 +252,18 @@ def _products(names: Mapping[Fraction, Node], count: int) -> Made:
         yield product, node
 
 
-def _sums_of(names: Mapping[Fraction, Node]) -> Made:
+def _sums_of(names: Mapping[Fraction, Node]) -> NumbersAndNodes:
     """Yield sums of two, differences that are positive, and twice a product."""
     yield from _twice((value, node) for value, node in names.items())
     yield from _twice(_products(names, 2))
-    for one, other in permutations(names, 2):
-        if one > other:
-            yield one + other, Node("+", (names[one], names[other]))
-            yield one - other, Node("-", (names[one], names[other]))
+    for larger, smaller in permutations(names, 2):
+        if larger > smaller:
+            yield larger + smaller, Node("+", (names[larger], names[smaller]))
+            yield larger - smaller, Node("-", (names[larger], names[smaller]))
 
 
-def _twice(made: Made) -> Made:
-    for value, node in made:
+def _twice(pairs: NumbersAndNodes) -> NumbersAndNodes:
+    for value, node in pairs:
         yield 2 * value, Node("+", (node, node))
 
 
