@@ -200,7 +200,7 @@ def grade_attempt(
 
 
 def _run(
-    sandbox: Sandbox, cells: Sequence[str], names: Sequence[str], calls: Mapping[str, Calls], setup: str,
+    sandbox: Sandbox, cells: Sequence[str | None], names: Sequence[str], calls: Mapping[str, Calls], setup: str,
     modules: Mapping[str, str],
 ) -> Run:  # fmt: skip
     """Run a notebook. Where the process that runs it is lost, the notebook must have done it twice to answer for it."""
