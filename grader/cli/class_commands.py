@@ -151,7 +151,7 @@ def verify(
         return Task(identity.with_variation(variation).with_convention(convention, twist_order))
 
     tasks = _tasks(
-        what, family, range(first, first + count), task_of, varied=bool(variation or convention or twist_order)
+        what, family, range(first, first + count), task_of, bool(variation or convention or twist_order)
     )
     started = time.monotonic()
     failed, passed = Counter[Kind](), dict.fromkeys((task.identity.family for task in tasks), 0)

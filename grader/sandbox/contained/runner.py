@@ -265,20 +265,6 @@ def warm_up() -> None:
     plain.inv()
     plain.diff(x)
     sympy.N((sympy.sin(x) * y).subs({x: 0.3, y: 0.7}))
-    for form in _example_answers():
-        text_of(form)
-
-
-def _example_answers() -> list[Any]:
-    """Return formulas like those in answers, as SymPy caches what it computes; none of them is an answer."""
-    (theta1, theta2), (a1, a2), (vx, vy) = (sympy.symbols(names) for names in ("theta1:3", "a1:3", "vx vy"))
-    first, both, part = theta1, theta1 + theta2, sympy.Rational(7, 25)
-    (x1, y1), (x2, y2) = ((sympy.cos(angle), sympy.sin(angle)) for angle in (first, both))
-    below = a1 * (part * sympy.sin(theta1) - sympy.cos(theta2) / 10)
-    return [
-        sympy.Matrix([a1 * x2 + part * y1 - y2 / 10, a1 * x1 + part * x2 + y1 / 10]),
-        sympy.Matrix([[-a1 * x1 - part * y2, -a2 * x2], [a1 * y2 + a2 * x1, part * y1]]),
-        below,
-        sympy.Matrix([(vx * (part * x2 - x1) + vy * a2 * y2) / below, -vx * (a1 * x2 - y1 / 10) / below]),
-        [sympy.Eq(theta2, sympy.atan(sympy.Rational(5, 14))), sympy.Eq(theta1, -sympy.pi + sympy.acos(part))],
-    ]
+    theta1, theta2, a1, a2, vx = sympy.symbols("theta1:3 a1:3 vx")  # SymPy caches what formulas as in answers need
+    entry = -vx * (a1 * sympy.sin(theta1) + a2 * sympy.cos(theta1 + theta2) / 10) / (a1 * sympy.cos(theta2))
+    text_of([sympy.Matrix([entry, -entry]), sympy.Eq(theta1, sympy.acos(sympy.Rational(7, 25)) - sympy.pi)])
