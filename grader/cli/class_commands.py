@@ -150,9 +150,7 @@ def verify(
     def task_of(identity: ProblemId) -> Task:
         return Task(identity.with_variation(variation).with_convention(convention, twist_order))
 
-    tasks = _tasks(
-        what, family, range(first, first + count), task_of, bool(variation or convention or twist_order)
-    )
+    tasks = _tasks(what, family, range(first, first + count), task_of, bool(variation or convention or twist_order))
     started = time.monotonic()
     failed, passed = Counter[Kind](), dict.fromkeys((task.identity.family for task in tasks), 0)
     printed: set[str] = set()
@@ -462,8 +460,8 @@ def check_sandbox(strict: bool) -> None:
     check_system()
     findings = guarantees.probe(quick=not strict)
     if strict and not findings.is_strict:
-        raise QdotError(guarantees.refusal(findings))
-    if warning := guarantees.warning(findings):
+        raise QdotError(guarantees.explain_refusal(findings))
+    if warning := guarantees.describe_weakness(findings):
         note(warning)
 
 
@@ -493,7 +491,7 @@ def doctor(as_json: AsJson = False) -> None:
         for achieved in each.achieved:
             say(f"{'':<11} the probe {achieved}")
     say("")
-    for advised in guarantees.advice(findings):
+    for advised in guarantees.list_remedies(findings):
         say(advised)
     can = "can" if findings.is_strict else "can't"
     say(f'sandbox = "strict" in assignment.toml {can} be had on this machine')

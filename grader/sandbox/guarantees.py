@@ -162,7 +162,7 @@ def _make_targets() -> Iterator[dict[str, Any]]:
         yield {"file": str(file), "open": str(writable), "port": port, "abstract": address, "pid": os.getpid()}
 
 
-def refusal(findings: Findings) -> str:
+def explain_refusal(findings: Findings) -> str:
     """Return why the level "strict" is not available, and what to do."""
     needed = {measure for each in findings.guarantees if each.by != KERNEL for measure in MEANS[each.name]}
     remedies = [
@@ -174,7 +174,7 @@ def refusal(findings: Findings) -> str:
     )
 
 
-def warning(findings: Findings) -> str:
+def describe_weakness(findings: Findings) -> str:
     """Return in one line what is not enforced here, "" if everything is."""
     weak = _weak(findings)
     return f"The sandbox of this machine is weaker than it should be ({weak}); see `qdot doctor`." if weak else ""
@@ -184,7 +184,7 @@ def _weak(findings: Findings) -> str:
     return ", ".join(f"{each.name}: {each.by}" for each in findings.guarantees if each.by != KERNEL)
 
 
-def advice(findings: Findings) -> list[str]:
+def list_remedies(findings: Findings) -> list[str]:
     """Return a line for each measure that is not available here: why, and how to make it available."""
     measures = [(*MEASURES.get(name, (name, "")), why) for name, why in findings.lacking.items()]
     return [f"{title}: not here ({why}). {remedy}".strip() for title, remedy, why in measures]

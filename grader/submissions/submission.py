@@ -148,7 +148,7 @@ def _find_root(students: "Sequence[Student]", root: Path) -> tuple[Path, Callabl
     return inner, owner_of
 
 
-def paths_of_student(students: "Sequence[Student]", root: Path, student: str) -> tuple[list[Path], list[Path]]:
+def find_paths_of_student(students: "Sequence[Student]", root: Path, student: str) -> tuple[list[Path], list[Path]]:
     """Return the files and folders of a student, and those that may be the student's or not."""
     inner, find_owner = _find_root(students, root)
     sure, unsure = list[Path](), list[Path]()
@@ -176,7 +176,9 @@ def _read_not_fetched(table: Path) -> dict[str, StudentFiles]:
         ) from None
 
 
-def files_of_student(path: Path, key: str, platform: str, received: datetime.datetime | None) -> StudentFiles | None:
+def find_files_of_student(
+    path: Path, key: str, platform: str, received: datetime.datetime | None
+) -> StudentFiles | None:
     """Return the files in a folder or file that is known to be a student's; None if there are none."""
     return _select_files([SubmittedPath(path, platform=platform, received=received)], key)
 
@@ -333,7 +335,7 @@ def _read_small_member(archive: Path, member: ArchiveMember) -> bytes:
         return b""  # reported if this is the file to grade
 
 
-def likely_notebooks(files: Sequence[Path]) -> tuple[tuple[Path, ...], str]:
+def select_likely_notebooks(files: Sequence[Path]) -> tuple[tuple[Path, ...], str]:
     """Return those of a student's sorted files that may be notebooks to grade, and a note.
 
     If there are more than MOST_ATTEMPTS, return the first and the newest ones; the note says so.
@@ -361,7 +363,7 @@ def _modification_time(path: Path) -> int:
 # --- reading ---
 
 
-def python_files_beside(path: Path) -> tuple[Path, ...]:
+def find_python_files(path: Path) -> tuple[Path, ...]:
     """Return the Python files in a notebook's folder, without links. All files there must be of the same student."""
     try:
         return tuple(sorted(each for each in path.parent.glob("*.py") if not _refusal(each)))
@@ -396,7 +398,14 @@ def read_submission(path: Path, key: str = "", siblings: Sequence[Path] = ()) ->
         notes.append(f"{printable_name(name)} is no .ipynb file: {content.note}")
     modules = _read_modules(near)
     return Submission(
-        path, digest, time_of(status), content.cells, content.claims, tuple(notes), content.foreign, modules=modules
+        path,
+        digest,
+        modification_time(status),
+        content.cells,
+        content.claims,
+        tuple(notes),
+        content.foreign,
+        modules=modules,
     )
 
 
@@ -419,7 +428,7 @@ LAST_TIME = 253_370_764_800
 """The year 9999 in seconds; a file's time may be even later."""
 
 
-def time_of(status: os.stat_result) -> datetime.datetime:
+def modification_time(status: os.stat_result) -> datetime.datetime:
     """Return a file's time, or the nearest time that datetime can represent."""
     return datetime.datetime.fromtimestamp(min(max(int(status.st_mtime), 0), LAST_TIME), datetime.UTC)
 
@@ -458,7 +467,7 @@ def _read_from_archive(path: Path, key: str) -> tuple[str, bytes, str, list[_Nea
 # --- metadata ---
 
 
-def wrong_assignment(submission: Submission, assignment: "Assignment") -> str | None:
+def explain_wrong_assignment(submission: Submission, assignment: "Assignment") -> str | None:
     """Return why a notebook is not of this assignment according to its metadata, None if it is."""
     claimed = submission.claims.get("assignment")
     if isinstance(claimed, str) and claimed != assignment.key:
@@ -477,7 +486,7 @@ class Note:
     student: str = ""
 
 
-def oddities(submission: Submission, assignment: "Assignment", student: str) -> list[Note]:
+def find_oddities(submission: Submission, assignment: "Assignment", student: str) -> list[Note]:
     """Return peculiarities of the metadata. They decide nothing: the student's own problems are graded in any case."""
     claims, notes = submission.claims, []
     claimed, digest = claims.get("student"), claims.get("digest")
