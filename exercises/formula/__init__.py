@@ -11,7 +11,7 @@ From the bottom up:
     algebra                             trees added, multiplied and differentiated, without SymPy
     notation, tables                    LaTeX, typography and units as plain text; vectors and matrices without commas
     products                            operations on matrices carried out
-    metres                              the unit m told apart from a whole number
+    metres                              the unit m distinguished from a whole number
     expression                          text to a tree by a grammar, in whatever notation it was written
     noise                               removes what floating-point numbers leave of zero
     program                             trees evaluated at many points at once

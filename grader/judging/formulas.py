@@ -48,7 +48,7 @@ IMAGINARY = 1e-12
 def judge_expression(
     parsed: ParsedAnswer, reference: Node, domain: Domain, seed: str, rounding: Rounding | None = None
 ) -> Judgement:
-    """Judge a formula; `rounding` is what its decimals may be off."""
+    """Judge a formula; `rounding` says how far off its decimals may be."""
     if parsed.refusal is not None:
         return parsed.refusal
     comparison = compare_entries(parsed.entries, [reference], domain, seed, rounding)
@@ -237,8 +237,8 @@ def judge_singular(
 ) -> Judgement:
     """Judge a set of singular configurations by what it contains.
 
-    The reference holds what is due for each condition: its values, or the condition itself. The share is by conditions
-    that are found, in part or not, and by conditions that are claimed and not singular (`share_of_set`).
+    The reference holds each condition: its values, or the condition itself. The share depends on how many conditions
+    are found completely or in part, and on how many claimed conditions are not singular (`share_of_set`).
     """
     if parsed.refusal is not None or parsed.tree is None:
         return parsed.refusal or missing()

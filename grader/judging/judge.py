@@ -15,9 +15,10 @@ from qdot.grader.judging.verdict import Judgement
 
 
 def judge(problem: Problem, part: Part, answer: str, seed: str | None = None, points_seed: str = "") -> Judgement:
-    """Judge the text of an answer to a part; `seed` draws the points at which it is compared, a fresh one if none.
+    """Judge the text of an answer to a part.
 
-    Those at which a function was called, before its values were an answer, come from `points_seed`.
+    `seed` determines the points at which it is compared (random by default), `points_seed` those at which a function
+    was called before.
 
     >>> from qdot import generate
     >>> problem = generate("polar-rp/1", ["determinant"])
@@ -29,7 +30,7 @@ def judge(problem: Problem, part: Part, answer: str, seed: str | None = None, po
 
 
 def judge_given(problem: Problem, part: Part, parsed: ParsedAnswer, seed: str) -> Judgement:
-    """Judge an answer that was read as that to a part; `seed` draws the points at which it is compared."""
+    """Judge a parsed answer to a part; `seed` determines the points at which it is compared."""
     if parsed.table is not None:
         return judge_function(part, parsed.table, [q.name for q in problem.chain.q], problem.domain().roles)
     return part.answer.accept(_Judging(problem, part, parsed, problem.domain(), seed))
