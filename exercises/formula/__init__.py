@@ -18,5 +18,5 @@ From the bottom up:
     field, angles, exact                rational functions of sines and cosines, compared modulo a random prime
     identity                            are two expressions the same function
     scale                               are they the same but for a sign, or for a constant factor
-    constants, set_parser, conditions   typed values; conditions as a union of pieces; are two sets the same
+    set_parser, conditions              conditions as a union of pieces; are two sets the same
 """

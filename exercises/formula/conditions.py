@@ -9,12 +9,12 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+import mpmath
 import numpy as np
 
 from qdot.exercises.common.stream import Stream
-from qdot.exercises.formula.constants import holds_at, same_value, value_of
-from qdot.exercises.formula.identity import Domain, Rounding
-from qdot.exercises.formula.program import Program, compile_program, evaluate
+from qdot.exercises.formula.identity import FLOATS, Domain, Rounding
+from qdot.exercises.formula.program import DIGITS, Program, compile_program, evaluate, evaluate_precisely, value_of
 from qdot.exercises.formula.set_parser import Atom, Piece, is_tied
 from qdot.exercises.formula.trees import Node, names
 
@@ -61,6 +61,24 @@ def _prepare(piece: Piece, joints: Sequence[str]) -> _Search:
     searched = set().union(*map(names, zeros)) - {atom.joint for atom in untied}
     values = [(str(atom.joint), compile_program([atom.zero])) for atom in untied]
     return _Search(values, compile_program(zeros), [joint for joint in joints if joint in searched])
+
+
+def same_value(value: Any, expected: Any, angles: bool) -> bool:
+    """Tell whether two values are the same, angles modulo whole turns: to the digits that programs print of doubles."""
+    with mpmath.workdps(DIGITS):
+        off = value - expected
+        if angles:
+            off -= 2 * mpmath.pi * mpmath.nint(off / (2 * mpmath.pi))
+        return bool(abs(off) <= FLOATS * max(1, abs(expected)))
+
+
+def holds_at(zero: Node, at: Mapping[str, Any], symbols: Mapping[str, Any]) -> bool:
+    """Tell whether an expression vanishes at values of joints, for some values of the other symbols."""
+    program = compile_program([zero])
+    values = {**symbols, **at}
+    misses = evaluate_precisely(program, values, DIGITS)[0]
+    size = float(evaluate(program, {name: np.array([float(value)]) for name, value in values.items()}, 1)[1][0, 0])
+    return bool(mpmath.isfinite(misses) and abs(misses) <= FLOATS * max(size, 1e-300))
 
 
 def _nudge(values: Mapping[str, np.ndarray], count: int, nudges: Sequence[tuple[str, Any]]) -> dict[str, np.ndarray]:

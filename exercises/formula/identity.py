@@ -28,6 +28,7 @@ from qdot.exercises.common.stream import Stream
 from qdot.exercises.formula import exact
 from qdot.exercises.formula.noise import remove_noise
 from qdot.exercises.formula.program import (
+    SAME,
     Program,
     compile_program,
     evaluate_precisely,
@@ -48,8 +49,6 @@ PRINTED, DOUBLE = 13, 16
 """Digits from which on a decimal that was typed is a double as programs print it, and a problem's number is a root."""
 FLOATS = 1e-12
 """What entries may be off with decimals of PRINTED digits or more, and values of joints always."""
-SAME = 1e-40
-"""With 50 digits, values are the same if they differ by less, of the size of the terms."""
 
 _ROUNDING = 64 * np.finfo(float).eps
 
