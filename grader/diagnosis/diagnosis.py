@@ -40,7 +40,7 @@ from qdot.grader.diagnosis.rounding import is_right, rounded, rounded_values
 from qdot.grader.diagnosis.set_mistakes import behind_set
 from qdot.grader.judging.answer import ParsedAnswer, Table
 from qdot.grader.judging.judge import judge_given
-from qdot.grader.judging.verdict import Diagnosis, Outcome, known_by
+from qdot.grader.judging.verdict import Diagnosis, Outcome, locate_mistake
 
 POINTS = 16
 THREE_DECIMALS = 6e-4
@@ -100,7 +100,7 @@ def diagnose(
             return behind_set(problem, part, given, seed, mistake_weights) if len(given.text) <= LONGEST_SET else None
         for mistake, slip in mistaken_answers(problem.chain, part) if len(given.text) <= LONGEST_SET else ():
             if judge_given(problem, replace(part, answer=slip.answer), given, seed).outcome is Outcome.CORRECT:
-                made = known_by(mistake.name, slip.words)
+                made = locate_mistake(mistake.name, slip.words)
                 return Diagnosis((mistake.name,), mistake.sentence(slip.words), known_by=(made,))
     answer = _wronged(problem, part, given, seed)
     if answer is None:
@@ -303,7 +303,7 @@ def _said(wrongs: Sequence[Wrong]) -> Diagnosis:
     first, names = wrongs[0], tuple(dict.fromkeys(wrong.mistake.name for wrong in wrongs))
     says = " Or, which gives the same answer: ".join(dict.fromkeys(map(_sentence, wrongs)))
     cause = (first.mistake.name, dict(first.slip.words)) if len(wrongs) == 1 else None
-    ways = tuple(known_by(wrong.mistake.name, wrong.slip.words) for wrong in wrongs)
+    ways = tuple(locate_mistake(wrong.mistake.name, wrong.slip.words) for wrong in wrongs)
     return Diagnosis(names, says, cause, known_by=ways, either=len(names) > 1)
 
 

@@ -273,7 +273,8 @@ class _Context:
             return None
         if part.answer.counts_up_to_a_factor:
             entries = [Node("decimal", value=Fraction(repr(float(value)))) for value in values]
-            return judge_direction(answer, entries, self.domain, self.seed, part.of(Direction).apart(part.rounding))
+            tolerance = part.of(Direction).tolerance_with(part.rounding)
+            return judge_direction(answer, entries, self.domain, self.seed, tolerance)
         due = part.of(Number)
         tolerance = part.rounding.relative or due.tolerance if part.rounding else due.tolerance
         floor = 0.001 * largest

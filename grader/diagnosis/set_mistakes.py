@@ -35,7 +35,7 @@ from qdot.exercises.problem.problem import Part, Problem
 from qdot.grader.diagnosis.rounding import EXACTLY, NEAR
 from qdot.grader.judging.answer import ParsedAnswer, with_joint
 from qdot.grader.judging.judge import judge_given
-from qdot.grader.judging.verdict import Diagnosis, Outcome, known_by
+from qdot.grader.judging.verdict import Diagnosis, Outcome, locate_mistake
 
 POINTS = 3
 MOST_SAID = 3
@@ -96,7 +96,7 @@ def _piece_by_piece(problem: Problem, part: Part, claimed: Sequence[Piece], seed
         return None
     says = dict.fromkeys(CATALOGUE[name].sentence(words) for name, words in said)
     names = tuple(dict.fromkeys(name for name, _ in said))
-    return Diagnosis(names, " ".join(says), known_by=tuple(dict.fromkeys(known_by(*each) for each in said)))
+    return Diagnosis(names, " ".join(says), known_by=tuple(dict.fromkeys(locate_mistake(*each) for each in said)))
 
 
 class _Claims:
@@ -175,7 +175,7 @@ def _told(
     """Return what is said of a mistake, and of one as likely that gives the same set; of a likelier one alone."""
     told = _likeliest(problem, part, mistake, slip, look, mistake_weights)
     says = " Or, which gives the same answer: ".join(one.sentence(taken_for.words) for one, taken_for in told)
-    made = tuple(known_by(one.name, taken_for.words) for one, taken_for in told)
+    made = tuple(locate_mistake(one.name, taken_for.words) for one, taken_for in told)
     return Diagnosis(tuple(one.name for one, _ in told), says, known_by=made, either=len(told) > 1)
 
 
@@ -183,7 +183,7 @@ def _as_configurations(problem: Problem, part: Part, given: ParsedAnswer, seed: 
     for mistake, slip in mistaken_answers(problem.chain, part):
         if _judged(problem, part, given, slip, seed) is Outcome.CORRECT:
             return Diagnosis(
-                (mistake.name,), mistake.sentence(slip.words), known_by=(known_by(mistake.name, slip.words),)
+                (mistake.name,), mistake.sentence(slip.words), known_by=(locate_mistake(mistake.name, slip.words),)
             )
     return None
 

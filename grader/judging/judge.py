@@ -58,12 +58,12 @@ class _Judging(answers.AnswerVisitor[Judgement]):
     def direction(self, answer: answers.Direction) -> Judgement:
         """Compare up to a factor."""
         expected = [entry for row in answer.trees(self.domain.roles) for entry in row]
-        return judge_direction(self.parsed, expected, self.domain, self.seed, answer.apart(self.part.rounding))
+        return judge_direction(self.parsed, expected, self.domain, self.seed, answer.tolerance_with(self.part.rounding))
 
     def numbers(self, answer: answers.Number) -> Judgement:
         """Compare numbers, each within what it may be off."""
         right = [float(value) for value in answer.reference]
-        return judge_numbers(self.parsed, right, answer.units, *answer.allowed(self.part.rounding))
+        return judge_numbers(self.parsed, right, answer.units, *answer.tolerance_and_floor(self.part.rounding))
 
     def conditions(self, answer: answers.ConditionSet) -> Judgement:
         """Compare sets of configurations."""
