@@ -11,7 +11,7 @@ PIP     = $(PY) -m pip --disable-pip-version-check --quiet
 CODE    = exercises grader tests
 PYTEST  = $(PY) -m pytest -n auto --dist loadgroup --durations=5
 
-.PHONY: help demo check test whole integration lint unit site site-test docs shipped sharing messages test-all test-oldest pairs fuzz diagnoses planted platforms bench bench-peers lighthouse format lock clean
+.PHONY: help demo check test whole integration lint unit site site-test docs shipped sharing messages test-all test-oldest pairs fuzz diagnoses platforms bench lighthouse format lock clean
 
 help:  ## this list
 	@sed -n 's/^\([a-z-]*\):.*## \(.*\)/  make \1 | \2/p' Makefile | awk -F'|' '{ printf "%-20s %s\n", $$1, $$2 }'
@@ -119,17 +119,12 @@ messages: $(VENV)/.dev  ## collect all texts for the languages, merge them into 
 pairs: $(VENV)/.dev  ## 100,000 right and wrong answers made from all families' formulas, and the verdicts on them
 	$(PY) -m tests.tools.pairs
 
-fuzz: $(VENV)/.dev  ## what nobody should hand in, to a class; texts that nobody would write, to the reader and the judgement (needs atheris)
+fuzz: $(VENV)/.dev  ## what nobody should hand in, to a class; texts that nobody would write, to the reader and the judgement
 	$(PY) -m tests.tools.submissions
 	$(PY) -m tests.tools.fuzz
 
 diagnoses: $(VENV)/.dev  ## every mistake made on every family and question, and what the diagnosis says (an hour)
 	$(PY) -m tests.tools.diagnoses
-
-planted: $(VENV)/.dev site/node_modules/.package-lock.json  ## 120 mistakes in modules of all kinds, and which tests find them (two hours)
-	$(PY) -m tests.tools.planted record --suite $(QDOT_SUITE)
-	$(PY) -m tests.tools.planted try --suite $(QDOT_SUITE)
-	$(PY) -m tests.tools.planted show --suite $(QDOT_SUITE)
 
 platforms: $(VENV)/.dev .venvs/platforms/.installed site-scripts  ## exports put into the real programs: those of registries, and copies named as in MOODLE=/path make platforms
 	$(PY) -m tests.platforms
@@ -139,14 +134,6 @@ bench: $(VENV)/.dev  ## the figures that have a goal, as ratios, and their table
 
 lighthouse: $(VENV)/.runtime site/dist/.vite/manifest.json  ## Lighthouse of three pages of the site, by npx (ten minutes of an idle machine)
 	cd site && QDOT="$(abspath $(VENV))/bin/qdot" node bench/lighthouse.mjs
-
-bench-peers: $(VENV)/.dev .venvs/peers/.installed  ## the same notebooks graded by nbgrader and otter-grader
-	$(PY) -m tests.bench.peers .venvs/peers/bin/python
-
-.venvs/peers/.installed:
-	$(PYTHON) -m venv .venvs/peers
-	.venvs/peers/bin/python -m pip --disable-pip-version-check --quiet install nbgrader==0.9.6 otter-grader==7.0.0 sympy numpy
-	touch $@
 
 # Programs that read exports in tests; GPL ones are run as programs of their own. Without a registry, their tests are skipped.
 .venvs/readers/.installed:
@@ -195,7 +182,7 @@ lock: .venvs/lock/.uv  ## choose the versions in constraints.txt anew
 	  --fork-strategy fewest --generate-hashes --no-header --no-annotate --output-file constraints.txt
 
 clean:  ## remove environments, caches, the demonstration and what was built
-	rm -rf .venv .venvs .kept .planted build dist qdot-demo .hypothesis .mypy_cache .pytest_cache .ruff_cache
+	rm -rf .venv .venvs .kept build dist qdot-demo .hypothesis .mypy_cache .pytest_cache .ruff_cache
 	find $(CODE) -name __pycache__ -type d -prune -exec rm -rf {} +
 
 # Environments. A hidden file says what is in one, and is older than what it was made from when it has to be made again.

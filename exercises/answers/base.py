@@ -74,18 +74,18 @@ class AnswerVisitor(Generic[T]):
 
 
 class Answer(ABC):
-    """The answer to a part: a frozen dataclass of the reference, with what depends on its type."""
+    """The answer to a part: a frozen dataclass of the reference, with everything that depends on its type."""
 
     type: ClassVar[str]
     """Its name in `qdot show --json` and in results."""
     takes_symbols: ClassVar[bool] = True
-    """Whether the symbols of the problem may stand in it."""
+    """Whether it may contain symbols of the problem."""
     counts_up_to_a_factor: ClassVar[bool] = False
-    """Whether every multiple other than zero is as good."""
+    """Whether every multiple except zero is right, too."""
     is_exact: ClassVar[bool] = False
-    """Whether decimals count as what they say, but for the rounding that an assignment allows."""
+    """Whether decimals mean exactly what they say, except for the rounding that an assignment allows."""
     is_a_set: ClassVar[bool] = False
-    """Whether configurations are due, as conditions on the joints."""
+    """Whether the answer is a set of configurations, as conditions on the joints."""
 
     @abstractmethod
     def accept(self, visitor: AnswerVisitor[T]) -> T:
@@ -98,16 +98,16 @@ class Answer(ABC):
 
     @property
     def units_due(self) -> tuple[str, ...]:
-        """The unit of each number that is due; nothing where formulas are."""
+        """The unit of each expected number; empty for formulas."""
         return ()
 
     def unit(self, entry: int) -> str:
-        """Return the unit of an entry, counted from 0; nothing where it has none."""
+        """Return the unit of an entry, counted from 0; "" if it has none."""
         return self.units_due[entry] if self.units_due else ""
 
     @property
     def offered(self) -> tuple[str, ...]:
-        """The options to choose from; nothing where an answer is worked out."""
+        """The options to choose from; empty for answers without options."""
         return ()
 
     @property
@@ -127,30 +127,30 @@ class Answer(ABC):
 
     @property
     def typed_as(self) -> str:
-        """What is due, in words, where a placeholder does not show it."""
+        """What is expected, in words, if a placeholder does not show it."""
         return ""
 
     @property
     def is_in_numbers(self) -> bool:
-        """Whether numbers are due, right within a tolerance."""
+        """Whether numbers are expected, right within a tolerance."""
         return False
 
     @property
     def is_formulas(self) -> bool:
-        """Whether formulas are due that are compared entry by entry."""
+        """Whether formulas are expected, which are compared entry by entry."""
         return False
 
     def as_matrix(self) -> sp.Matrix:
-        """Return the reference as a matrix, of one entry for an expression. Raises TypeError where it is none."""
+        """Return the reference as a matrix, of one entry for an expression. Raises TypeError for other types."""
         raise TypeError(f"the answer is of type {self.type}, and no matrix")
 
     def entries(self) -> list[sp.Expr]:
-        """Return the formulas that are compared as such."""
+        """Return the formulas that are compared as formulas."""
         return []
 
     @abstractmethod
     def formulas(self) -> list[str]:
-        """Return the texts of the reference that are read as a student's are; nothing where letters are due."""
+        """Return the texts of the reference, which are parsed like a student's; empty for letters."""
 
     def trees(self, known: Iterable[str]) -> list[list[Node]]:
         """Return the reference as trees, in rows and columns; conditions and single formulas are a column.
@@ -167,16 +167,16 @@ class Answer(ABC):
         """Return the reference as text, as a list (a vector, conditions, letters), or as a list of rows."""
 
     def options_json(self) -> Json:
-        """Return the options of an answer that has some, and the items that they are matched to."""
+        """Return the options, if there are any, and the items to which they are matched."""
         return {}
 
     def allowance_json(self) -> Json:
-        """Return the units of numbers that are due, and what they may be off."""
+        """Return the units of expected numbers, and how far off they may be."""
         return {}
 
     @abstractmethod
     def as_typed(self) -> str:
-        """Return the reference as a student would have to type it."""
+        """Return the reference as a student would type it."""
 
     @abstractmethod
     def code(self, taken: int = 0, write: Write = python_text) -> str:
@@ -186,5 +186,5 @@ class Answer(ABC):
         """
 
     def placeholder(self, taken: int = 0) -> str:
-        """Return what an unanswered cell assigns: `blank`, in the shape that is due."""
+        """Return what an unanswered cell assigns: `blank`, in the expected shape."""
         return "blank"

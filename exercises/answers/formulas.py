@@ -127,7 +127,7 @@ class Direction(Rows):
         """Call the visitor's method for a direction."""
         return visitor.direction(self)
 
-    def apart(self, rounding: Rounding | None) -> float | None:
+    def tolerance_with(self, rounding: Rounding | None) -> float | None:
         """Return by how much unit vectors may differ, as the assignment's rounding has it; None of formulas."""
         if self.tolerance is None or rounding is None:
             return self.tolerance
@@ -156,7 +156,7 @@ class Number(Rows):
         """Call the visitor's method for numbers."""
         return visitor.numbers(self)
 
-    def allowed(self, rounding: Rounding | None) -> tuple[float, float]:
+    def tolerance_and_floor(self, rounding: Rounding | None) -> tuple[float, float]:
         """Return the relative tolerance and the absolute least allowance, as the assignment's rounding has them."""
         if rounding is None:
             return self.tolerance, self.floor
@@ -165,7 +165,7 @@ class Number(Rows):
 
     def room(self, rounding: Rounding | None) -> list[float]:
         """Return what each number may be off."""
-        tolerance, floor = self.allowed(rounding)
+        tolerance, floor = self.tolerance_and_floor(rounding)
         return [max(tolerance * abs(float(value)), floor) for value in self.reference]
 
     @property

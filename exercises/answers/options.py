@@ -57,7 +57,7 @@ class Letters(Answer):
         return f'"{self.letters}"'
 
     def placeholder(self, taken: int = 0) -> str:
-        """Return a text, for a text is due."""
+        """Return a text, because a text is expected."""
         return '"blank"'
 
 

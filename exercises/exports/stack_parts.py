@@ -412,7 +412,7 @@ def _numbers(problem: Problem, part: Part) -> StackPart:
         compared = f"float({matrix})" if single else f"float({matrix}[i, 1])"
         return f"qdot_count(makelist(qdot_near({value}, {compared}, room[i]), i, 1, {n}))"
 
-    zeros = [abs(float(v)) <= answer.allowed(part.rounding)[1] for v in answer.reference]
+    zeros = [abs(float(v)) <= answer.tolerance_and_floor(part.rounding)[1] for v in answer.reference]
     lines = ["said: qdot_read(ans1);", f"room: [{', '.join(map(maxima_text, room))}];", f"right: {near('ta1')};"]
     lines += _share_of_numbers(part, zeros)
     variables = [*names(problem), *NUMBERS, f"ta1: {_floats(truth, single)};"]

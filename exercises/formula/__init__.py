@@ -11,12 +11,12 @@ From the bottom up:
     algebra                             trees added, multiplied and differentiated, without SymPy
     notation, tables                    LaTeX, typography and units as plain text; vectors and matrices without commas
     products                            operations on matrices carried out
-    metres                              the unit m told apart from a whole number
+    metres                              the unit m distinguished from a whole number
     expression                          text to a tree by a grammar, in whatever notation it was written
     noise                               removes what floating-point numbers leave of zero
     program                             trees evaluated at many points at once
     field, angles, exact                rational functions of sines and cosines, compared modulo a random prime
     identity                            are two expressions the same function
     scale                               are they the same but for a sign, or for a constant factor
-    constants, set_parser, conditions   typed values; conditions as a union of pieces; are two sets the same
+    set_parser, conditions              conditions as a union of pieces; are two sets the same
 """

@@ -6,7 +6,8 @@ from fractions import Fraction
 from typing import Any
 
 from qdot.exercises.formula.field import ORDER
-from qdot.exercises.formula.program import Step
+from qdot.exercises.formula.program import Step, compile_program
+from qdot.exercises.formula.trees import Node
 
 PARTS = 8
 """An angle's w is exp(i theta / PARTS), so that halves, quarters and eighths of it are whole powers."""
@@ -90,3 +91,16 @@ def _times(angle: FoundAngle, factor: Fraction, imaginary: bool) -> FoundAngle |
 
 def _is_long(number: Fraction) -> bool:
     return max(number.numerator.bit_length(), number.denominator.bit_length()) > MOST_BITS
+
+
+def turns_of(node: Node) -> Fraction | None:
+    """Return a rational multiple of pi as a part of pi, from 0 to less than 2; None for anything else.
+
+    >>> turns_of(Node("neg", (Node("name", value="pi"),)))
+    Fraction(1, 1)
+    """
+    program = compile_program([node])
+    angle = find_angles(program.steps)[program.outputs[0]]
+    if angle is None or angle[1] or set(angle[0]) - {"pi", ""} or angle[0].get(""):
+        return None
+    return angle[0].get("pi", Fraction(0)) % 2

@@ -6,25 +6,25 @@ Two sets, unions of pieces (`pieces`), are compared by what they contain: random
 
 import warnings
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any
 
+import mpmath
 import numpy as np
 
 from qdot.exercises.common.stream import Stream
-from qdot.exercises.formula.constants import holds_at, same_value, value_of
-from qdot.exercises.formula.identity import Domain, Rounding
-from qdot.exercises.formula.program import Program, compile_program, evaluate
+from qdot.exercises.formula.identity import FLOATS, Domain, Rounding
+from qdot.exercises.formula.program import DIGITS, Program, compile_program, evaluate, evaluate_precisely, value_of
 from qdot.exercises.formula.set_parser import Atom, Piece, is_tied
 from qdot.exercises.formula.trees import Node, names
 
 SAMPLES = 50
 ROUNDED = Rounding(absolute=5e-3)
-"""A value of a joint that is so near to one that is due is that one, rounded."""
+"""A joint value this close to an expected one is that value, rounded."""
 TYPED = 1e-9
-"""How near a configuration must be that was typed as values of joints."""
+"""How close a configuration must be that was typed as joint values."""
 MEMBER = 1e-7
-"""How near a configuration that was searched for must be; at a double zero, as of |cos| = 1, rounding allows 2e-8."""
+"""How close a configuration must be that a search found; at a double zero, as of |cos| = 1, rounding allows 2e-8."""
 
 _STILL, _ARRIVED, _VANISHED = 1e-10, 1e-5, 1e-9
 """A step below which nothing moves, one at which a search has arrived, and how small the residual is then."""
@@ -39,31 +39,46 @@ _VALUES = 5_000_000
 
 
 @dataclass
-class _Ready:
-    """A piece with its expressions compiled."""
+class _Search:
+    """A piece with its expressions compiled: values of joints, zeros, and the joints that a search for zeros moves."""
 
-    values: list[tuple[str, Program]] = field(default_factory=list)
-    zeros: Program | None = None
-    free: list[str] = field(default_factory=list)
+    values: list[tuple[str, Program]]
+    zeros: Program
+    free: list[str]
 
 
-def _ready(piece: Piece, joints: Sequence[str]) -> _Ready:
-    """Return a piece made ready: values without joints come first, then those that follow other joints.
+def _prepare(piece: Piece, joints: Sequence[str]) -> _Search:
+    """Return a piece compiled: values without joints come first, then those that follow other joints.
 
     A value that is tied can't be put in: what it differs from its joint by is one more expression that vanishes.
     """
     assigned = [atom for atom in piece if atom.joint is not None]
     tied = [atom for atom in assigned if is_tied(atom, piece, joints)]
     untied = [atom for atom in assigned if atom not in tied]
-    plain = sorted(untied, key=lambda atom: bool(names(atom.zero) & set(joints)))
-    ready = _Ready([(str(atom.joint), compile_program([atom.zero])) for atom in plain])
+    untied.sort(key=lambda atom: bool(names(atom.zero) & set(joints)))
     zeros = [atom.zero for atom in piece if atom.joint is None]
     zeros += [Node("-", (Node("name", value=atom.joint), atom.zero)) for atom in tied]
-    fixed = {joint for joint, _ in ready.values}
-    if zeros:
-        ready.zeros = compile_program(zeros)
-        ready.free = [j for j in joints if j not in fixed and any(j in names(zero) for zero in zeros)]
-    return ready
+    searched = set().union(*map(names, zeros)) - {atom.joint for atom in untied}
+    values = [(str(atom.joint), compile_program([atom.zero])) for atom in untied]
+    return _Search(values, compile_program(zeros), [joint for joint in joints if joint in searched])
+
+
+def same_value(value: Any, expected: Any, angles: bool) -> bool:
+    """Tell whether two values are the same, angles modulo whole turns: to the digits that programs print of doubles."""
+    with mpmath.workdps(DIGITS):
+        off = value - expected
+        if angles:
+            off -= 2 * mpmath.pi * mpmath.nint(off / (2 * mpmath.pi))
+        return bool(abs(off) <= FLOATS * max(1, abs(expected)))
+
+
+def holds_at(zero: Node, at: Mapping[str, Any], symbols: Mapping[str, Any]) -> bool:
+    """Tell whether an expression vanishes at values of joints, for some values of the other symbols."""
+    program = compile_program([zero])
+    values = {**symbols, **at}
+    misses = evaluate_precisely(program, values, DIGITS)[0]
+    size = float(evaluate(program, {name: np.array([float(value)]) for name, value in values.items()}, 1)[1][0, 0])
+    return bool(mpmath.isfinite(misses) and abs(misses) <= FLOATS * max(size, 1e-300))
 
 
 def _nudge(values: Mapping[str, np.ndarray], count: int, nudges: Sequence[tuple[str, Any]]) -> dict[str, np.ndarray]:
@@ -98,7 +113,7 @@ class Space:
 
     @property
     def typed_tolerance(self) -> float:
-        """How far off values of joints may be that were typed."""
+        """How far off typed joint values may be."""
         if self.rounding is None:
             return TYPED
         return max(TYPED, self.rounding.absolute, self.rounding.relative * np.pi)
@@ -109,45 +124,45 @@ class Space:
         return set(self.joints).union(*(names(atom.zero) for atom in atoms))
 
     def on_piece(self, piece: Piece, used: set[str], stream: Stream, count: int = SAMPLES) -> dict[str, np.ndarray]:
-        """Return up to `count` configurations (with values of the open symbols) at which the piece holds."""
+        """Return up to `count` random configurations (with values of the other symbols) at which the piece holds."""
         values = self.domain.sample(used, count, stream)
-        ready = _ready(piece, self.joints)
-        good = self._assign(ready, values, count)
-        if ready.zeros is not None:
-            good &= self._project(ready, values, count)
-            good &= self._assign(ready, values, count)
+        search = _prepare(piece, self.joints)
+        good = self._assign(search, values, count)
+        if search.zeros.outputs:
+            good &= self._project(search, values, count)
+            good &= self._assign(search, values, count)
         return {name: column[good] for name, column in values.items()}
 
-    def _assign(self, ready: _Ready, values: dict[str, np.ndarray], count: int) -> np.ndarray:
+    def _assign(self, search: _Search, values: dict[str, np.ndarray], count: int) -> np.ndarray:
         good = np.ones(count, dtype=bool)
-        for joint, program in ready.values:
+        for joint, program in search.values:
             assigned = evaluate(program, values, count)[0][0]
             good &= np.isfinite(assigned) & (np.abs(assigned.imag) < MEMBER)
             values[joint] = np.where(good, assigned.real, 0.0)
         return good
 
-    def _project(self, ready: _Ready, values: dict[str, np.ndarray], count: int) -> np.ndarray:
-        """Move the free joints onto the zeros by Gauss-Newton steps of least norm; tell where that ended well.
+    def _project(self, search: _Search, values: dict[str, np.ndarray], count: int) -> np.ndarray:
+        """Move the free joints onto the zeros by Gauss-Newton steps of least norm; return where that succeeded.
 
         It ends when steps have become tiny, not when residuals have: at a double zero, as of sin(theta)^2, a residual
         of 1e-14 is still 1e-7 away. A zero like that of sqrt(s1^2 + s2^2) is found through the square of the residual.
         """
-        start = {joint: values[joint].copy() for joint in ready.free}
-        good = self._descend(ready, values, count, squared=False)
-        if ready.free and not good.any():
+        start = {joint: values[joint].copy() for joint in search.free}
+        good = self._descend(search, values, count, squared=False)
+        if search.free and not good.any():
             values.update({joint: column.copy() for joint, column in start.items()})
-            good = self._descend(ready, values, count, squared=True)
+            good = self._descend(search, values, count, squared=True)
         return good
 
-    def _descend(self, ready: _Ready, values: dict[str, np.ndarray], count: int, squared: bool) -> np.ndarray:
+    def _descend(self, search: _Search, values: dict[str, np.ndarray], count: int, squared: bool) -> np.ndarray:
         last = np.full(count, np.inf)
         # How large the terms are at random, not where they vanish: near 0, sin(theta) has no larger terms than itself.
-        typical = _ignore_undefined(np.nanmedian, self._zeros(ready, values, count)[1])
+        typical = _ignore_undefined(np.nanmedian, self._zeros(search, values, count)[1])
         for _ in range(_MOST_STEPS):
-            residual, _ = self._zeros(ready, values, count)
-            if not ready.free or np.all((last < _STILL) | ~np.isfinite(residual).all(axis=0)):
+            residual, _ = self._zeros(search, values, count)
+            if not search.free or np.all((last < _STILL) | ~np.isfinite(residual).all(axis=0)):
                 break
-            slopes = self._slopes(ready, values, count, squared)
+            slopes = self._slopes(search, values, count, squared)
             if squared:
                 residual = residual**2
             good = np.isfinite(slopes).all(axis=(1, 2)) & np.isfinite(residual).all(axis=0)
@@ -156,16 +171,16 @@ class Space:
             longest = np.maximum(np.abs(move).max(axis=1, keepdims=True), 1e-300)
             move *= np.minimum(1.0, 0.7 / longest)
             last = np.where(good, np.abs(move).max(axis=1), np.inf)
-            for k, joint in enumerate(ready.free):
+            for k, joint in enumerate(search.free):
                 values[joint] = values[joint] - move[:, k]
         if not squared:
-            last = np.minimum(last, self._polish(ready, values, count, typical[0]))
-        residual, _ = self._zeros(ready, values, count)
+            last = np.minimum(last, self._polish(search, values, count, typical[0]))
+        residual, _ = self._zeros(search, values, count)
         with np.errstate(all="ignore"):
             near = np.all(np.abs(residual) <= (1e-7 if squared else _VANISHED) * typical, axis=0)
-        return np.asarray(near & ((last < _ARRIVED) | (not ready.free)))
+        return np.asarray(near & ((last < _ARRIVED) | (not search.free)))
 
-    def _polish(self, ready: _Ready, values: dict[str, np.ndarray], count: int, typical: np.ndarray) -> np.ndarray:
+    def _polish(self, search: _Search, values: dict[str, np.ndarray], count: int, typical: np.ndarray) -> np.ndarray:
         """Move poses near a double zero, as of det(J J^T), to where the slope vanishes; return the last steps.
 
         There the expression itself tells the place to half the digits only; its slope, by complex steps, tells it to
@@ -173,68 +188,67 @@ class Space:
         nowhere by it: large terms that cancel make a slope look flat where it is not.
         """
         last = np.full(count, np.inf)
-        assert ready.zeros is not None
-        if len(ready.zeros.outputs) != 1 or ready.zeros.branches or not ready.free:
+        if len(search.zeros.outputs) != 1 or search.zeros.branches or not search.free:
             return last
-        before = {joint: values[joint].copy() for joint in ready.free}
-        off = np.abs(self._zeros(ready, values, count)[0][0])
+        before = {joint: values[joint].copy() for joint in search.free}
+        off = np.abs(self._zeros(search, values, count)[0][0])
         for _ in range(8):
-            slope = self._complex_slopes(ready, values, count)
+            slope = self._complex_slopes(search, values, count)
             flat = np.linalg.norm(slope, axis=1) < 1e-2 * typical
             if not flat.any():  # nothing moves, now or later
                 last = np.full(count, np.inf)
                 break
-            bend = np.empty((count, len(ready.free), len(ready.free)))
-            for k, joint in enumerate(ready.free):
+            bend = np.empty((count, len(search.free), len(search.free)))
+            for k, joint in enumerate(search.free):
                 ahead, behind = ({**values, joint: values[joint] + side * 1e-5} for side in (1, -1))
-                ahead_slope, behind_slope = (self._complex_slopes(ready, at, count) for at in (ahead, behind))
+                ahead_slope, behind_slope = (self._complex_slopes(search, at, count) for at in (ahead, behind))
                 bend[:, :, k] = (ahead_slope - behind_slope) / 2e-5
             good = flat & np.isfinite(bend).all(axis=(1, 2))
             bend[~good] = 0.0
             move = np.einsum("pij,pj->pi", np.linalg.pinv(bend, rcond=1e-7, hermitian=False), slope)
             move = np.where(good[:, None], np.clip(move, -0.05, 0.05), 0.0)
             last = np.where(good, np.abs(move).max(axis=1), np.inf)
-            for k, joint in enumerate(ready.free):
+            for k, joint in enumerate(search.free):
                 values[joint] = values[joint] - move[:, k]
         with np.errstate(all="ignore"):
-            polished = (last < _POLISHED) & (np.abs(self._zeros(ready, values, count)[0][0]) <= off + 1e-15 * typical)
+            polished = (last < _POLISHED) & (np.abs(self._zeros(search, values, count)[0][0]) <= off + 1e-15 * typical)
         for joint, column in before.items():
             values[joint] = np.where(polished, values[joint], column)
         return np.where(polished, last, np.inf)
 
-    def _complex_slopes(self, ready: _Ready, values: Mapping[str, np.ndarray], count: int) -> np.ndarray:
+    def _complex_slopes(self, search: _Search, values: Mapping[str, np.ndarray], count: int) -> np.ndarray:
         """Return the slope of one zero, (count, joints), to the last digit: Im f(x + ih) / h needs no difference."""
-        assert ready.zeros is not None
-        nudged = _nudge(values, count, [(joint, 1e-20j) for joint in ready.free])
-        nudged_zeros, _ = evaluate(ready.zeros, nudged, count * len(ready.free))
-        slopes = nudged_zeros[0].imag.reshape(len(ready.free), count).T / 1e-20
+        nudged = _nudge(values, count, [(joint, 1e-20j) for joint in search.free])
+        nudged_zeros, _ = evaluate(search.zeros, nudged, count * len(search.free))
+        slopes = nudged_zeros[0].imag.reshape(len(search.free), count).T / 1e-20
         return np.where(np.isfinite(slopes), slopes, 0.0)
 
-    def _slopes(self, ready: _Ready, values: Mapping[str, np.ndarray], count: int, squared: bool = False) -> np.ndarray:
+    def _slopes(
+        self, search: _Search, values: Mapping[str, np.ndarray], count: int, squared: bool = False
+    ) -> np.ndarray:
         """Return the derivatives of the zeros, or of their squares, for the free joints, by central differences.
 
         Of shape (count, zeros, joints). At a zero, sqrt(x^2) has no slope that differences could tell, but x^2 has one.
         """
-        step, joints = 1e-6, len(ready.free)
-        nudged = _nudge(values, count, [(joint, side * step) for side in (1, -1) for joint in ready.free])
-        ends = self._zeros(ready, nudged, 2 * joints * count)[0].reshape(-1, 2, joints, count)
+        step, joints = 1e-6, len(search.free)
+        nudged = _nudge(values, count, [(joint, side * step) for side in (1, -1) for joint in search.free])
+        ends = self._zeros(search, nudged, 2 * joints * count)[0].reshape(-1, 2, joints, count)
         ends = ends**2 if squared else ends
         return np.asarray((ends[:, 0] - ends[:, 1]).transpose(2, 0, 1) / (2 * step))
 
     def nearest_miss(self, piece: Piece, used: set[str], stream: Stream) -> float:
         """Return how near to zero a piece's conditions come at random, relative to their terms; large for phantoms."""
-        ready = _ready(piece, self.joints)
-        if ready.zeros is None or not ready.free:
+        search = _prepare(piece, self.joints)
+        if not search.free:
             return float("inf")
-        count = min(4000, max(SAMPLES, _VALUES // len(ready.zeros.steps)))
-        misses, size = evaluate(ready.zeros, self.domain.sample(used, count, stream), count)
+        count = min(4000, max(SAMPLES, _VALUES // len(search.zeros.steps)))
+        misses, size = evaluate(search.zeros, self.domain.sample(used, count, stream), count)
         with np.errstate(all="ignore"):
             nearness = np.max(np.abs(misses) / np.maximum(size, 1e-300), axis=0)
         return float(_ignore_undefined(np.nanmin, nearness[None])[0, 0])
 
-    def _zeros(self, ready: _Ready, values: Mapping[str, np.ndarray], count: int) -> tuple[np.ndarray, np.ndarray]:
-        assert ready.zeros is not None
-        zeros, size = evaluate(ready.zeros, values, count)
+    def _zeros(self, search: _Search, values: Mapping[str, np.ndarray], count: int) -> tuple[np.ndarray, np.ndarray]:
+        zeros, size = evaluate(search.zeros, values, count)
         return np.where(np.abs(zeros.imag) < MEMBER, zeros.real, np.nan), size
 
     def round_value(self, name: str, value: float) -> float:
@@ -287,23 +301,22 @@ class Space:
         return holds_at(atom.zero, {joint: typed[joint] for joint in used & set(typed)},
                         {name: symbols[name] for name in used - set(typed)})  # fmt: skip
 
-    def _typical(self, ready: _Ready, values: Mapping[str, np.ndarray], count: int) -> float:
+    def _typical(self, search: _Search, values: Mapping[str, np.ndarray], count: int) -> float:
         """Return how large the terms of an expression are at random poses (where it vanishes they may vanish, too)."""
         stream = Stream("typical")
-        poses = {joint: np.array([stream.uniform(-3, 3) for _ in range(count)]) for joint in ready.free}
-        return float(_ignore_undefined(np.nanmedian, self._zeros(ready, {**values, **poses}, count)[1][:1])[0, 0])
+        poses = {joint: np.array([stream.uniform(-3, 3) for _ in range(count)]) for joint in search.free}
+        return float(_ignore_undefined(np.nanmedian, self._zeros(search, {**values, **poses}, count)[1][:1])[0, 0])
 
     def _vanishes(self, atom: Atom, values: Mapping[str, np.ndarray], count: int, tolerance: float) -> np.ndarray:
         """Tell where an expression is zero, by the distance to its zero: |f| / |f's slope|, whatever its scale.
 
         At a multiple zero the slope is nothing, too; there |f| itself has to be no more than rounding.
         """
-        ready = _ready((atom,), self.joints)
-        assert ready.zeros is not None
-        residual = self._zeros(ready, values, count)[0][0]
-        slope = np.linalg.norm(self._slopes(ready, values, count)[:, 0], axis=1) if ready.free else np.zeros(count)
+        search = _prepare((atom,), self.joints)
+        residual = self._zeros(search, values, count)[0][0]
+        slope = np.linalg.norm(self._slopes(search, values, count)[:, 0], axis=1) if search.free else np.zeros(count)
         with np.errstate(all="ignore"):
-            rounding = 1e-14 * self._typical(ready, values, count) if ready.free else 0.0
+            rounding = 1e-14 * self._typical(search, values, count) if search.free else 0.0
             return np.asarray((np.abs(residual) <= tolerance * slope) | (np.abs(residual) <= rounding))
 
 

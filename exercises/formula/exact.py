@@ -77,7 +77,7 @@ Op = tuple[str, tuple[int, ...], Any]
 
 @dataclass(frozen=True)
 class ModularProgram:
-    """The steps of a program as they are done modulo a prime, each with its size; None for those that can't be."""
+    """The steps of a program modulo a prime, each with its size; None for steps that can't be evaluated so."""
 
     steps: tuple[tuple[Op, Size] | None, ...]
     outputs: tuple[int, ...]
@@ -94,7 +94,7 @@ _LARGEST = 1e15
 
 
 def modular_program(program: Program, fixed: Mapping[str, Fraction | None]) -> ModularProgram:
-    """Return a program modulo a prime; some names stand for numbers, None for those that are no fractions."""
+    """Return a program modulo a prime; `fixed` maps names to numbers, or to None if they are no fractions."""
     steps = [_replace_fixed_name(step, fixed) for step in program.steps]
     angles = find_angles(steps)
     modular: list[tuple[Op, Size] | None] = []
@@ -144,7 +144,7 @@ _TRIGONOMETRIC = frozenset({"sin", "cos", "tan", "cot", "sec", "csc", "exp"})
 
 
 def _trigonometric_op(op: str, angle: FoundAngle | None) -> tuple[Op, Size] | None:
-    """Return a sine and the like of an angle that is real, an exponential of one that is imaginary."""
+    """Return the step for a sine or the like of a real angle, or for an exponential of an imaginary one."""
     if angle is None or angle[1] != (op == "exp"):
         return None
     phase = phase_of(angle[0])
@@ -182,9 +182,9 @@ def _root_op(angle: FoundAngle | None) -> tuple[Op, Size] | None:
 
 
 class _Point:
-    """Random values of names and of the w modulo the prime, each drawn when it is asked for.
+    """Random values of names and of the w modulo the prime, each chosen when it is first used.
 
-    With `by_name`, what is drawn depends on the name alone, so that all programs have the same point.
+    With `by_name`, a value depends on the name alone, so that all programs have the same point.
     """
 
     def __init__(self, field: Field, stream: Stream, by_name: bool = False) -> None:
@@ -217,7 +217,7 @@ def _inverse(value: int, prime: int) -> int:
 
 
 def run(program: ModularProgram, point: _Point) -> list[int | None]:
-    """Return the results modulo the prime; None where one is undefined there or can't be worked out so."""
+    """Return the results modulo the prime; None for results that are undefined there or no rational function."""
     values: list[int | None] = []
     for step in program.steps:
         value = None
@@ -256,7 +256,7 @@ def _apply(op: str, args: list[Any], data: Any, point: _Point) -> int:
 
 
 def _trigonometric_value(op: str, phase: int, field: Field) -> int:
-    """Return a function of an angle of which exp(i angle) is given."""
+    """Return a function of an angle from `phase`, exp(i angle)."""
     if op == "exp":
         return phase
     prime, i = field.prime, field.power(ORDER // 4)
@@ -302,8 +302,8 @@ def compare(
 ) -> list[Exact]:  # fmt: skip
     """Compare two programs result by result; `fixed` are the names that stand for numbers.
 
-    A result that is undefined at every point is not the function that the reference is. Points are drawn from `seed`,
-    and so are fields after the first: where one is not enough, the next must be independent of it.
+    A result that is undefined at every point differs from the reference. `seed` determines the points and all fields
+    after the first: if one is not enough, the next must be independent of it.
     """
     theirs = modular_program(student, fixed)
     ours = theirs if student == reference else modular_program(reference, fixed)
@@ -323,7 +323,7 @@ def compare(
 
 
 class _Entry:
-    """One result of the two: what was seen of it at the points so far."""
+    """One result of both programs, and how they compared at the points so far."""
 
     def __init__(self, student_size: Size | None, reference_size: Size | None) -> None:
         self.sizes = student_size and reference_size and (student_size, reference_size)

@@ -1,4 +1,4 @@
-"""Whole numbers modulo a prime drawn at random, with a root of unity: there formulas are evaluated exactly."""
+"""Whole numbers modulo a random prime, with a root of unity: formulas are evaluated exactly there."""
 
 import secrets
 from dataclasses import dataclass
@@ -10,7 +10,7 @@ from qdot.exercises.common.stream import Stream
 ORDER = 1440
 """Order of the root of unity, which stands for a quarter of a degree; it also makes the roots of 2, 3, 5 and -1."""
 BITS = 80
-"""Primes are drawn from 2^80 to 2^81."""
+"""Primes are chosen between 2^80 and 2^81."""
 PRIMES = 4.5e19
 """There are more primes = 1 (mod 1440) than that between X = 2^80 and 2X, namely 4.8e19 or more.
 
@@ -26,7 +26,7 @@ _WITNESSES = (2, 3, 5, 7, 11, 13, 17, 19, 23, 29, 31, 37, 41)
 
 @dataclass(frozen=True)
 class Field:
-    """The integers modulo `prime`, with a `root` of unity of order ORDER; `choices` primes might have been drawn."""
+    """The integers modulo `prime`, with a `root` of unity of order ORDER; it is one of `choices` primes."""
 
     prime: int
     root: int
@@ -48,7 +48,7 @@ def is_prime(number: int) -> bool:
 
 
 def draw_field(stream: Stream) -> Field:
-    """Return a field whose prime and root are drawn, each of all there are with the same chance."""
+    """Return a field with a random prime and root; all primes and all roots have the same chance."""
     low = (1 << BITS) // ORDER
     while True:
         prime = ORDER * (low + 1 + below(stream, low - 1)) + 1
@@ -57,13 +57,13 @@ def draw_field(stream: Stream) -> Field:
 
 
 ANSWERS = 64
-"""So many comparisons share a field: to find a prime takes longer than most of them."""
+"""The number of comparisons that share a field, because finding a prime takes longer than most of them."""
 
 
 class SharedField:
     """A field from the system's randomness, another one after ANSWERS comparisons.
 
-    Nothing that a verdict says hangs on it but for the chance that the verdict's bound states.
+    A verdict depends on it only by the chance that the verdict's bound states.
     """
 
     def __init__(self) -> None:

@@ -28,6 +28,7 @@ from qdot.exercises.common.stream import Stream
 from qdot.exercises.formula import exact
 from qdot.exercises.formula.noise import remove_noise
 from qdot.exercises.formula.program import (
+    SAME,
     Program,
     compile_program,
     evaluate_precisely,
@@ -48,8 +49,6 @@ PRINTED, DOUBLE = 13, 16
 """Digits from which on a decimal that was typed is a double as programs print it, and a problem's number is a root."""
 FLOATS = 1e-12
 """What entries may be off with decimals of PRINTED digits or more, and values of joints always."""
-SAME = 1e-40
-"""With 50 digits, values are the same if they differ by less, of the size of the terms."""
 
 _ROUNDING = 64 * np.finfo(float).eps
 
@@ -59,7 +58,7 @@ class Domain:
     """What each symbol may be: "angle" (whole circle), "length" (positive), "signed", "travel", or a given number,
     or an array with one for each point.
 
-    "travel" is that of a slide, in metres, as far as any arm reaches, to either side.
+    "travel" is that of a prismatic joint, in metres, as far as any arm reaches, in both directions.
 
     A number that no fraction is (a root) is given as a double; other doubles are the decimals that they print as.
     """
@@ -89,7 +88,7 @@ def _as_fraction(number: float | Fraction) -> Fraction | None:
 
 
 def _sample_role(role: str, points: int, stream: Stream) -> np.ndarray:
-    """Return values of a role, readable ones first; those of lengths are spread evenly over orders of magnitude."""
+    """Return random values for a role, readable ones first; lengths are spread evenly over orders of magnitude."""
     unit = (np.frombuffer(stream.take(8 * points), dtype=">u8") >> np.uint64(11)) / float(1 << 53)
     if role == "angle":
         values = np.pi * (2 * unit - 1)
@@ -128,8 +127,8 @@ class Rounding:
 class EntryDifference:
     """A point where an entry (counted from 0) differs: the symbols' values in rad and m, and both values there.
 
-    A value is a text where it is no finite real number, or takes more digits to be told from the other. `expected` is
-    None where it is held back. For a vector that counts up to a factor, it is what suits the answer's entry `pivot`.
+    A value is a text if it is no finite real number, or if more digits are needed to show the difference. `expected` is
+    None if it is withheld. For a vector that counts up to a factor, it is what suits the answer's entry `pivot`.
     """
 
     entry: int
@@ -175,7 +174,7 @@ class Comparison:
 def compare_entries(
     student: Sequence[Node], reference: Sequence[Node], domain: Domain, seed: str, rounding: Rounding | None = None
 ) -> Comparison:
-    """Compare two lists of scalar trees entry by entry at points drawn from `seed`, which must not be known before.
+    """Compare two lists of scalar trees entry by entry at random points; nobody may know their `seed` before.
 
     Raises ReadError where an entry is no scalar.
     """
@@ -222,12 +221,12 @@ def _count(theirs: Program, certain: Sequence[bool]) -> int:
 
 
 def allowed_for_decimals(node: Node) -> float:
-    """Return what part of its size a value may be off because its decimals are doubles; 0 where they are not."""
+    """Return the relative error that a value may have because its decimals are doubles; 0 if they are not."""
     return FLOATS if digits_of_decimals(node) >= PRINTED else 0.0
 
 
 def _allowance(node: Node, rounding: Rounding | None, doubles: AbstractSet[str]) -> tuple[float, float]:
-    """Return what an entry may be off: a part of the size of the reference's terms, and an amount."""
+    """Return how far off an entry may be: a part of the size of the reference's terms, and an amount."""
     floats = FLOATS if doubles and names(node) & doubles else allowed_for_decimals(node)
     return (floats, 0.0) if rounding is None else (max(floats, rounding.relative), rounding.absolute)
 
@@ -314,7 +313,7 @@ class _Trial:
         return list(dict.fromkeys(first[:_REGIONS] + worst))
 
     def _is_same(self, entry: int, point: int) -> bool | None:
-        """Tell whether an entry is the same with many digits; None where the reference is undefined or time is up."""
+        """Return whether an entry is the same with many digits; None if the reference is undefined or time is up."""
         yours: Any = None
         expected: Any = None
         for digits in (50, 200):
@@ -338,7 +337,7 @@ class _Trial:
         return False
 
     def _precisely(self, point: int, digits: int) -> tuple[list[Any], list[Any]] | None:
-        """Return all results of both programs at a point; None where that would take too long."""
+        """Return all results of both programs at a point, or None if that would take too long."""
         if (point, digits) not in self.precise:
             if self.left <= 0:
                 return None
@@ -362,7 +361,7 @@ class _Trial:
         return EntryDifference(entry, at, *tell_apart(yours, expected))
 
     def _tiny(self, entry: int) -> tuple[int, Any, Any]:
-        """Return a point where 50 digits tell what double precision does not, or else a point and its values."""
+        """Return a point at which 50 digits show a difference that double precision does not, or else any point."""
         example = (0, self.yours[entry, 0], self.expected[entry, 0])
         for point in range(READABLE):
             if (results := self._precisely(point, 50)) is not None:
@@ -384,7 +383,7 @@ def _round(value: float) -> float:
 
 
 def tell_apart(yours: Any, expected: Any) -> tuple[float | str, float | str]:
-    """Return two values with as many digits as it takes to see that they differ."""
+    """Return two values with enough digits to show that they differ."""
     shown = number(complex(yours)), number(complex(expected))
     if shown[0] != shown[1]:
         return shown

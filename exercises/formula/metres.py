@@ -1,4 +1,4 @@
-"""The unit m in a formula, 0.3 m*sin(theta1), told apart from a whole number, as in theta2 = (2m + 1) pi/2."""
+"""The unit m in a formula, 0.3 m*sin(theta1), distinguished from a whole number, as in theta2 = (2m + 1) pi/2."""
 
 from qdot.exercises.formula.trees import Node
 from qdot.exercises.formula.vocabulary import VOCABULARY, pattern

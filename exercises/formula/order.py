@@ -54,14 +54,10 @@ def _term_key(term: sp.Expr) -> Key:
     return (moving, trigs, joint_first, term.is_number, names, text_of(term))
 
 
+@lru_cache(maxsize=4096)
 def moves(symbol: sp.Symbol) -> bool:
     """Return whether a symbol is a joint rate, or a component of a velocity or force."""
-    return _is_name_of_what_moves(symbol.name)
-
-
-@lru_cache(maxsize=4096)
-def _is_name_of_what_moves(name: str) -> bool:
-    return bool(_RATE.fullmatch(name) or COMPONENT.fullmatch(name))
+    return bool(_RATE.fullmatch(symbol.name) or COMPONENT.fullmatch(symbol.name))
 
 
 def _moving_key(symbol: sp.Symbol) -> Key:
@@ -89,13 +85,6 @@ def _factor_key(factor: sp.Expr) -> Key:
 def _is_moving(term: sp.Expr) -> bool:
     """Return whether sines, cosines, rates or velocities are in a term."""
     return any(map(moves, term.free_symbols)) or bool(term.atoms(sp.sin, sp.cos))
-
-
-def _place_in_sum(term: sp.Expr, negative: bool) -> int:
-    """Sort a sum of sines and cosines: constants that are added, sines and cosines, constants that are subtracted."""
-    if _is_moving(term):
-        return 1
-    return 2 if negative else 0
 
 
 @dataclass(frozen=True)
@@ -151,7 +140,7 @@ def terms(expression: sp.Expr, flip: bool = False) -> tuple[tuple[bool, sp.Expr]
     signed = [_with_sign(term, flip) for term in in_order]
     if any(map(_is_moving, in_order)):
         # 0.12 + a_2 c_2, but a_1 c_1 - 0.6: a constant stands first unless it is subtracted
-        signed.sort(key=lambda term: _place_in_sum(term[1], term[0]))
+        signed.sort(key=lambda term: 1 if _is_moving(term[1]) else 2 * term[0])
         return tuple(_plus_first(signed))
     # theta_1 - theta_2 + theta_3 + 0.1, but d_2 - d_1: numbers last, and no minus first
     behind = signed[0][0]

@@ -14,7 +14,7 @@ from typing import Any
 import mpmath
 import numpy as np
 
-from qdot.exercises.formula.trees import Node, no_scalar
+from qdot.exercises.formula.trees import Node, names, no_scalar
 
 BRANCHING = frozenset({"sqrt", "abs", "sign", "asin", "acos", "atan", "acot", "atan2", "log", "power"})
 """Functions that may agree with another on a part of the circle only; expressions with them need more points."""
@@ -294,3 +294,16 @@ def evaluate_precisely(program: Program, values: Mapping[str, Any], digits: int)
             except (ZeroDivisionError, ValueError, OverflowError):
                 results.append(mpmath.nan)
         return [results[i] for i in program.outputs]
+
+
+DIGITS = 50
+SAME = 1e-40
+"""With that many digits, values are the same if they differ by less, relative to the size of the terms."""
+
+
+def value_of(node: Node) -> Any:
+    """Return the real value of a tree without symbols, as an mpmath number; None where it has symbols or none."""
+    if names(node):
+        return None
+    value = evaluate_precisely(compile_program([node]), {}, DIGITS)[0]
+    return mpmath.re(value) if mpmath.isfinite(value) and abs(mpmath.im(value)) < SAME else None

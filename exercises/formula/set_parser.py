@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from itertools import product
 
 from qdot.exercises.formula.algebra import number
-from qdot.exercises.formula.constants import turns_of
+from qdot.exercises.formula.angles import turns_of
 from qdot.exercises.formula.noise import remove_noise
 from qdot.exercises.formula.program import compile_program
 from qdot.exercises.formula.trees import Node, ReadError, names, replace_names, size_of

@@ -1,7 +1,7 @@
 r"""Vectors and matrices without commas: in lines, in columns with tabs or gaps, Matlab's [a b; c d], 0,5; 1,25.
 
-What separates entries there may mean something else elsewhere (a sum goes on in the next line, a blank is a product):
-this is looked at only where a text is of another shape than is due, and every row has the entries that are due.
+What separates entries here may mean something else elsewhere (a sum continues in the next line, a blank is a product).
+So this is tried only if a text does not have the expected shape, and only if every row has the expected entries.
 """
 
 import re
@@ -25,7 +25,7 @@ _Split = Callable[[str], list[str]]
 
 
 def table_text(text: str, shape: tuple[int, int]) -> str | None:
-    r"""Return a table as the text of a list of rows; None for what is none of this shape, or of two ways to read one.
+    r"""Return a table as the text of a list of rows; None for another shape, or if there are two ways to read it.
 
     >>> table_text("a1\ta2\n0\t1", (2, 2)), table_text("[a1 -a2; 0 1]", (2, 2)), table_text("a1, 0,5\n0, 1", (2, 2))
     ('[[a1, a2], [0, 1]]', '[[a1, -a2], [0, 1]]', '[[a1, 0.5], [0, 1]]')
@@ -61,7 +61,7 @@ def _tables(text: str, rows: int, columns: int) -> Iterator[_Cells]:
         filled = [row for row in re.split(between, inner) if row.strip(SPACES)]
         for split in (_alone, *_SPLITS) if columns == 1 else _SPLITS:
             cells = [_entries(row, split) for row in filled]
-            # a row for the column that is due, which is a list already where its commas have no blanks
+            # a row for the expected column; commas without blanks make a list already
             yield (
                 [[cell] for cell in cells[0]] if columns == 1 and len(cells) == 1 and split is not _by_comma else cells
             )
@@ -90,7 +90,7 @@ def _is_table(cells: _Cells, shape: tuple[int, int]) -> bool:
 
 
 def numbers_text(text: str, count: int) -> str | None:
-    """Return numbers that are separated by more than a comma as the text of a list; None for what is none.
+    """Return numbers that are separated by more than a comma as the text of a list, else None.
 
     >>> numbers_text("0,5; -1,25", 2), numbers_text("0,5, -1,25", 2), numbers_text("0,5,-1,25", 2)
     ('[0.5, -1.25]', '[0.5, -1.25]', None)
@@ -111,7 +111,7 @@ def numbers_text(text: str, count: int) -> str | None:
 
 
 def _named_numbers(text: str) -> list[str]:
-    """Return numbers that have names, as in x = 0,5 and y = 1, one by one; nothing where anything else is there."""
+    """Return named numbers, as in x = 0,5 and y = 1; an empty list if the text contains anything else."""
     numbers, at = list[str](), 0
     while at < len(text):
         match = _NAMED.match(text, at)

@@ -29,11 +29,11 @@ LARGEST_SEED = (1 << 63) - 1
 
 @dataclass(frozen=True)
 class ProblemId:
-    """Family, seed, questions and variation; with the engine's version it regenerates the same problem for good.
+    """Family, seed, questions and variation; with the engine's version they regenerate the same problem permanently.
 
-    `band` is the least and the greatest step of difficulty that the arm may have, None where any will do; `convention`
-    is how the arm is told, "" where that is as the family has it, and `twist_order` the order of its twists, likewise.
-    As a text it is planar-2r/7, with what is not usual of these: planar-2r/7@chapter@screws@v-omega.
+    `band` is the lowest and the highest step of difficulty that the arm may have, None for any; `convention` is how the
+    arm is described, and `twist_order` the order of its twists, "" for the family's own. As a text it is planar-2r/7,
+    followed by everything that is not the default: planar-2r/7@chapter@screws@v-omega.
     """
 
     family: str
@@ -252,12 +252,12 @@ class Part:
 
     @property
     def pose(self) -> Mapping[str, float] | None:
-        """The joint values in which the arm is drawn under the prompt, or None."""
+        """The joint values of the figure under the prompt, or None."""
         return self.details.pose
 
     @property
     def has_drawn_options(self) -> bool:
-        """Whether options are configurations that are drawn, with the letters under them."""
+        """Whether options are drawings of configurations, with the letters under them."""
         return self.details.drawn
 
 

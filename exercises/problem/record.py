@@ -23,8 +23,8 @@ Json = dict[str, Any]
 def robot_json(chain: Chain) -> Json:
     """Return a chain as plain data: standard DH rows, base, point, task; expressions as text.
 
-    `convention` is how it is told to people, where that is not by this table, and `twist_order` the order of its
-    twists, where that is not the usual one.
+    `convention` is how it is described to people, if not by this table, and `twist_order` the order of its twists, if
+    it is not the usual one.
     """
     base, point = chain.base, chain.point
     description = {} if chain.convention == CONVENTIONS[0] else {"convention": chain.convention}

@@ -33,10 +33,9 @@ from qdot.exercises.answers import Answer, AnswerVisitor, ConditionSet, Directio
 from qdot.exercises.arm.derivation_graph import Working, numbers
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.formula.conditions import Space
-from qdot.exercises.formula.constants import value_of
 from qdot.exercises.formula.expression import read
 from qdot.exercises.formula.identity import Domain
-from qdot.exercises.formula.program import Program, compile_program, evaluate, evaluate_precisely
+from qdot.exercises.formula.program import Program, compile_program, evaluate, evaluate_precisely, value_of
 from qdot.exercises.formula.set_parser import parse_pieces
 from qdot.exercises.formula.trees import as_matrix, names
 from qdot.exercises.mistakes import numeric

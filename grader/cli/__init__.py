@@ -2,14 +2,14 @@
 
 It imports everything, each command when it is asked for.
 
-    main, examples              the program; examples of each command
+    main                        the program
     problem_commands            the commands about what is asked: init, families, questions, show, robots, solve
     class_commands              the commands for a class: generate, verify, compare, grade, doctor
     export_commands             `qdot export` and `qdot report`
     site_commands               `qdot site`
     student_command             the command for students, `qdot check`
     maintenance                 the commands for a folder that is kept: what an upgrade changes, `qdot forget`
-    options, overview           options of several commands; the families at a glance
+    options, overview           options that commands share; the families at a glance
     demo                        the simulated class
     reference_pages             the pages of docs/ that list outlets, reports, schemas and what the packages offer
 """

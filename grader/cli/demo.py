@@ -38,106 +38,85 @@ Edit = Callable[[str, Part], str]
 """Turns the right-hand side of a right answer into a student's, as Python text."""
 
 
-def _right(code: str, part: Part) -> str:  # noqa: ARG001 - an edit takes both
-    return code
-
-
-def _symbolic(part: Part) -> bool:
+def _is_symbolic(part: Part) -> bool:
     return bool(part.answer.entries())
 
 
-def _mapped(code: str, function: str) -> str:
-    return (
-        f"Matrix([{code}]).applyfunc({function})" if not code.startswith("Matrix") else f"{code}.applyfunc({function})"
-    )
+def _expand(code: str, part: Part) -> str:
+    """Write the answer as another person would: with sums of angles taken apart."""
+    if not _is_symbolic(part):
+        return code
+    is_matrix = code.startswith("Matrix")
+    return f"{code}.applyfunc(lambda entry: entry.expand(trig=True))" if is_matrix else f"({code}).expand(trig=True)"
 
 
-def _expanded(code: str, part: Part) -> str:
-    """Return the answer as another person would write it: sums of angles taken apart."""
-    if not _symbolic(part) or not code.startswith("Matrix"):
-        return f"({code}).expand(trig=True)" if _symbolic(part) else code
-    return _mapped(code, "lambda entry: entry.expand(trig=True)")
-
-
-def _sign(code: str, part: Part) -> str:
+def _negate(code: str, part: Part) -> str:
     if part.answer.offered:
         return '"A"'
     return code if part.answer.is_a_set else f"-({code})"
 
 
-def _relative(code: str, part: Part) -> str:
-    """Take relative angles for absolute ones: theta2 where theta1 + theta2 is due."""
+def _use_relative_angles(code: str, part: Part) -> str:
+    """Use relative angles instead of absolute ones: theta2 instead of theta1 + theta2."""
     changes = "{theta1 + theta2 + theta3: theta3, theta1 + theta2: theta2, theta2 + theta3: theta3}"
-    return f"({code}).subs({changes})" if _symbolic(part) else code
+    return f"({code}).subs({changes})" if _is_symbolic(part) else code
 
 
-def _transposed(code: str, part: Part) -> str:
-    return f"{code}.T" if _symbolic(part) and part.shape is not None and 1 not in part.shape else code
+def _transpose(code: str, part: Part) -> str:
+    return f"{code}.T" if _is_symbolic(part) and part.shape is not None and 1 not in part.shape else code
 
 
-def _dropped(code: str, part: Part) -> str:
-    """Forget what joint 2 adds to velocities: the derivative with respect to its variable is taken for zero."""
-    if part.kind in ("joint-axes", "position-vectors"):
+def _forget_joint_2(code: str, part: Part) -> str:
+    """Forget the contribution of joint 2 to velocities: the derivative by its variable is taken as zero."""
+    if not _is_symbolic(part) or part.kind in ("joint-axes", "position-vectors"):
         return code
-    if _symbolic(part) and part.shape is not None and part.shape[1] > 1:
+    if part.shape is not None and part.shape[1] > 1:
         return f"{code} * Matrix.diag(*[0 if i == 1 else 1 for i in range({part.shape[1]})])"
-    return f"({code}).subs(qd2, 0)" if _symbolic(part) else code
+    return f"({code}).subs(qd2, 0)"
 
 
-def _degrees(code: str, part: Part) -> str:
-    """Give angles in degrees, and rates of joints that turn in degrees per second."""
+def _use_degrees(code: str, part: Part) -> str:
+    """Give angles in degrees, and rates of revolute joints in degrees per second."""
     if part.answer.units_due:
         factors = ["180/pi" if unit == "rad/s" else "1" for unit in part.answer.units_due]
         return f"{code}.multiply_elementwise(Matrix([{', '.join(factors)}]))"
-    return f"[one.subs(pi, 180) for one in {code}]" if part.answer.is_a_set else code
+    return f"[condition.subs(pi, 180) for condition in {code}]" if part.answer.is_a_set else code
 
 
-def _only_first(code: str, part: Part) -> str:
-    """Find the first singular condition only, as who forgets pi, or the shoulder."""
+def _keep_first_condition(code: str, part: Part) -> str:
+    """Give the first singular condition only, as a student who forgets pi, or the shoulder."""
     return f"{code}[:1]" if part.answer.is_a_set else code
 
 
-def _half(code: str, part: Part) -> str:
-    return code if len(part.name) % 2 else _blank(part)
+def _leave_half_blank(code: str, part: Part) -> str:
+    return code if len(part.name) % 2 else '"blank"' if part.answer.offered else "blank"
 
 
-def _blank(part: Part) -> str:
-    return '"blank"' if part.answer.offered else "blank"
-
-
-def _raises(code: str, part: Part) -> str:
+def _raise_error(code: str, part: Part) -> str:
     return "1/0" if part.name in ("jacobian", "geometric-jacobian") else code
 
 
-def _nan(code: str, part: Part) -> str:
-    return 'float("nan")' if part.name == "determinant" else code
-
-
-def _loops(code: str, part: Part) -> str:
+def _loop_forever(code: str, part: Part) -> str:
     return f"[{code} for _ in iter(int, 1)][0]" if part.name == "determinant" else code
 
 
-def _unknown(code: str, part: Part) -> str:
-    return f'({code}) * Symbol("k")' if _symbolic(part) else code
-
-
 EDITS: Sequence[tuple[str, Edit]] = (
-    ("right", _right), ("right, in another form", _expanded), ("a sign wrong throughout", _sign),
-    ("relative for absolute angles", _relative), ("matrices transposed", _transposed),
-    ("joint 2 forgotten", _dropped), ("degrees for radians", _degrees), ("first singular condition only", _only_first),
-    ("half of it", _half), ("a cell that raises", _raises), ("nan", _nan), ("an endless loop", _loops),
-    ("an unknown symbol", _unknown),
+    ("right", lambda code, _: code), ("right, in another form", _expand), ("a sign wrong throughout", _negate),
+    ("relative for absolute angles", _use_relative_angles), ("matrices transposed", _transpose),
+    ("joint 2 forgotten", _forget_joint_2), ("degrees for radians", _use_degrees),
+    ("first singular condition only", _keep_first_condition), ("half of it", _leave_half_blank),
+    ("a cell that raises", _raise_error), ("an endless loop", _loop_forever),
 )  # fmt: skip
 
 FILES = ("blank", "cut off", "another assignment", "never handed in")
-"""What else happens to notebooks in a class."""
+"""The other ways in which notebooks of a class end."""
 
-RIGHT = 13
+RIGHT = 15
 """So many students, beside the usual mistakes, have everything right, in one of two forms."""
 
 
 def kinds() -> list[str]:
-    """Return what becomes of each of the 30 students."""
+    """Return the kind of submission of each of the 30 students."""
     usual = [name for name, _ in EDITS] + list(FILES)
     return usual + ["right" if i % 2 else "right, in another form" for i in range(RIGHT)]
 
@@ -146,25 +125,25 @@ def run_demo(folder: Path, jobs: int) -> None:
     """Make a class in `folder`, hand in its notebooks, grade them, and say where to look."""
     students = [Student(f"s{i:03d}", name, f"s{i:03d}@example.org") for i, name in enumerate(NAMES, 1)]
     if folder.exists() and any(folder.iterdir()):
-        _same_demo(folder)
+        _check_is_demo(folder)
     else:
         init_assignment(folder, TITLE, KEY, students, SECRET)
     assignment = load_assignment(folder)
-    given_up: list[FailedSlot] = []
+    jobs = min(jobs, len(students))
+    failed: list[FailedSlot] = []
     with progress("generating", len(students)) as counter:
 
-        def each(released: ReleaseResult) -> None:
-            given_up.extend(released.given_up)
+        def count_student(released: ReleaseResult) -> None:
+            failed.extend(released.given_up)
             counter.step()
 
-        assignment = release(assignment, CERTIFIER, min(jobs, len(students)), each)
+        assignment = release(assignment, CERTIFIER, jobs, count_student)
+    raise_left_out(assignment, failed, record_of)
     with progress("handing in", len(students)) as counter:
         for student, kind in zip(assignment.roster, kinds(), strict=True):
-            if student.id not in {given.student for given in given_up}:
-                hand_in(assignment, student.id, kind)
+            hand_in(assignment, student.id, kind)
             counter.step()
     submissions = find_submissions(assignment, folder / "submitted").by_student
-    jobs = min(jobs, len(students))
     with alone(assignment.folder):
         with progress("grading", len(students)) as counter:
             limits = Limits(cell_seconds=2)
@@ -182,29 +161,23 @@ def run_demo(folder: Path, jobs: int) -> None:
     say(f"the staff's            {folder / 'solutions' / first / f'{KEY}.ipynb'}")
     say(f"a feedback page        {folder / 'graded' / 'feedback' / f'{assignment.roster[8].id}.html'}")
     say(f"grades                 {folder / 'graded' / 'grades.csv'}")
-    _report(assignment, results)
-    raise_left_out(assignment, given_up, record_of)
-
-
-def _report(assignment: Assignment, results: Sequence[Result]) -> None:
-    if said := explain_missing("report", "the report of the class", "matplotlib"):
-        note(said)
-        return
-    path = assignment.folder / "graded" / "report.html"
-    write_asked(assignment, results, [("html", str(path))])
-    say(f"the class at a glance  {path}")
+    if missing := explain_missing("report", "the report of the class", "matplotlib"):
+        note(missing)
+    else:
+        write_asked(assignment, results, [("html", str(folder / "graded" / "report.html"))])
+        say(f"the class at a glance  {folder / 'graded' / 'report.html'}")
 
 
 def _score(result: Result) -> str:
     return f"{result.score:5.1f} of {result.max_score:g}"
 
 
-def _same_demo(folder: Path) -> None:
+def _check_is_demo(folder: Path) -> None:
     try:
-        same = load_assignment(folder).title == TITLE
+        is_demo = load_assignment(folder).title == TITLE
     except QdotError:
-        same = False
-    if not same:
+        is_demo = False
+    if not is_demo:
         raise QdotError(f"{folder} is there already and is not a demonstration of qdot's; name a new folder")
     note(f"{folder} is there already; going on with it")
 
@@ -216,7 +189,7 @@ def hand_in(assignment: Assignment, student: str, kind: str) -> None:
     target = assignment.folder / "submitted" / student / f"{assignment.key}.ipynb"
     edits = dict(EDITS)
     if kind in edits:
-        text = answered(text, assignment.problems(student), edits[kind])
+        text = fill_in_answers(text, assignment.problems(student), edits[kind])
     elif kind == "cut off":
         text = text[: len(text) // 2]
     elif kind == "another assignment":
@@ -225,7 +198,7 @@ def hand_in(assignment: Assignment, student: str, kind: str) -> None:
         write_atomically(target, text)
 
 
-def answered(text: str, problems: Sequence[tuple[str, Problem]], edit: Edit) -> str:
+def fill_in_answers(text: str, problems: Sequence[tuple[str, Problem]], edit: Edit) -> str:
     """Return the student's notebook with every answer cell filled in from the reference, through `edit`."""
     parts: Mapping[str, Part] = {f"{slot}.{part.name}": part for slot, problem in problems for part in problem.parts}
     notebook = nbformat.reads(text, as_version=4)

@@ -12,29 +12,25 @@ import typer
 from qdot.exercises.assignment.draws import FailedSlot, certify_by, describe_redraws, raise_left_out
 from qdot.exercises.assignment.redrawn import read_redrawn
 from qdot.exercises.assignment.release import CORES
-from qdot.exercises.common.completion import complete_names
 from qdot.exercises.common.console import BankVariationOption, note, progress, say
 from qdot.exercises.common.errors import QdotError, unknown
 from qdot.exercises.common.files import write_atomically
 from qdot.exercises.exports.export_format import PAGES, SHEETS, Order
 from qdot.exercises.exports.registry import EXPORT_FORMATS
 from qdot.exercises.exports.sheet import VERSIONS
-from qdot.grader.cli.class_commands import Jobs
+from qdot.grader.cli.options import Folder, Jobs, name_option
 from qdot.grader.grading.certify import failures_of
 from qdot.grader.grading.class_check import load_class
 from qdot.grader.grading.marking import share_earned
 
+PASSING = "so many percent of the points on; without it, nothing is said of passing"
+
 
 def export(
-    folder: Annotated[Path, typer.Argument(metavar="DIR", help="The assignment folder.")],
+    folder: Folder,
     to: Annotated[
         list[str],
-        typer.Option(
-            "--to",
-            metavar="OUTLET",
-            help=f"One of {', '.join(EXPORT_FORMATS)}; repeatable.",
-            autocompletion=complete_names(EXPORT_FORMATS),
-        ),
+        name_option(f"One of {', '.join(EXPORT_FORMATS)}; repeatable.", names=EXPORT_FORMATS, metavar="OUTLET"),
     ] = [],  # noqa: B006
     out: Annotated[Path | None, typer.Option(metavar="FOLDER", help="Default: DIR/exports/OUTLET.")] = None,
     variants: Annotated[
@@ -45,32 +41,15 @@ def export(
         bool, typer.Option("--solutions", help="Paper, screen, Canvas, QTI, SCORM: with the worked solutions.")
     ] = False,
     sheet: Annotated[
-        str,
-        typer.Option(
-            metavar="SHEET",
-            help=f"Paper and screen: {', '.join(SHEETS)} (docs/paper.md).",
-            autocompletion=complete_names(SHEETS),
-        ),
+        str, name_option(f"Paper and screen: {', '.join(SHEETS)} (docs/paper.md).", names=SHEETS, metavar="SHEET")
     ] = SHEETS[0],
     versions: Annotated[
         int,
         typer.Option(min=0, max=len(VERSIONS), help="Paper: so many versions A, B, … without names, for an exam hall."),
     ] = 0,
-    page: Annotated[
-        str,
-        typer.Option(
-            metavar="SIZE", help=f"PDF and LaTeX: {' or '.join(PAGES)}.", autocompletion=complete_names(PAGES)
-        ),
-    ] = PAGES[0],
+    page: Annotated[str, name_option(f"PDF and LaTeX: {' or '.join(PAGES)}.", names=PAGES, metavar="SIZE")] = PAGES[0],
     passing: Annotated[
-        int | None,
-        typer.Option(
-            "--pass",
-            min=1,
-            max=100,
-            metavar="PERCENT",
-            help="SCORM: passed from so many percent of the points on; without it, nothing is said of passing.",
-        ),
+        int | None, typer.Option("--pass", min=1, max=100, metavar="PERCENT", help=f"SCORM: passed from {PASSING}.")
     ] = None,
     jobs: Jobs = CORES,
 ) -> None:
@@ -81,6 +60,14 @@ def export(
     Where a platform draws each student's problem from a bank, the bank has --variants certified variants of each
     problem; handouts are made for everybody on the roster. docs/outlets.md says what reads each outlet, and how.
     Of several outlets, one that can't be made, as PDF where its library is missing, keeps no other from being written.
+
+    Examples:
+      qdot export homework --to html --sheet exam
+          an exam on paper for everybody
+      qdot export homework --to pdf --sheet exam --versions 4
+          four versions for an exam hall
+      qdot export homework --to moodle --variants 30
+          a quiz and a bank of 30 variants for Moodle
     """
     names = list(dict.fromkeys(to))
     if not names:
@@ -89,32 +76,31 @@ def export(
     assignment = load_class(folder)
     if variation:
         assignment = assignment.with_variation(variation)
-    given_up: list[FailedSlot] = []
+    failed_slots: list[FailedSlot] = []
     order = Order(
         assignment, failures_of, variants, solutions, sheet, versions, page, jobs, note=note,
-        left_out=given_up.append, earns=share_earned,
+        left_out=failed_slots.append, earns=share_earned,
         passing=None if passing is None else Fraction(passing, 100),
     )  # fmt: skip
     for name in names:
         EXPORT_FORMATS[name].check(order)
-    for said in assignment.notes:
-        note(said)
-    targets = {name: folder / "exports" / name if out is None else out for name in names}
-    if out is not None and len(names) > 1:
-        targets = {name: out / name for name in names}
+    for message in assignment.notes:
+        note(message)
+    parent = folder / "exports" if out is None else out
+    targets = {name: parent if out and len(names) == 1 else parent / name for name in names}
     failed = _write(order, targets)
     after = replace(assignment, redrawn=read_redrawn(folder))
-    for said in (*describe_redraws(assignment, after), *dict.fromkeys(map(str, given_up))):
-        note(said)
-    if failed and given_up:  # both are told, and one of them is the error
-        note(_told(failed, names))
-    raise_left_out(after, given_up, certify_by(failures_of))
+    for message in (*describe_redraws(assignment, after), *dict.fromkeys(map(str, failed_slots))):
+        note(message)
+    if failed and failed_slots:  # both are reported, and one of them is the error
+        note(_describe_failures(failed, names))
+    raise_left_out(after, failed_slots, certify_by(failures_of))
     if failed:
-        raise QdotError(_told(failed, names))
+        raise QdotError(_describe_failures(failed, names))
 
 
 def report(
-    folder: Annotated[Path, typer.Argument(metavar="DIR", help="The assignment folder.")],
+    folder: Folder,
     out: Annotated[Path | None, typer.Option(metavar="PATH", help="Default: DIR/graded/report.html.")] = None,
     report: Annotated[
         list[str], typer.Option(metavar="FORMAT=PATH", help="Write the results so instead; repeatable. - is stdout.")
@@ -128,21 +114,27 @@ def report(
     together with the key by which overrides.csv marks them, right answers in unusual forms, whether some variants were
     harder, late and missing work, wrong answers that are nearly the same (docs/report.md). With --report, nothing but
     the formats named is written (docs/outlets.md); nobody is graded.
+
+    Examples:
+      qdot report homework
+          a page on the class, from the last results
+      qdot report homework --report csv=-
+          the marks once more, for another program
     """
     from qdot.grader.grading.history import last_results
     from qdot.grader.reports.formats import STDOUT, read_reports, write_asked
 
-    asked = read_reports(report, of_one=False)
-    whole = load_class(folder)
-    assignment, results = last_results(whole)
-    left_out = [student.id for student in whole.roster if student not in assignment.roster]
+    reports = read_reports(report, of_one=False)
+    whole_class = load_class(folder)
+    assignment, results = last_results(whole_class)
+    left_out = [student.id for student in whole_class.roster if student not in assignment.roster]
     if left_out:
         note(f"{', '.join(left_out)}: on the roster, and not yet graded; left out")
-    if not asked or out is not None:
-        asked.append(("html", str(out or folder / "graded" / "report.html")))
-    write_asked(assignment, results, asked)
-    for name, path in asked:
-        if path != STDOUT and not any(other == STDOUT for _, other in asked):
+    if not reports or out is not None:
+        reports.append(("html", str(out or folder / "graded" / "report.html")))
+    write_asked(assignment, results, reports)
+    if all(path != STDOUT for _, path in reports):
+        for name, path in reports:
             say(f"{name}: {path}, {len(results)} students")
 
 
@@ -152,11 +144,11 @@ def _check(names: Sequence[str], sheet: str, page: str, variation: str) -> None:
         if name not in EXPORT_FORMATS:
             raise unknown("outlet", name, list(EXPORT_FORMATS))
         if variation and not EXPORT_FORMATS[name].holds_a_bank:
-            banks = ", ".join(other.name for other in EXPORT_FORMATS.values() if other.holds_a_bank)
+            banks = ", ".join(each.name for each in EXPORT_FORMATS.values() if each.holds_a_bank)
             raise QdotError(f"--variation is for banks ({banks}); for {name}, assignment.toml says how arms vary")
-    for given, known, what in ((sheet, SHEETS, "sheet"), (page, PAGES, "page size")):
-        if given not in known:
-            raise unknown(what, given, list(known))
+    for value, known, what in ((sheet, SHEETS, "sheet"), (page, PAGES, "page size")):
+        if value not in known:
+            raise unknown(what, value, list(known))
 
 
 def _write(order: Order, targets: Mapping[str, Path]) -> dict[str, str]:
@@ -176,14 +168,14 @@ def _write(order: Order, targets: Mapping[str, Path]) -> dict[str, str]:
     return failed
 
 
-def _told(failed: Mapping[str, str], names: Sequence[str]) -> str:
+def _describe_failures(failed: Mapping[str, str], names: Sequence[str]) -> str:
     """Return which outlets are not written, and why."""
     if len(names) == 1:
         return failed[names[0]]
-    be = "is" if len(failed) == 1 else "are"
-    others = "; all others are" if len(failed) < len(names) else ""
-    every = ". ".join(f"{name}: {error}" for name, error in failed.items())
-    return f"{', '.join(failed)} {be} not written{others}. {every}"
+    verb = "is" if len(failed) == 1 else "are"
+    rest = "; all others are" if len(failed) < len(names) else ""
+    reasons = ". ".join(f"{name}: {error}" for name, error in failed.items())
+    return f"{', '.join(failed)} {verb} not written{rest}. {reasons}"
 
 
 def _export(order: Order, name: str, target: Path) -> int:

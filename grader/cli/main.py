@@ -7,16 +7,15 @@ import ast
 import atexit
 import functools
 import gc
+import inspect
 import io
 import os
-import re
 import signal
 import sys
 import threading
 from collections.abc import Callable, Mapping, Sequence
 from importlib import import_module
 from importlib.util import find_spec
-from itertools import islice
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, NoReturn
 
@@ -48,14 +47,14 @@ WORKERS = {
 
 COMMANDS = {
     **dict.fromkeys(("init", "families", "questions", "show", "robots", "solve"), "qdot.grader.cli.problem_commands"),
-    **dict.fromkeys(("verify", "generate"), "qdot.grader.cli.class_commands"),
+    **dict.fromkeys(("verify", "generate", "compare", "grade", "doctor"), "qdot.grader.cli.class_commands"),
     "check": "qdot.grader.cli.student_command",
-    **dict.fromkeys(("compare", "grade", "doctor"), "qdot.grader.cli.class_commands"),
     **dict.fromkeys(("export", "report"), "qdot.grader.cli.export_commands"),
     **dict.fromkeys(("upgrade-check", "forget"), "qdot.grader.cli.maintenance"),
     "demo": "qdot.grader.cli.class_commands",
 }
 """Each command, and the module in which it is the function of that name, with _ for -."""
+
 ENDING = [signal.SIGTERM, *([signal.SIGHUP] if hasattr(signal, "SIGHUP") else [])]
 """Signals that end the program as Ctrl-C does: of who wants to end it, and of a terminal that was closed."""
 SITE = {"build": "build_site", "serve": "serve"}
@@ -79,10 +78,6 @@ def program(only: str = "") -> "typer.Typer":
     """
     import typer
 
-    from qdot.grader.cli.examples import epilog
-
-    named = _described if only == LISTING else _loaded
-
     app = typer.Typer(
         name="qdot", no_args_is_help=True, rich_markup_mode=None, pretty_exceptions_enable=False,
         help=HELP,
@@ -98,65 +93,42 @@ def program(only: str = "") -> "typer.Typer":
             typer.echo(f"qdot {qdot_version()}")
             raise typer.Exit
 
+    def add(group: typer.Typer, name: str, module: str, function: str) -> None:
+        if only == LISTING:
+            command = _describe(module, function)
+        else:
+            command = _report_errors(getattr(import_module(module), function))
+        text, _, examples = (inspect.getdoc(command) or "").partition("\nExamples:\n")
+        settings = {"ignore_unknown_options": name == "compare"}  # a formula may begin with a minus
+        group.command(name, context_settings=settings, help=text, epilog=f"\b\nExamples:\n{examples}")(command)
+
     for name, module in COMMANDS.items():
         if only not in COMMANDS or name == only:
-            own: dict[str, Any] = {"cls": _of_texts()} if name == "compare" else {}
-            app.command(name, epilog=epilog(name), **own)(named(module, name))
+            add(app, name, module, name.replace("-", "_"))
     if only not in COMMANDS:
-        pages = typer.Typer(no_args_is_help=True, help="The web site: build it, or show it.")
+        site = typer.Typer(no_args_is_help=True, help="The web site: build it, or show it.")
         for name, function in SITE.items():
-            pages.command(name, epilog=epilog(f"site {name}"))(named("qdot.grader.cli.site_commands", function))
-        app.add_typer(pages, name="site")
+            add(site, name, "qdot.grader.cli.site_commands", function)
+        app.add_typer(site, name="site")
     return app
 
 
-def _of_texts() -> "type[typer.core.TyperCommand]":
-    """Return the class of a command whose arguments are formulas, which may begin with a minus."""
-    from typer.core import TyperCommand
-
-    class OfTexts(TyperCommand):
-        def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
-            options, texts, left = list[str](), list[str](), iter(args)
-            flags = {name: param for param in self.get_params(ctx) for name in param.opts if name[:1] == "-"}
-            for arg in left:
-                if arg == "--":
-                    texts += left
-                elif arg in flags:
-                    options += [arg, *(() if getattr(flags[arg], "is_flag", False) else [*islice(left, 1)])]
-                elif re.match(r"--[a-z-]+(=|$)", arg):
-                    options.append(arg)
-                else:
-                    texts.append(arg)
-            return super().parse_args(ctx, [*options, "--", *texts])
-
-    return OfTexts
-
-
-def _loaded(module: str, name: str) -> Callable[..., None]:
-    return _guarded(getattr(import_module(module), _function(name)))
-
-
-def _function(command: str) -> str:
-    """Return the name of the function that a command is."""
-    return command.replace("-", "_")
-
-
-def _described(module: str, name: str) -> Callable[[], None]:
-    """Return something that does nothing, with the docstring of a module's function, whose module is not loaded."""
+def _describe(module: str, function: str) -> Callable[[], None]:
+    """Return a function that does nothing, with the docstring of a module's function; the module is not loaded."""
 
     def described() -> None: ...
 
-    described.__doc__ = _docstrings(module)[_function(name)]
+    described.__doc__ = _docstrings(module)[function]
     return described
 
 
 @functools.cache
 def _docstrings(module: str) -> dict[str, str | None]:
-    """Return what the functions of a module say of themselves."""
+    """Return the docstrings of a module's functions."""
     place = find_spec(module)
     assert place is not None and place.origin is not None, module
     functions = ast.parse(Path(place.origin).read_bytes()).body
-    return {one.name: ast.get_docstring(one) for one in functions if isinstance(one, ast.FunctionDef)}
+    return {each.name: ast.get_docstring(each) for each in functions if isinstance(each, ast.FunctionDef)}
 
 
 def __getattr__(name: str) -> Any:
@@ -165,7 +137,7 @@ def __getattr__(name: str) -> Any:
     raise AttributeError(name)
 
 
-def _guarded(command: Callable[..., None]) -> Callable[..., None]:
+def _report_errors(command: Callable[..., None]) -> Callable[..., None]:
     """Return the command with its errors told in one line: 2 for bad input or our own failure, 130 or 143 stopped."""
     import typer
 
@@ -189,8 +161,8 @@ def _guarded(command: Callable[..., None]) -> Callable[..., None]:
                 raise
             if (cause := of_machine(error)) is not None:
                 _leave(str(cause), 2)
-            said = f"{type(error).__name__}: {error}"
-            _leave(f"qdot itself failed: {said}. Please report it; QDOT_TRACEBACK=1 shows where", 2)
+            cause_text = f"{type(error).__name__}: {error}"
+            _leave(f"qdot itself failed: {cause_text}. Please report it; QDOT_TRACEBACK=1 shows where", 2)
 
     return run
 
@@ -233,13 +205,13 @@ def _encoding(stream: io.TextIOWrapper) -> str | None:
     return None if stream.isatty() or os.environ.get("PYTHONIOENCODING") else "utf-8"
 
 
-def _wanted(typed: Sequence[str], environment: Mapping[str, str]) -> str:
+def needed_part(typed: Sequence[str], environment: Mapping[str, str]) -> str:
     """Return which part of the program is needed: one command, LISTING, or nothing for all of it.
 
-    >>> _wanted(["grade", "homework"], {}), _wanted([], {}), _wanted(["site", "build"], {})
+    >>> needed_part(["grade", "homework"], {}), needed_part([], {}), needed_part(["site", "build"], {})
     ('grade', '--help', 'site')
     >>> begun = {"_QDOT_COMPLETE": "complete_bash", "COMP_WORDS": "qdot grade --di"}
-    >>> _wanted([], begun), _wanted([], {**begun, "COMP_WORDS": "qdot gr"})
+    >>> needed_part([], begun), needed_part([], {**begun, "COMP_WORDS": "qdot gr"})
     ('grade', '--help')
     """
     if "_QDOT_COMPLETE" in environment:  # a shell asks what may come next
@@ -269,7 +241,7 @@ def main() -> None:
         from qdot.exercises.common.parallel import load_ahead
 
         load_ahead(modules)
-    program(_wanted(sys.argv[1:], os.environ))()
+    program(needed_part(sys.argv[1:], os.environ))()
 
 
 def run() -> NoReturn:

@@ -10,7 +10,8 @@ from qdot.exercises.assignment.assignment import Assignment, load_assignment
 from qdot.exercises.assignment.release import CORES
 from qdot.exercises.common.console import note, progress, say
 from qdot.exercises.common.errors import QdotError
-from qdot.grader.cli.class_commands import Jobs, check_sandbox
+from qdot.grader.cli.class_commands import check_sandbox
+from qdot.grader.cli.options import Jobs
 from qdot.grader.grading import forgetting, upgrade
 from qdot.grader.grading.history import Move
 from qdot.grader.grading.one_student import limits_of
@@ -39,14 +40,20 @@ def upgrade_check(
     notebooks `qdot generate` would write anew, what would be worded otherwise, and how many results would be graded
     again; with --marks it is tried whose mark would move. Nothing in the folder is written. Leaves with code 1 if
     anything that students have, or a mark, would be another.
+
+    Examples:
+      qdot upgrade-check homework
+          run with the new version: would anything be another?
+      qdot upgrade-check homework --marks
+          and would any mark move?
     """
     assignment = load_assignment(folder)
     with progress("comparing", len(assignment.roster)) as counter:
-        found = upgrade.compare_class(assignment, jobs, counter.step)
-    for line in upgrade.told(found, folder):
+        changes = upgrade.compare_class(assignment, jobs, counter.step)
+    for line in upgrade.told(changes, folder):
         say(line)
     moved = _marks(assignment, submissions or folder / "submitted", jobs, limits_of(seconds)) if marks else []
-    if found.differs or moved:
+    if changes.differs or moved:
         raise typer.Exit(1)
 
 
@@ -54,10 +61,10 @@ def _marks(assignment: Assignment, submissions: Path, jobs: int, limits: Limits)
     """Return whose mark would move, having told it."""
     check_sandbox(assignment.sandbox == "strict")
     with open_submissions(submissions) as root, progress("grading", len(assignment.roster)) as counter:
-        looked = find_submissions(assignment, root)
-        for said in looked.unsure:
-            note(said)
-        moved = list(upgrade.marks_moved(assignment, looked.by_student, jobs, limits, lambda _: counter.step()))
+        submitted = find_submissions(assignment, root)
+        for message in submitted.unsure:
+            note(message)
+        moved = list(upgrade.marks_moved(assignment, submitted.by_student, jobs, limits, lambda _: counter.step()))
     for move in moved:
         say(f"{move.student}  {move.part or 'total'}  {move.was} → {move.now}  {move.why}")
     students = len({move.student for move in moved})
@@ -85,6 +92,12 @@ def forget(
     student's own files. It is told first, with what names the student and stays, and asked about. Nobody else's
     problems or marks change. What was stopped is ended by the same command. docs/privacy.md says what is kept, where
     and for how long.
+
+    Examples:
+      qdot forget s001 homework --dry-run
+          what there is of a student
+      qdot forget ada@example.org course --yes
+          removed from every assignment of a course, without asking
     """
     plans = forgetting.plans(folder, student)
     for plan in plans:
@@ -94,7 +107,7 @@ def forget(
     if dry_run:
         say("nothing was removed: --dry-run")
         return
-    if not yes and not _agreed():
+    if not yes and not _confirm():
         say("nothing was removed")
         raise typer.Exit(1)
     for plan in plans:
@@ -103,8 +116,8 @@ def forget(
     say(f"removed {removed} files and folders, and the lines in {shorter} tables")
 
 
-def _agreed() -> bool:
-    """Return whether the person at the terminal wants it. Raises QdotError where nobody is there to be asked."""
+def _confirm() -> bool:
+    """Ask at the terminal whether to remove everything. Raises QdotError if nobody is there to be asked."""
     if not sys.stdin.isatty():
         raise QdotError("nobody is there to be asked: --yes removes it, --dry-run tells and removes nothing")
     return typer.confirm("Remove this for good?", err=True)

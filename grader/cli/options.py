@@ -1,5 +1,7 @@
-"""Options of several commands that need to know what arms are told in."""
+"""Arguments and options that several commands share."""
 
+from collections.abc import Callable, Iterable
+from pathlib import Path
 from typing import Annotated, Any
 
 import typer
@@ -8,22 +10,21 @@ from qdot.exercises.arm.chain import CONVENTIONS, TWIST_ORDERS
 from qdot.exercises.common.completion import complete_names
 
 
+def name_option(
+    help: str, *flags: str, names: Iterable[str] | Callable[[], Iterable[str]], metavar: str = "NAME", between: str = ""
+) -> Any:
+    """Return an option whose value is one of the names, which the Tab key completes."""
+    return typer.Option(*flags, metavar=metavar, help=help, autocompletion=complete_names(names, between=between))
+
+
 def _convention(default: str) -> Any:
-    return typer.Option(
-        "--convention",
-        metavar="NAME",
-        help=f"How arms are told: {', '.join(CONVENTIONS)}; default: {default}{CONVENTIONS[0]}.",
-        autocompletion=complete_names(CONVENTIONS),
-    )
+    known = f"{', '.join(CONVENTIONS)}; default: {default}{CONVENTIONS[0]}"
+    return name_option(f"How arms are told: {known}.", "--convention", names=CONVENTIONS)
 
 
 def _twist_order(default: str) -> Any:
-    return typer.Option(
-        "--twist-order",
-        metavar="ORDER",
-        help=f"Of arms told by their axes: {' or '.join(TWIST_ORDERS)}; default: {default}{TWIST_ORDERS[0]}.",
-        autocompletion=complete_names(TWIST_ORDERS),
-    )
+    known = f"{' or '.join(TWIST_ORDERS)}; default: {default}{TWIST_ORDERS[0]}"
+    return name_option(f"Of arms told by their axes: {known}.", "--twist-order", names=TWIST_ORDERS, metavar="ORDER")
 
 
 OF_ID = "what the id says, else "
@@ -31,3 +32,10 @@ ConventionOption = Annotated[str, _convention(OF_ID)]
 TwistOrderOption = Annotated[str, _twist_order(OF_ID)]
 SiteConventionOption = Annotated[str, _convention("")]
 SiteTwistOrderOption = Annotated[str, _twist_order("")]
+
+Folder = Annotated[Path, typer.Argument(metavar="DIR", help="The assignment folder.")]
+AsJson = Annotated[bool, typer.Option("--json", help="Print JSON.")]
+Seconds = Annotated[float, typer.Option(min=1, help="Processor time that a notebook may take.")]
+Jobs = Annotated[
+    int, typer.Option("--jobs", "-j", min=1, help="How many processes work at once.", show_default="cores")
+]

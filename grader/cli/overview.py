@@ -1,7 +1,7 @@
-"""At a glance: the families for `qdot families`, by kind of arm and with what can be asked, and the real robots."""
+"""The families for `qdot families`, by kind of arm, what can be asked of one, and the real robots."""
 
 import textwrap
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable
 
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.library import robots
@@ -11,30 +11,6 @@ from qdot.exercises.problem.problem import ProblemId
 from qdot.exercises.questions import QUESTIONS
 
 WIDTH = 100
-
-TOPICS: Mapping[str, tuple[str, ...]] = {
-    "motion": (
-        "position", "velocity", "velocity-component", "joint-axes", "joint-effect", "link-velocity",
-        "own-frame-velocity",
-    ),
-    "jacobians": (
-        "transform", "jacobian", "jacobian-size", "position-vectors", "geometric-jacobian", "tool-jacobian", "twist",
-        "joint-torques",
-    ),
-    "rates": ("determinant", "invertibility", "joint-rates"),
-    "inverse": ("inverse-jacobian", "inverse-velocity"),
-    "path": ("path-rates", "path-limit"),
-    "singularities": ("singular-angles", "singularity-type", "singularity-meaning", "rank", "lost-motion"),
-    "losses": ("lost-direction", "unreachable-velocity"),
-    "measures": ("manipulability", "condition-number"),
-    "redundancy": ("gram-determinant", "least-norm-rates", "self-motion"),
-    "screws": (
-        "home-screws", "body-pose", "body-adjoint", "changed-twist", "space-jacobian", "body-jacobian", "space-twist",
-        "body-twist",
-    ),
-    "blocks": ("arm-block", "wrist-block", "block-determinants"),
-}  # fmt: skip
-"""Questions that mostly go together, each in one topic, so that a family's can be told in a line."""
 
 KINDS: tuple[tuple[str, Callable[[Chain], bool]], ...] = (
     ("Arms of five to seven joints", lambda chain: chain.n >= 5),
@@ -67,19 +43,15 @@ def _kind(family: Family) -> str:
 
 
 def overview() -> str:
-    """Return the questions by topic, then all families by kind, with the topics of each."""
-    lines = ["What can be asked, by topic:", ""]
-    for topic, names in TOPICS.items():
-        lines += _filled(f"  {topic:<15}", ", ".join(names))
-    lines += ["", "The families: joints, difficulty from 0 to 4, what they are an example of, and their topics:"]
+    """Return all families by kind, each with how many questions can be asked of it."""
+    lines = ["The families: joints, difficulty from 0 to 4, and what they are an example of:"]
     for kind, families in kinds().items():
         lines += ["", kind, ""]
         for family in families:
             about = listing_of(family.name)
             first = f"  {family.name:<20}{about.kinds or 'varied':<9}{about.difficulty:<8}"
-            lines += _filled(first, f"{family.title}; {family.source}")
-            lines += _filled(" " * 8, asked_in_topics(about.questions))
-    lines += ["", "More of one of them: qdot families NAME. Drawings of all: docs/families.md"]
+            lines += _wrap(first, f"{family.title}; {family.source}; {len(about.questions)} questions")
+    lines += ["", "What can be asked of one of them: qdot families NAME. Drawings of all: docs/families.md"]
     return "\n".join(lines)
 
 
@@ -88,30 +60,12 @@ def robots_overview() -> str:
     lines = ["Real robots: name, joints, convention, what it is, and where its numbers are from:", ""]
     for robot in robots().values():
         first = f"  {robot.name:<16}{robot.joints:<9}{robot.convention:<13}"
-        lines += _filled(first, f"{robot.title}; {robot.source}")
+        lines += _wrap(first, f"{robot.title}; {robot.source}")
     lines += ["", "All that is derived of one: qdot solve NAME. As a file: qdot solve NAME --convert dh > arm.toml"]
     return "\n".join(lines)
 
 
-def asked_in_topics(asked: Sequence[str]) -> str:
-    """Return what can be asked: topics, without what is missing in one, or those questions of it that are not.
-
-    >>> asked_in_topics(["path-rates", "path-limit", "self-motion", "gram-determinant", "arm-block"])
-    'path, redundancy (without least-norm-rates), arm-block'
-    """
-    told = []
-    for topic, names in TOPICS.items():
-        there, missing = [name for name in names if name in asked], [name for name in names if name not in asked]
-        if not missing:
-            told.append(topic)
-        elif len(missing) < len(there):
-            told.append(f"{topic} (without {', '.join(missing)})")
-        else:
-            told += there
-    return ", ".join(told)
-
-
-def detail(family: Family, convention: str = "") -> str:
+def describe_family(family: Family, convention: str = "") -> str:
     """Return one family, or a robot as one: what it is, what its arms can be asked, and why not the rest.
 
     They are told in a convention, if one is named, else as the family or the robot's file tells them.
@@ -119,19 +73,19 @@ def detail(family: Family, convention: str = "") -> str:
     about = listing_of(family, convention)
     joints = f"joints {about.kinds}" if about.kinds else "joints of several kinds"
     lines = [f"{family.name}: {family.title}; {family.source}", f"{joints}, difficulty {about.difficulty}", ""]
-    lines += _filled("can be asked     ", ", ".join(name for name in QUESTIONS if name in about.questions))
+    lines += _wrap("can be asked     ", ", ".join(name for name in QUESTIONS if name in about.questions))
     by_reason: dict[str, list[str]] = {}
     for name, why in refusals(family, convention).items():
         by_reason.setdefault(why, []).append(name)
     if by_reason:
         lines += ["", f"can't be asked{' of any, as of this one,' if family.varied else ''}"]
     for why, names in by_reason.items():
-        lines += _filled("  ", f"{', '.join(names)}: {why}")
-    told = f"@{convention}" if convention else ""
+        lines += _wrap("  ", f"{', '.join(names)}: {why}")
     if family.robot:
         last = f"Ask about it by robot in assignment.toml. All that is derived of it: qdot solve {family.robot}"
     else:
-        last = f"Short questions for quizzes: qdot questions. One such arm: qdot show {family.name}/1{told} --solution"
+        problem = f"{family.name}/1@{convention}" if convention else f"{family.name}/1"
+        last = f"Short questions for quizzes: qdot questions. One such arm: qdot show {problem} --solution"
     lines += ["", last]
     return "\n".join(lines)
 
@@ -143,7 +97,7 @@ def refusals(family: Family, convention: str = "") -> dict[str, str]:
     return {name: QUESTIONS[name].refusal(chain) or "other arms of the family can't be asked" for name in missing}
 
 
-def _filled(first: str, text: str) -> list[str]:
+def _wrap(first: str, text: str) -> list[str]:
     """Return a text in lines, after what the first begins with; words with hyphens are names, and stay whole."""
     return textwrap.wrap(
         text, WIDTH, initial_indent=first, subsequent_indent=" " * len(first), break_on_hyphens=False,

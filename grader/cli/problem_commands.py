@@ -27,8 +27,8 @@ from qdot.exercises.generation import family_named, listing_of, sample_chain, sh
 from qdot.exercises.problem.problem import find_convention
 from qdot.exercises.questions import QUESTIONS
 from qdot.exercises.quizzes import QUIZZES
-from qdot.grader.cli.options import ConventionOption, TwistOrderOption
-from qdot.grader.cli.overview import detail, overview, refusals, robots_overview
+from qdot.grader.cli.options import AsJson, ConventionOption, TwistOrderOption, name_option
+from qdot.grader.cli.overview import describe_family, overview, refusals, robots_overview
 
 SHOW_FORMATS = ("text", "latex", "html", "json", "ipynb")
 SOLVE_FORMATS = ("text", "latex", "json")
@@ -42,13 +42,7 @@ def init(
         Path | None, typer.Option(metavar="FILE", help="Your class: a roster, or what Canvas or Moodle exports.")
     ] = None,
     problems: Annotated[
-        str,
-        typer.Option(
-            "--set",
-            metavar="NAME",
-            help="Begin with a ready-made set of problems.",
-            autocompletion=complete_names(SETS),
-        ),
+        str, name_option("Begin with a ready-made set of problems.", "--set", names=SETS)
     ] = DEFAULT_SET,
     list_sets: Annotated[bool, typer.Option("--list", help="List the sets, and make nothing.")] = False,
 ) -> None:
@@ -56,13 +50,19 @@ def init(
 
     In it are assignment.toml, roster.csv, .gitignore, a secret, a README and the folder submitted. Edit
     assignment.toml and roster.csv, then run `qdot generate DIR`. Nothing that is there already is overwritten.
+
+    Examples:
+      qdot init homework
+          a first week with a problem of each kind
+      qdot init homework --set singularities --roster canvas.csv
+          a ready-made set, for a class from Canvas
+      qdot init --list
+          which sets there are
     """
     if list_sets:
-        for one in SETS.values():
-            say(
-                f"{one.name:<18} {one.title}: {one.purpose}\n{'':<18} {one.problems} problems, {one.points:g} points, "
-                f"about {one.minutes} minutes"
-            )
+        for each in SETS.values():
+            say(f"{each.name:<18} {each.title}: {each.purpose}")
+            say(f"{'':<18} {each.problems} problems, {each.points:g} points, about {each.minutes} minutes")
         return
     if folder is None:
         raise QdotError("name the folder to make, as in 'qdot init homework', or list the sets with 'qdot init --list'")
@@ -84,14 +84,9 @@ def families(
         ),
     ] = "",
     convention: Annotated[
-        str,
-        typer.Option(
-            metavar="NAME",
-            help=f"Of one of them: how its arms are told, {', '.join(CONVENTIONS)}.",
-            autocompletion=complete_names(CONVENTIONS),
-        ),
+        str, name_option(f"Of one of them: how its arms are told, {', '.join(CONVENTIONS)}.", names=CONVENTIONS)
     ] = "",
-    as_json: Annotated[bool, typer.Option("--json", help="Print JSON.")] = False,
+    as_json: AsJson = False,
 ) -> None:
     """List the robot families and what each can be asked.
 
@@ -99,34 +94,42 @@ def families(
     family's name goes into assignment.toml (family = "planar-2r") and before a seed: `qdot show planar-2r/7`. With a
     NAME it is told of this family what it can be asked, question by question, and in a few words why not the rest; so
     it is of a real robot (ur5) and of your own ROBOT.toml, CSV or URDF, which may take a minute.
+
+    Examples:
+      qdot families
+          all arms, and what each can be asked
+      qdot families planar-2r
+          one of them: why not the rest
+      qdot families ur5 --convention modified-dh
+          a real robot, told by a modified table
     """
     if convention:
         find_convention(convention)
         if not name:
             raise QdotError("--convention is for one family or robot; name it, as in 'qdot families ur5'")
     if name:
-        family = _family(name)
-        _look_at(family, convention)
-        row = {**_row(family, convention), "refused": refusals(family, convention)} if as_json else {}
-        say(json.dumps(row, ensure_ascii=False, indent=1) if as_json else detail(family, convention))
+        family = _find_family(name)
+        _derive_questions(family, convention)
+        row = {**_family_json(family, convention), "refused": refusals(family, convention)} if as_json else {}
+        say(json.dumps(row, ensure_ascii=False, indent=1) if as_json else describe_family(family, convention))
     elif as_json:
-        say(json.dumps([_row(family) for family in FAMILIES.values()], ensure_ascii=False, indent=1))
+        say(json.dumps([_family_json(family) for family in FAMILIES.values()], ensure_ascii=False, indent=1))
     else:
         say(overview())
 
 
-def _family(name: str) -> Family:
+def _find_family(name: str) -> Family:
     """Return the family of a name, or that of a robot: of a file, or of the library. Raises QdotError."""
     if name not in FAMILIES and (name.lower().endswith(ENDINGS) or Path(name).is_file() or is_in_library(name)):
         path = robot_path(name)
         robot = read_robot_file(path)
-        for said in robot.notes:
-            note(said)
+        for message in robot.notes:
+            note(message)
         return own_family(path, robot)
     return family_named(name)
 
 
-def _look_at(family: Family, convention: str) -> None:
+def _derive_questions(family: Family, convention: str) -> None:
     """Find out what an arm can be asked, and show how far that is: of long arms it takes a minute.
 
     What is found out is kept, and told later; of registered families, it is listed as they tell their arms.
@@ -140,43 +143,33 @@ def _look_at(family: Family, convention: str) -> None:
             counter.step()
 
 
-def _row(family: Family, convention: str = "") -> dict[str, Any]:
+def _family_json(family: Family, convention: str = "") -> dict[str, Any]:
     about = listing_of(family, convention)
     return {
-        "name": family.name,
-        "title": family.title,
-        "source": family.source,
-        "joints": about.kinds or "varied",
-        "questions": list(about.questions),
-        "difficulty": about.steps[1],
-        "difficulties": list(about.steps),
-    }
+        "name": family.name, "title": family.title, "source": family.source, "joints": about.kinds or "varied",
+        "questions": list(about.questions), "difficulty": about.steps[1], "difficulties": list(about.steps),
+    }  # fmt: skip
 
 
-def questions(as_json: Annotated[bool, typer.Option("--json", help="Print JSON.")] = False) -> None:
+def questions(as_json: AsJson = False) -> None:
     """List the questions that can be asked.
 
     They stand in the chapter's order, with the equation that each is about; behind them the short ones for quizzes.
     Their names go into assignment.toml: questions = ["position", "jacobian"].
+
+    Examples:
+      qdot questions
+          all questions, in the chapter's order
     """
-    rows: list[dict[str, Any]] = [
-        {
-            "name": q.name,
-            "title": q.title,
-            "source": q.source,
-            "points": q.points,
-            "needs": list(q.needs),
-            "form": q.form,
-        }
-        for q in ASKED.values()
-    ]
     if as_json:
+        keys = ("name", "title", "source", "points", "needs", "form")
+        rows = [{key: getattr(question, key) for key in keys} for question in ASKED.values()]
         say(json.dumps(rows, ensure_ascii=False, indent=1))
         return
-    for row in rows:
-        if row["name"] == next(iter(QUIZZES)):
+    for name, question in ASKED.items():
+        if name == next(iter(QUIZZES)):
             say('\nShort questions for quizzes; questions = "quiz" asks one of each form:\n')
-        say(f"{row['name']:<24} {row['title']} ({row['source']}{'; ' if row['form'] else ''}{row['form']})")
+        say(f"{name:<24} {question.title} ({question.source}{'; ' if question.form else ''}{question.form})")
 
 
 def show(
@@ -190,10 +183,7 @@ def show(
     ],
     solution: Annotated[bool, typer.Option("--solution", help="Add the reference and the worked steps.")] = False,
     format: Annotated[
-        str,
-        typer.Option(
-            "--format", "-f", help=f"One of {', '.join(SHOW_FORMATS)}.", autocompletion=complete_names(SHOW_FORMATS)
-        ),
+        str, name_option(f"One of {', '.join(SHOW_FORMATS)}.", "--format", "-f", names=SHOW_FORMATS)
     ] = "text",
     ask: Annotated[
         str | None,
@@ -214,12 +204,20 @@ def show(
     notebooks to be opened one by one (JSON always has them); with --solution the answers and how they are derived.
     The same FAMILY/SEED shows the same problem on every machine; FAMILY/SEED@VARIATION is short for --variation,
     FAMILY/SEED@CONVENTION for --convention, and FAMILY/SEED@v-omega for --twist-order.
+
+    Examples:
+      qdot show planar-2r/7
+          a problem as a student has it
+      qdot show planar-2r/7 --solution
+          with answers and worked steps
+      qdot show elbow-3r/3@full --questions jacobian,determinant --format html > problem.html
+          two questions
     """
     one_of(format, SHOW_FORMATS, "--format")
     identity = ProblemId.parse(problem).with_variation(variation).with_convention(convention, twist_order)
     if ask is not None:
         identity = replace(
-            identity, questions=short_quiz(identity.family, identity.convention) if ask == "quiz" else _names(ask)
+            identity, questions=short_quiz(identity.family, identity.convention) if ask == "quiz" else _split_names(ask)
         )
     made = make_problem(identity)
     certificate = None
@@ -230,7 +228,7 @@ def show(
     say(show_problem(made, solution, format, certificate, hints))
 
 
-def _names(listed: str) -> tuple[str, ...]:
+def _split_names(listed: str) -> tuple[str, ...]:
     """Return names with commas between them. Raises QdotError where there is none."""
     names = tuple(name.strip() for name in listed.split(","))
     if not any(names):
@@ -238,11 +236,15 @@ def _names(listed: str) -> tuple[str, ...]:
     return names
 
 
-def robots(as_json: Annotated[bool, typer.Option("--json", help="Print JSON.")] = False) -> None:
+def robots(as_json: AsJson = False) -> None:
     """List the real robots that `qdot solve NAME` knows.
 
     Capital letters and hyphens in a name don't count. robot = "panda" in assignment.toml asks about one, and `qdot
     solve panda --convert dh > arm.toml` makes a file of it that you can change.
+
+    Examples:
+      qdot robots
+          all real robots, with who publishes their numbers
     """
     if as_json:
         say(json.dumps([asdict(robot) for robot in library().values()], ensure_ascii=False, indent=1))
@@ -260,35 +262,19 @@ def solve(
         ),
     ],
     format: Annotated[
-        str,
-        typer.Option(
-            "--format", "-f", help=f"One of {', '.join(SOLVE_FORMATS)}.", autocompletion=complete_names(SOLVE_FORMATS)
-        ),
+        str, name_option(f"One of {', '.join(SOLVE_FORMATS)}.", "--format", "-f", names=SOLVE_FORMATS)
     ] = "text",
     tip: Annotated[str, typer.Option(metavar="LINK", help="URDF: the link at the end, if there are several.")] = "",
     convention: Annotated[
-        str,
-        typer.Option(
-            metavar="NAME",
-            help=f"CSV: whose rows they are, one of {', '.join(TABLES)}.",
-            autocompletion=complete_names(TABLES),
-        ),
+        str, name_option(f"CSV: whose rows they are, one of {', '.join(TABLES)}.", names=TABLES)
     ] = "",
     angles: Annotated[
         str,
-        typer.Option(
-            metavar="UNIT",
-            help=f"CSV: what its angles are in, {' or '.join(ANGLE_UNITS)}.",
-            autocompletion=complete_names(ANGLE_UNITS),
-        ),
+        name_option(f"CSV: what its angles are in, {' or '.join(ANGLE_UNITS)}.", names=ANGLE_UNITS, metavar="UNIT"),
     ] = "",
     convert: Annotated[
         str,
-        typer.Option(
-            metavar="NAME",
-            help=f"Write the arm as ROBOT.toml in a convention: {', '.join(CONVENTIONS)}.",
-            autocompletion=complete_names(CONVENTIONS),
-        ),
+        name_option(f"Write the arm as ROBOT.toml in a convention: {', '.join(CONVENTIONS)}.", names=CONVENTIONS),
     ] = "",
     time: Annotated[
         str, typer.Option(metavar="SECONDS", help=f"Processor time after which it ends, {LEAST:g} or more.")
@@ -312,6 +298,16 @@ def solve(
 
     Results are written as they are ready. With --time, or by Ctrl-C, it ends earlier, and says what is missing; JSON
     has `missing` then, a list of what was not worked out. --map draws the conditions that are in three joints or fewer.
+
+    Examples:
+      qdot solve arm.toml
+          your own arm: position, Jacobian, determinant, singularities
+      qdot solve panda --time 300
+          a real one, with more time
+      qdot solve arm.toml --map arm.svg
+          and a picture of where it is singular
+      qdot solve panda --convert dh > arm.toml
+          as a file of your own
     """
     one_of(format, SOLVE_FORMATS, "--format")
     from qdot.exercises.solve.locus import check_map, write_map
@@ -325,13 +321,13 @@ def solve(
     if map_file is not None:
         check_map(map_file)
     read = read_robot_file(robot_path(robot), tip, convention, angles)
-    for said in read.notes:
-        note(said)
+    for message in read.notes:
+        note(message)
     if convert:
         one_of(convert, CONVENTIONS, "--convert")
         if format != "text" or map_file is not None:
-            other = "--map" if map_file is not None else "--format"
-            raise QdotError(f"--convert writes a ROBOT.toml, and {other} is for what is derived; give one of both")
+            option = "--map" if map_file is not None else "--format"
+            raise QdotError(f"--convert writes a ROBOT.toml, and {option} is for what is derived; give one of both")
         say(robot_text(read, convert).rstrip())
         return
     singular = write_solution(read, format, seconds, say, show_work)

@@ -11,7 +11,6 @@ import typer
 from qdot.exercises.assignment.assignment import FEEDBACK, Assignment, load_assignment
 from qdot.exercises.assignment.draws import FailedSlot
 from qdot.exercises.assignment.release import CORES
-from qdot.exercises.common.completion import complete_names
 from qdot.exercises.common.console import SiteVariationOption, note, progress, say
 from qdot.exercises.common.errors import QdotError, unknown
 from qdot.exercises.common.variation import STEPS
@@ -30,8 +29,7 @@ from qdot.exercises.site.supply import (
     wanted_of_families,
     wanted_of_variants,
 )
-from qdot.grader.cli.class_commands import Jobs
-from qdot.grader.cli.options import SiteConventionOption, SiteTwistOrderOption
+from qdot.grader.cli.options import Jobs, SiteConventionOption, SiteTwistOrderOption, name_option
 from qdot.grader.grading.certify import failures_of
 
 SITE = Path("qdot-site")
@@ -45,18 +43,15 @@ def build_site(
         Path | None, typer.Option(metavar="DIR", help="A site for your own course: the problems of this assignment.")
     ] = None,
     families: Annotated[
-        str,
-        typer.Option(
-            help="Names with commas between; default: all.", autocompletion=complete_names(FAMILIES, between=",")
-        ),
+        str, name_option("Names with commas between; default: all.", names=FAMILIES, metavar="NAMES", between=",")
     ] = "",
     variants: Annotated[
         int | None,
         typer.Option(
             min=1,
             max=MOST_SEEDS,
-            show_default=f"{OF_EACH_STEP} at every step of variation; {OF_EACH_PROBLEM} of a problem",
             help="Arms of each family, or variants of a problem.",
+            show_default=f"{OF_EACH_STEP} at every step of variation; {OF_EACH_PROBLEM} of a problem",
         ),
     ] = None,
     variation: SiteVariationOption = "",
@@ -64,10 +59,10 @@ def build_site(
     twist_order: SiteTwistOrderOption = "",
     feedback: Annotated[
         str,
-        typer.Option(
+        name_option(
+            f"How much is told: {', '.join(FEEDBACK)}. Default: the assignment's, else all.",
+            names=FEEDBACK,
             metavar="LEVEL",
-            help=f"How much is told: {', '.join(FEEDBACK)}. Default: the assignment's, else all.",
-            autocompletion=complete_names(FEEDBACK),
         ),
     ] = "",
     jobs: Jobs = CORES,
@@ -79,12 +74,22 @@ def build_site(
     another book has them. With --assignment, the problems are variants of the
     assignment's, none of which a student has, and what is told of a wrong answer is what its feedback says; the bank
     has solutions only where that is "solutions". The page judges by itself, with right values in its bank.
+
+    Examples:
+      qdot site build
+          all families, into qdot-site
+      qdot site build --assignment homework --out course-site
+          variants of your own assignment
     """
     if feedback and feedback not in FEEDBACK:
         raise unknown("level of feedback", feedback, list(FEEDBACK))
     loaded = None if assignment is None else load_assignment(assignment)
-    told = convention, twist_order
-    wanted, titles, course = _wanted(loaded, families, variants, variation, told, jobs)
+    frames = convention, twist_order
+    if loaded is None:
+        wanted, titles = _problems_of_families(families, variants, variation, frames)
+    else:
+        wanted, titles = _problems_of_assignment(loaded, variants or OF_EACH_PROBLEM, variation, frames, jobs)
+    course = "" if loaded is None else loaded.title
     level = feedback or (FEEDBACK[-1] if loaded is None else loaded.feedback)
     commands = reference(context.find_root().command)
     order = Order(out, wanted, titles, failures_of, min(jobs, len(wanted)), commands, docs_folder(), course, level)
@@ -92,41 +97,52 @@ def build_site(
     with progress("building the site", len(wanted)) as counter:
         made = build(order, counter.step, left_out.append)
     say(f"{made['problems']} problems with {made['questions']} questions in {out}; see them: qdot site serve {out}")
-    for given in left_out:
-        note(str(given))
+    for slot in left_out:
+        note(str(slot))
     if left_out:
-        named = ", ".join(dict.fromkeys(given.family for given in left_out))
+        named = ", ".join(dict.fromkeys(slot.family for slot in left_out))
         raise QdotError(
             f"not on the site, as no draw passed its certificate: {len(left_out)} of {named}. All others are on it; "
             "please report it"
         )
 
 
-def _wanted(
-    loaded: Assignment | None, families: str, variants: int | None, variation: str, told: FrameConvention, jobs: int
-) -> tuple[list[BankProblem], list[tuple[str, str, str]], str]:
-    if loaded is None:
-        names = [family_named(name.strip()).name for name in families.split(",") if name.strip()] or list(FAMILIES)
-        titles = [(name, FAMILIES[name].title, FAMILIES[name].source) for name in names]
-        many = variants or OF_EACH_STEP * (1 if variation else len(STEPS))
-        return wanted_of_families(names, many, variation, *told), titles, ""
-    if any(told):
+Wanted = tuple[list[BankProblem], list[tuple[str, str, str]]]
+"""The problems of a site, and the names, titles and sources of its chapters."""
+
+
+def _problems_of_families(families: str, variants: int | None, variation: str, frames: FrameConvention) -> Wanted:
+    names = [family_named(name.strip()).name for name in families.split(",") if name.strip()] or list(FAMILIES)
+    titles = [(name, FAMILIES[name].title, FAMILIES[name].source) for name in names]
+    count = variants or OF_EACH_STEP * (1 if variation else len(STEPS))
+    return wanted_of_families(names, count, variation, *frames), titles
+
+
+def _problems_of_assignment(
+    assignment: Assignment, variants: int, variation: str, frames: FrameConvention, jobs: int
+) -> Wanted:
+    if any(frames):
         raise QdotError(
             "--convention and --twist-order are for a site of families; an assignment says them itself, as in "
             'convention = "screws" in assignment.toml'
         )
     if variation:
-        loaded = loaded.with_variation(variation)
-    made = list(bank(BankOrder(loaded, failures_of, variants or OF_EACH_PROBLEM, jobs=jobs, note=note)))
-    titles = [(slot.name, slot.family.title, slot.family.source) for slot in loaded.slots]
-    return wanted_of_variants(made), titles, loaded.title
+        assignment = assignment.with_variation(variation)
+    problems = list(bank(BankOrder(assignment, failures_of, variants, jobs=jobs, note=note)))
+    titles = [(slot.name, slot.family.title, slot.family.source) for slot in assignment.slots]
+    return wanted_of_variants(problems), titles
 
 
 def serve(
     folder: Annotated[Path, typer.Argument(metavar="FOLDER", help="A built site.")] = SITE,
     port: Annotated[int, typer.Option(min=0, max=65535, help="0: any that is free.")] = 8000,
 ) -> None:
-    """Show a built site in the browser of this machine, until Ctrl-C; nobody else can reach it."""
+    """Show a built site in the browser of this machine, until Ctrl-C; nobody else can reach it.
+
+    Examples:
+      qdot site serve
+          look at it at http://127.0.0.1:8000
+    """
     if not (folder / "index.html").is_file():
         raise QdotError(f"there is no site in {folder}; 'qdot site build --out {folder}' makes one")
     handler = functools.partial(_Quiet, directory=str(folder))

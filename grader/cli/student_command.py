@@ -22,14 +22,18 @@ def check(
     """Show what will be read from each answer of a notebook.
 
     For students: no marks are given, and no key is needed. Leaves with code 1 if an answer is blank or can't be read.
+
+    Examples:
+      qdot check velocity.ipynb
+          before you hand in: what will be read of each answer
     """
     form, _, summary = report.partition("=")
     if report and (form != "github" or not summary):
         raise QdotError(f"--report {report}: write github=PATH, as in github=summary.md")
     checked = check_notebook(notebook)
     rows = checked.rows
-    for said in checked.notes:
-        say(f"note: {said}")
+    for message in checked.notes:
+        say(f"note: {message}")
     for row in rows:
         say(f"{'ok ' if row.readable else '-- '} {row.part}: {row.said}")
     if summary:

@@ -36,7 +36,7 @@ from qdot.grader.diagnosis.residuals import missing_links
 from qdot.grader.diagnosis.rounding import explain_rounded_function, explain_rounding, is_right
 from qdot.grader.diagnosis.set_mistakes import explain_set, find_mistaken_answer, name_either
 from qdot.grader.judging.answer import ParsedAnswer, Table
-from qdot.grader.judging.verdict import Diagnosis, known_by
+from qdot.grader.judging.verdict import Diagnosis, locate_mistake
 
 POINTS = 16
 THREE_DECIMALS = 6e-4
@@ -284,7 +284,7 @@ def _find_cause(wrong: Wrong, causes: Sequence[Cause]) -> Cause | None:
 def _name_inherited(wrong: Wrong, cause: Cause) -> Diagnosis:
     """Return what is said of a mistake that was found before."""
     says = f"This follows from what went wrong in {cause.title!r}: the same mistake gives this answer."
-    made = known_by(wrong.mistake.name, wrong.variant.words)
+    made = locate_mistake(wrong.mistake.name, wrong.variant.words)
     return Diagnosis((), says, inherited=cause.part, known_by=(made,))
 
 

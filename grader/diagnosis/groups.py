@@ -17,7 +17,7 @@ from itertools import combinations_with_replacement, permutations
 import sympy as sp
 
 from qdot.exercises.arm.chain import Chain
-from qdot.exercises.formula.constants import turns_of
+from qdot.exercises.formula.angles import turns_of
 from qdot.exercises.formula.exact import fingerprint_results
 from qdot.exercises.formula.expression import tree_of_reference
 from qdot.exercises.formula.program import compile_program, evaluate

@@ -32,7 +32,7 @@ from qdot.exercises.problem.problem import Part, Problem
 from qdot.grader.diagnosis.rounding import EXACTLY, NEAR
 from qdot.grader.judging.answer import ParsedAnswer, with_joint
 from qdot.grader.judging.judge import judge_given
-from qdot.grader.judging.verdict import Diagnosis, Outcome, known_by
+from qdot.grader.judging.verdict import Diagnosis, Outcome, locate_mistake
 
 POINTS = 3
 MOST_SAID = 3
@@ -87,7 +87,7 @@ def name_either(rivals: Sequence[tuple[Mistake, Mapping[str, object], str]]) -> 
     """Return what is said of mistakes, each of which gives the answer: they come with words and sentence."""
     names = tuple(dict.fromkeys(mistake.name for mistake, _, _ in rivals))
     says = " Or, which gives the same answer: ".join(dict.fromkeys(sentence for _, _, sentence in rivals))
-    made = tuple(known_by(mistake.name, words) for mistake, words, _ in rivals)
+    made = tuple(locate_mistake(mistake.name, words) for mistake, words, _ in rivals)
     return Diagnosis(names, says, known_by=made, either=len(names) > 1)
 
 
@@ -127,7 +127,7 @@ def _explain_pieces(problem: Problem, part: Part, claimed: Sequence[Piece], seed
         return None
     says = dict.fromkeys(CATALOGUE[name].sentence(words) for name, words in mistakes)
     names = tuple(dict.fromkeys(name for name, _ in mistakes))
-    return Diagnosis(names, " ".join(says), known_by=tuple(dict.fromkeys(known_by(*each) for each in mistakes)))
+    return Diagnosis(names, " ".join(says), known_by=tuple(dict.fromkeys(locate_mistake(*each) for each in mistakes)))
 
 
 class _Claims:

@@ -28,11 +28,11 @@ from qdot.grader.submissions.submission import (
     Note,
     StudentFiles,
     Submission,
-    likely_notebooks,
-    oddities,
+    explain_wrong_assignment,
+    find_oddities,
+    modification_time,
     read_submission,
-    time_of,
-    wrong_assignment,
+    select_likely_notebooks,
 )
 
 GRADER = 14
@@ -80,7 +80,7 @@ def read_attempts(found: StudentFiles, key: str) -> list[Attempt]:
         raise NotFoundOut(found.failure)
     if found.obstacle:
         return [replace(_unreadable(found.files[0], found.obstacle), over_limit=found.over_limit)]
-    likely, note = likely_notebooks(found.files)
+    likely, note = select_likely_notebooks(found.files)
     found = replace(found, notes=(*found.notes, note)) if note else found
     attempts = [_read(found, path, key) for path in likely]
     if not any(attempt.submission for attempt in attempts):
@@ -115,7 +115,7 @@ def _read(found: StudentFiles, path: Path, key: str) -> Attempt:
 
 def _unreadable(path: Path, why: str) -> Attempt:
     try:
-        received = time_of(path.lstat())
+        received = modification_time(path.lstat())
     except OSError:
         received = datetime.datetime.fromtimestamp(0, datetime.UTC)
     return Attempt(path, received, None, why)
@@ -183,7 +183,7 @@ def grade_attempt(
     if submission is None:
         return _mark(assignment, copies, student, problems, None, nothing, attempt.unreadable, notes)
     notes += [Note(note, note) for note in submission.notes if note]
-    obstacle = wrong_assignment(submission, assignment)
+    obstacle = explain_wrong_assignment(submission, assignment)
     if obstacle is not None:
         return _mark(assignment, copies, student, problems, submission, nothing, obstacle, notes)
     parts = [f"{slot}.{part.name}" for slot, problem in problems for part in problem.parts]
@@ -193,14 +193,14 @@ def grade_attempt(
     setup = setup_cell(problems)
     modules = submission.modules
     answers = find_answers(cells, parts, lambda cells, names: _run(sandbox, cells, names, calls, setup, modules))
-    notes += oddities(submission, assignment, student)
+    notes += find_oddities(submission, assignment, student)
     notes += [Note(note, note) for note in answers.notes if note]
     notes += [Note(f"refused: {stop}") for stop in answers.refused if stop not in answers.notes]
     return _mark(assignment, copies, student, problems, submission, answers, None, notes)
 
 
 def _run(
-    sandbox: Sandbox, cells: Sequence[str], names: Sequence[str], calls: Mapping[str, Calls], setup: str,
+    sandbox: Sandbox, cells: Sequence[str | None], names: Sequence[str], calls: Mapping[str, Calls], setup: str,
     modules: Mapping[str, str],
 ) -> Run:  # fmt: skip
     """Run a notebook. Where the process that runs it is lost, the notebook must have done it twice to answer for it."""

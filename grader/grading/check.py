@@ -24,7 +24,7 @@ from qdot.grader.judging.verdict import Outcome
 from qdot.grader.sandbox.sandbox import Sandbox
 from qdot.grader.submissions.answer_locator import find_answers, guess_parts
 from qdot.grader.submissions.cells import OverLimit, Unreadable
-from qdot.grader.submissions.submission import Submission, python_files_beside, read_submission
+from qdot.grader.submissions.submission import Submission, find_python_files, read_submission
 
 STATEMENTS = ("eq", "and", "or", "in", "pair", "dict", "set")
 """Kinds of nodes that are conditions, and no entries of a matrix."""
@@ -58,7 +58,7 @@ def check_notebook(path: Path) -> Checked:
     "this can't be read as an answer: expected ')', found 'the end', at character 17, near '1*a2*sin(theta2'"
     """
     try:
-        submission = read_submission(path, siblings=python_files_beside(path))
+        submission = read_submission(path, siblings=find_python_files(path))
     except Unreadable as error:
         raise QdotError(str(error)) from None
     parts = guess_parts(submission.cells, tuple(ASKED))

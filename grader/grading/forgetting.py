@@ -25,7 +25,7 @@ from qdot.exercises.common.json_form import from_json
 from qdot.grader.grading.batch import alone, cache_in, kept_path
 from qdot.grader.grading.overrides import OVERRIDES
 from qdot.grader.sandbox.contained import folders
-from qdot.grader.submissions.submission import NOT_FETCHED, paths_of_student
+from qdot.grader.submissions.submission import NOT_FETCHED, find_paths_of_student
 
 ROSTER = "roster.csv"
 ASIDE = ".forgetting-"
@@ -156,7 +156,7 @@ def _plan(folder: Path, roster: Sequence[Student], student: Student) -> Plan:
 def _handed_in(folder: Path, roster: Sequence[Student], student: Student) -> tuple[list[Path], list[Path]]:
     root = folder / "submitted"
     known = [*roster] if any(one.id == student.id for one in roster) else [*roster, student]
-    return paths_of_student(known, root, student.id) if root.is_dir() else ([], [])
+    return find_paths_of_student(known, root, student.id) if root.is_dir() else ([], [])
 
 
 def _own_files(folder: Path, student: str) -> list[Path]:

@@ -13,7 +13,7 @@ from qdot.grader.judging.verdict import Verdict
 from qdot.grader.sandbox.sandbox import Limits, Sandbox
 from qdot.grader.submissions.answer_locator import find_answers
 from qdot.grader.submissions.cells import OverLimit, Unreadable, without_self_checks
-from qdot.grader.submissions.submission import python_files_beside, read_submission
+from qdot.grader.submissions.submission import find_python_files, read_submission
 
 
 def grade_notebook(
@@ -40,7 +40,7 @@ def grade_notebook(
     {'p1': [Verdict(determinant: correct, 1 of 1)]}
     """
     try:
-        submission = read_submission(Path(path), siblings=python_files_beside(Path(path)))
+        submission = read_submission(Path(path), siblings=find_python_files(Path(path)))
     except Unreadable as error:
         raise QdotError(str(error)) from None
     secret = secrets.token_hex(16) if secret is None else secret

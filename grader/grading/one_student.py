@@ -9,7 +9,7 @@ from qdot.exercises.common.errors import QdotError, unknown
 from qdot.grader.grading.batch import grade_class
 from qdot.grader.grading.result import Result
 from qdot.grader.sandbox.sandbox import Limits
-from qdot.grader.submissions.submission import StudentFiles, files_of_student
+from qdot.grader.submissions.submission import StudentFiles, find_files_of_student
 
 
 def limits_of(seconds: float) -> Limits:
@@ -39,7 +39,7 @@ def found_of_one(
     """Return what a student handed in: a notebook, or a folder with it. Raises QdotError where there is neither."""
     if not path.exists():
         raise QdotError(f"{path} does not exist; with one student, it is their notebook, or a folder with it")
-    return files_of_student(path, assignment.key, told_by if received else "", received)
+    return find_files_of_student(path, assignment.key, told_by if received else "", received)
 
 
 def grade_one(assignment: Assignment, student: Student, found: StudentFiles | None, limits: Limits) -> Result:

@@ -224,8 +224,8 @@ class _Context:
         self.assignment, strict = replace(brief.assignment, roster=roster), brief.assignment.sandbox == "strict"
         findings = guarantees.probe(quick=not strict)
         if strict and not findings.is_strict:
-            raise QdotError(guarantees.refusal(findings))
-        self.warning = guarantees.warning(findings)
+            raise QdotError(guarantees.explain_refusal(findings))
+        self.warning = guarantees.describe_weakness(findings)
         self.sandbox, self.copies = Sandbox(brief.limits, strict=strict), Copies(self.assignment)
 
 

@@ -1,7 +1,7 @@
-"""A student's answer, read once: what it is in the form that is due, or why it is none.
+"""A student's answer, parsed once: its formula, entries, conditions or options, or why it is refused.
 
-Everybody behind the door (judgement, credit, diagnosis, what follows, the pages) is given what was read here, and does
-not look at the text again. What was typed stays beside it, for reports. `answer_parser` opens the door to each part.
+Judgement, credit, diagnosis, follow-through and the pages all use the parsed answer and never parse the text again. The
+typed text is stored with it for reports. `answer_parser` calls the function here that fits a part.
 """
 
 import re
@@ -47,12 +47,11 @@ class Table:
 
 @dataclass(frozen=True)
 class ParsedAnswer:
-    """What was answered: `text` as it was typed, and what it was read as; `refusal` is the judgement on what is none.
+    """A parsed answer: `text` as it was typed, and what it means; `refusal` is the judgement if it was refused.
 
-    `tree` is the formula, list or set of conditions that was typed, without "det J =" before it; `rows` are the entries
-    of what is in rows and columns, or a single one, in the order that is due where they were named. Both are there
-    for an answer that is refused, too, where it could be read so far. `table` holds the values of a Python function,
-    `chosen` the options that letters mean, counted from 0.
+    `tree` is the formula, list or set of conditions that was typed, without "det J =" before it; `rows` are its entries
+    in rows and columns, in the expected order if they were named. A refused answer has both, too, as far as it could be
+    parsed. `table` holds the values of a Python function, `chosen` the options that letters mean, counted from 0.
     """
 
     text: str
@@ -64,7 +63,7 @@ class ParsedAnswer:
 
     @property
     def entries(self) -> list[Node]:
-        """The entries row by row; nothing where there are none."""
+        """The entries row by row."""
         return [entry for row in self.rows or () for entry in row]
 
     @property
@@ -119,7 +118,7 @@ def read_formula(text: str, domain: Domain, labels: Sequence[str] = ()) -> Parse
 def read_matrix(
     text: str, shape: tuple[int, int], domain: Domain, labels: Sequence[str] = (), columns: Sequence[str] = ()
 ) -> ParsedAnswer:
-    """Read a matrix or vector; a vector may be a row where a column is due, or have its entries named by `labels`.
+    """Read a matrix or vector; a vector may be a row instead of a column, or have its entries named by `labels`.
 
     Vectors may stand for the `columns` of a matrix by their names, and for the halves of a twist, v and ω.
     """
@@ -128,7 +127,7 @@ def read_matrix(
 
 
 def read_numbers(text: str, count: int, labels: Sequence[str] = (), units: Sequence[str] = ()) -> ParsedAnswer:
-    """Read numbers, or formulas without symbols, that may be named by `labels`; where one is due, 0,5 is a half.
+    """Read numbers, or formulas without symbols, that may be named by `labels`; a single 0,5 is a half.
 
     `units` are those of the entries: a length in place of an angle is refused, and so is an angle for a length.
     """
@@ -405,7 +404,7 @@ def _only_groups(text: str, begin: int, end: int | None) -> bool:
 
 
 def read_any(text: str) -> ParsedAnswer:
-    """Read an answer of which is not known what is due."""
+    """Read an answer without knowing what is expected."""
     parsed = _parse(text, Domain({}))
     return parsed if parsed.tree is None else replace(parsed, rows=_find_rows(parsed.tree))
 

@@ -1,4 +1,4 @@
-"""The door: a text as the answer to one part of a problem, read in the form that is due there."""
+"""Parse a text as the answer to one part of a problem, in the form that is expected there."""
 
 import re
 from dataclasses import dataclass, replace
@@ -23,7 +23,7 @@ from qdot.grader.judging.functions import constant_text, is_table, read_table
 
 @dataclass(frozen=True)
 class ExpectedForm:
-    """What the door knows of a part: the form of its answer, not the reference, and the names that may stand in it.
+    """What is known of a part before its answer is parsed: the form of the answer, and the names that it may contain.
 
     The entries of a vector may be named by `labels`, those of a matrix stand below the names of its `columns`. A
     determinant is in a power of metres.
@@ -38,14 +38,14 @@ class ExpectedForm:
 
 
 def expected_form(problem: Problem, part: Part) -> ExpectedForm:
-    """Return what is due as the answer to a part of a problem."""
+    """Return the form that is expected as the answer to a part of a problem."""
     question, joints = ASKED[part.kind], tuple(q.name for q in problem.chain.q)
     labels, columns = question.typed_labels(problem.chain, part), question.columns(problem.chain)
     return ExpectedForm(part.answer, problem.domain(), joints, labels, columns, power_of_metres(part))
 
 
 def read_answer(problem: Problem, part: Part, text: str, points_seed: str = "") -> ParsedAnswer:
-    """Return what a text is as the answer to a part; `points_seed` drew the points at which a function was called.
+    """Parse a text as the answer to a part; `points_seed` determines the points at which a function was called.
 
     >>> from qdot import generate
     >>> problem = generate("planar-2r/7", ["position"])
@@ -56,7 +56,7 @@ def read_answer(problem: Problem, part: Part, text: str, points_seed: str = "") 
 
 
 def read_as(expected: ExpectedForm, text: str, points_seed: str = "") -> ParsedAnswer:
-    """Return what a text is as the answer that is due, as `read_answer` does."""
+    """Parse a text as the expected answer, as `read_answer` does."""
     if is_table(text):
         constant = constant_text(text)
         if constant is None:
@@ -79,7 +79,7 @@ CUBED = 3
 
 @dataclass(frozen=True)
 class _Reading(answers.AnswerVisitor[ParsedAnswer]):
-    """Reads a text by the form of the answer that is due."""
+    """Reads a text in the form of the expected answer."""
 
     text: str
     expected: ExpectedForm

@@ -9,7 +9,7 @@ from fractions import Fraction
 from qdot.exercises.answers import LETTERS, TRUE_FALSE
 from qdot.exercises.formula.identity import Certificate
 from qdot.grader.judging.answer import ParsedAnswer, refuse
-from qdot.grader.judging.verdict import Judgement, correct, graded, missing, wrong
+from qdot.grader.judging.verdict import Judgement, correct, missing, partial, wrong
 
 NOTHING = ("", "blank", "ellipsis", "none")
 """What is said where nothing was answered."""
@@ -134,7 +134,7 @@ def judge_selection(parsed: ParsedAnswer, options: int, right: Sequence[int]) ->
     verbs = ["is" if count == 1 else "are" for count in (hits, misses)]
     reason = f"{hits} of the letters {verbs[0]} right, {misses} {verbs[1]} not"
     missed = f"; {len(right) - hits} more should be there" if hits < len(right) else ""
-    return graded(float(max(share, Fraction(0))), reason + missed, _CERTIFICATE)
+    return partial(float(max(share, Fraction(0))), reason + missed, _CERTIFICATE)
 
 
 def judge_matching(parsed: ParsedAnswer, items: Sequence[str], right: Sequence[int]) -> Judgement:
@@ -146,4 +146,4 @@ def judge_matching(parsed: ParsedAnswer, items: Sequence[str], right: Sequence[i
     if not off:
         return correct(_CERTIFICATE)
     share = float(Fraction(len(items) - len(off), len(items)))
-    return graded(share, f"not right for {', '.join(off)}", _CERTIFICATE)
+    return partial(share, f"not right for {', '.join(off)}", _CERTIFICATE)

@@ -114,7 +114,7 @@ def compare_lines(lines: Iterable[str], refused: list[str]) -> Iterator[str]:
 
 
 def safely(request: Mapping[str, Any], number: int) -> Judgement:
-    """Return the judgement; what fails in our own code is UNGRADED and does not stop the batch."""
+    """Return the judgement; a failure in our own code is UNGRADED and does not stop the batch."""
     joints = request.get("joints") or ()
     if not isinstance(joints, (list, tuple)) or not all(isinstance(joint, str) for joint in joints):
         raise QdotError(f'line {number}: joints is a list of names, as in ["theta1", "theta2"]')
@@ -128,7 +128,7 @@ def safely(request: Mapping[str, Any], number: int) -> Judgement:
         raise QdotError(f"line {number}: {error}") from None
     except Overlong:
         return Judgement(Outcome.UNGRADED, 0.0, f"it takes longer than {budget.seconds:g} s of processor time")
-    except Exception as error:  # our own failure is told, and is no verdict
+    except Exception as error:  # our own failure is reported and never a verdict
         return Judgement(Outcome.UNGRADED, 0.0, f"qdot failed: {type(error).__name__}: {error}"[:300])
 
 

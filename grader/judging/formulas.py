@@ -33,9 +33,9 @@ from qdot.grader.judging.verdict import (
     at_words,
     correct,
     entry_name,
-    graded,
     missing,
     number_words,
+    partial,
     pose_words,
     values_words,
     wrong,
@@ -48,7 +48,7 @@ IMAGINARY = 1e-12
 def judge_expression(
     parsed: ParsedAnswer, reference: Node, domain: Domain, seed: str, rounding: Rounding | None = None
 ) -> Judgement:
-    """Judge a formula; `rounding` is what its decimals may be off."""
+    """Judge a formula; `rounding` says how far off its decimals may be."""
     if parsed.refusal is not None:
         return parsed.refusal
     comparison = compare_entries(parsed.entries, [reference], domain, seed, rounding)
@@ -85,7 +85,7 @@ def matrix_judgement(comparison: Comparison, blanks: Sequence[bool], reference: 
         reason = unknown or _difference(comparison, columns) or "the others were left blank"
         if not unknown or any(equal):
             reason = f"{_count(equal, blanks, is_zero)}; {reason}"
-        judged = graded(float(share_of_entries(equal, is_zero, blanks)), reason, comparison.certificate)
+        judged = partial(float(share_of_entries(equal, is_zero, blanks)), reason, comparison.certificate)
     marks = tuple(tuple(equal[i : i + columns]) for i in range(0, len(equal), columns))
     return replace(judged, entries=marks)
 
@@ -147,7 +147,7 @@ def judge_numbers(
         difference = " was left blank" if blanks[first] else number_words(example, units[first])
         reason = f"{_count(equal, blanks, zeros, 'numbers')}; number {first + 1}{difference}"
         share = share_of_entries(equal, zeros, blanks)
-        judged = graded(float(share), reason, Certificate("numeric", 1, 0.0, example))
+        judged = partial(float(share), reason, Certificate("numeric", 1, 0.0, example))
     return replace(judged, entries=tuple((same,) for same in equal))
 
 
@@ -237,8 +237,8 @@ def judge_singular(
 ) -> Judgement:
     """Judge a set of singular configurations by what it contains.
 
-    The reference holds what is due for each condition: its values, or the condition itself. The share is by conditions
-    that are found, in part or not, and by conditions that are claimed and not singular (`share_of_set`).
+    The reference holds each condition: its values, or the condition itself. The share depends on how many conditions
+    are found completely or in part, and on how many claimed conditions are not singular (`share_of_set`).
     """
     if parsed.refusal is not None or parsed.tree is None:
         return parsed.refusal or missing()
@@ -298,7 +298,7 @@ def _judge_set(
     if counted.surplus is not None and _are_degrees(claimed, truth, space, seed):
         reason = f"these values are in degrees, and radians are due; {reason}"
     words = f"{_matched_words(matched, unsound)}; " if share else ""
-    return graded(float(share), words + (reason or "no configuration is claimed"), _set_certificate(comparison))
+    return partial(float(share), words + (reason or "no configuration is claimed"), _set_certificate(comparison))
 
 
 _EXACTLY = "the exact value, as in pi/3 or acos(1/3)"

@@ -80,7 +80,7 @@ def table_values(answer: str) -> tuple[tuple[int, ...] | None, np.ndarray]:
 
 
 def judge_function(part: Part, table: Table, joints: Sequence[str], known: Iterable[str]) -> Judgement:
-    """Judge the values of a function of the `joints`. A table that is none is the student's own making."""
+    """Judge the values of a function of the `joints`. A table that is malformed was made by the student."""
     if not part.answer.entries():
         return wrong("a function of the configuration stands where no formula is due")
     reference = part.answer.trees(known)

@@ -15,9 +15,10 @@ from qdot.grader.judging.verdict import Judgement
 
 
 def judge(problem: Problem, part: Part, answer: str, seed: str | None = None, points_seed: str = "") -> Judgement:
-    """Judge the text of an answer to a part; `seed` draws the points at which it is compared, a fresh one if none.
+    """Judge the text of an answer to a part.
 
-    Those at which a function was called, before its values were an answer, come from `points_seed`.
+    `seed` determines the points at which it is compared (random by default), `points_seed` those at which a function
+    was called before.
 
     >>> from qdot import generate
     >>> problem = generate("polar-rp/1", ["determinant"])
@@ -29,7 +30,7 @@ def judge(problem: Problem, part: Part, answer: str, seed: str | None = None, po
 
 
 def judge_given(problem: Problem, part: Part, parsed: ParsedAnswer, seed: str) -> Judgement:
-    """Judge an answer that was read as that to a part; `seed` draws the points at which it is compared."""
+    """Judge a parsed answer to a part; `seed` determines the points at which it is compared."""
     if parsed.table is not None:
         return judge_function(part, parsed.table, [q.name for q in problem.chain.q], problem.domain().roles)
     return part.answer.accept(_Judging(problem, part, parsed, problem.domain(), seed))
@@ -57,12 +58,12 @@ class _Judging(answers.AnswerVisitor[Judgement]):
     def direction(self, answer: answers.Direction) -> Judgement:
         """Compare up to a factor."""
         expected = [entry for row in answer.trees(self.domain.roles) for entry in row]
-        return judge_direction(self.parsed, expected, self.domain, self.seed, answer.apart(self.part.rounding))
+        return judge_direction(self.parsed, expected, self.domain, self.seed, answer.tolerance_with(self.part.rounding))
 
     def numbers(self, answer: answers.Number) -> Judgement:
         """Compare numbers, each within what it may be off."""
         right = [float(value) for value in answer.reference]
-        return judge_numbers(self.parsed, right, answer.units, *answer.allowed(self.part.rounding))
+        return judge_numbers(self.parsed, right, answer.units, *answer.tolerance_and_floor(self.part.rounding))
 
     def conditions(self, answer: answers.ConditionSet) -> Judgement:
         """Compare sets of configurations."""

@@ -67,10 +67,10 @@ NOT_THE_MISTAKE = ("degrees", "every", "zero")
 """Words of a sentence that don't say which mistake it is: numbers of the student's own arm, and what J is like."""
 
 
-def known_by(mistake: str, words: Mapping[str, object]) -> str:
+def locate_mistake(mistake: str, words: Mapping[str, object]) -> str:
     """Return a mistake with where it was made, the same for all arms on which it is made there.
 
-    >>> known_by("offset-sign", {"joint": 2, "degrees": "45°"})
+    >>> locate_mistake("offset-sign", {"joint": 2, "degrees": "45°"})
     'offset-sign joint=2'
     """
     places = [f"{name}={value}" for name, value in sorted(words.items()) if name not in NOT_THE_MISTAKE and value != ""]
@@ -112,7 +112,7 @@ def wrong(reason: str, certificate: Certificate | None = None) -> Judgement:
     return Judgement(Outcome.WRONG, 0.0, reason, certificate)
 
 
-def graded(share: float, reason: str, certificate: Certificate | None = None) -> Judgement:
+def partial(share: float, reason: str, certificate: Certificate | None = None) -> Judgement:
     """Return the judgement for a share of the points; CORRECT is said by `correct` alone."""
     outcome = Outcome.WRONG if share <= 0 else Outcome.PARTIAL
     return Judgement(outcome, max(0.0, share), reason, certificate)
@@ -134,13 +134,13 @@ def at_words(at: Mapping[str, float]) -> str:
 
 def values_words(example: EntryDifference) -> str:
     """Return both values, as in ": yours 0.41, expected 0.77"."""
-    return f": yours {shown(example.yours)}, expected {shown(example.expected)}"
+    return f": yours {show_value(example.yours)}, expected {show_value(example.expected)}"
 
 
 def number_words(example: EntryDifference, unit: str = "") -> str:
     """Return both values, as in " is 0.41, and 0.77 rad/s is right"."""
     right = f"{example.expected:.4g} {unit}".rstrip() if isinstance(example.expected, float) else ""
-    return f" is {shown(example.yours)}, and {right} is right"
+    return f" is {show_value(example.yours)}, and {right} is right"
 
 
 def pose_words(at: Mapping[str, float], joints: Sequence[str]) -> str:
@@ -149,7 +149,7 @@ def pose_words(at: Mapping[str, float], joints: Sequence[str]) -> str:
     return f": {', '.join(f'{name} = {at[name]:.4g}' for name in names) or '(any)'}"
 
 
-def shown(value: float | str | None) -> str:
+def show_value(value: float | str | None) -> str:
     """Return a value as it stands in a reason."""
     return f"{value:.6g}" if isinstance(value, float) else str(value)
 

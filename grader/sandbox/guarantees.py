@@ -6,6 +6,7 @@ The kernel enforces a guarantee if it refused everything that the probe tried wi
 import contextlib
 import os
 import socket
+import sys
 import tempfile
 from collections.abc import Iterable, Iterator
 from dataclasses import asdict, dataclass
@@ -38,26 +39,24 @@ MEANS = {
 }
 """The measures that each guarantee depends on."""
 
-SAID = {
-    "namespaces": "namespaces", "landlock": "Landlock", "seccomp": "seccomp", "user": "not root",
-    "quota": "what is written is counted",
-    "privileges": "no_new_privs, no capabilities", "limits": "rlimits", "watch": "audit hook",
-}  # fmt: skip
-"""The names of the measures."""
-
 WATCHED = ("files", "network", "processes")
 """The guarantees that the audit hook watches."""
 
-REMEDIES = {
-    "landlock": "Use Linux 5.13 or later with Landlock on ('landlock' in the kernel's parameter lsm=)",
-    "seccomp": "Use Linux on x86_64 or aarch64 that allows seccomp filters",
-    "namespaces": "Allow user namespaces: sysctl kernel.apparmor_restrict_unprivileged_userns=0 (Ubuntu), "
-    "kernel.unprivileged_userns_clone=1 (Debian). A container can do without them where it has Landlock",
-    "user": "Run qdot as an ordinary user, or put Python where others than root can read it",
-    "privileges": "Use Linux, and run qdot as an ordinary user",
-    "limits": "Raise the hard limits (ulimit -H), or use Linux",
+_ALLOW_NAMESPACES = (
+    "Allow user namespaces: sysctl kernel.apparmor_restrict_unprivileged_userns=0 (Ubuntu), "
+    "kernel.unprivileged_userns_clone=1 (Debian). A container can do without them where it has Landlock"
+)
+MEASURES = {
+    "landlock": ("Landlock", "Use Linux 5.13 or later with Landlock on ('landlock' in the kernel's parameter lsm=)"),
+    "seccomp": ("seccomp", "Use Linux on x86_64 or aarch64 that allows seccomp filters"),
+    "namespaces": ("namespaces", _ALLOW_NAMESPACES),
+    "user": ("not root", "Run qdot as an ordinary user, or put Python where others than root can read it"),
+    "privileges": ("no_new_privs, no capabilities", "Use Linux, and run qdot as an ordinary user"),
+    "limits": ("rlimits", "Raise the hard limits (ulimit -H), or use Linux"),
+    "quota": ("what is written is counted", ""),
+    "watch": ("audit hook", ""),
 }
-"""How to make a measure available."""
+"""The names of the measures for people, and how to make each available."""
 
 
 @dataclass(frozen=True)
@@ -102,7 +101,7 @@ def probe(without: Iterable[str] = (), quick: bool = False) -> Findings:
         return Findings(nothing, {"system": REFUSED})
     achieved: dict[str, list[str]] = {name: [] for name in PROMISES}
     limits = Limits(seconds=10, memory=1 << 30)
-    with _prey() as prey, Sandbox(limits, without, loaded=False, processor_seconds=1) as sandbox:
+    with _make_targets() as targets, Sandbox(limits, without, loaded=False, processor_seconds=1) as sandbox:
         tried: set[str] = set()
 
         def take(line: dict[str, Any]) -> None:
@@ -110,14 +109,14 @@ def probe(without: Iterable[str] = (), quick: bool = False) -> Findings:
             if line["achieved"]:
                 achieved[line["guarantee"]].append(line["achieved"])
 
-        asked = {**prey, "memory": limits.memory, "seconds": 0 if quick else 1, "alone": None}
-        end = sandbox.exchange({"attempts": asked}, take)
+        probing = {**targets, "memory": limits.memory, "seconds": 0 if quick else 1, "alone": None}
+        end = sandbox.exchange({"attempts": probing}, take)
         why = sandbox.unbegun
         if sandbox.left_running:
             achieved["processes"].append("left processes running")
         lacking = sandbox.lacking
         for number in range(len(ALONE)) if end in ENDS[quick] else ():
-            if sandbox.exchange({"attempts": {**asked, "seconds": 0, "alone": number}}, take) == "lost":
+            if sandbox.exchange({"attempts": {**probing, "seconds": 0, "alone": number}}, take) == "lost":
                 achieved["processes"].append("killed the process that starts notebooks")
         if sandbox.left_behind:
             achieved["files"].append("left files behind")
@@ -137,44 +136,45 @@ def _guarantee(name: str, achieved: list[str], lacking: dict[str, str]) -> Guara
     taken = [measure for measure in MEANS[name] if measure not in lacking]
     if "namespaces" not in lacking and "quota" in taken:
         taken.remove("quota")  # a file system of its own holds no more
-    means = tuple(SAID[measure] for measure in taken)
+    means = tuple(MEASURES[measure][0] for measure in taken)
     watched = name in WATCHED and "watch" not in lacking
     by = KERNEL if not achieved else PYTHON if watched else MISSING
     return Guarantee(name, PROMISES[name], by, means, tuple(achieved))
 
 
 @contextlib.contextmanager
-def _prey() -> Iterator[dict[str, Any]]:
+def _make_targets() -> Iterator[dict[str, Any]]:
     """Make the targets of a probe: a file, a world-writable folder, a port, an abstract socket, this process."""
-    name = f"\0qdot-{os.getpid()}"
     with (
         tempfile.TemporaryDirectory(prefix="qdot-prey-") as folder,
         socket.create_server(("127.0.0.1", 0)) as server,
         socket.socket(socket.AF_UNIX, socket.SOCK_STREAM) as local,
     ):
-        file, planted = Path(folder, "secret.txt"), Path(folder, "open")
+        file, writable = Path(folder, "secret.txt"), Path(folder, "open")
         file.write_text("the secret", encoding="utf-8")
-        planted.mkdir()
-        for path, mode in ((Path(folder), 0o755), (file, 0o644), (planted, 0o777)):  # whoever may be a notebook's user
+        writable.mkdir()
+        for path, mode in ((Path(folder), 0o755), (file, 0o644), (writable, 0o777)):  # for any user of a notebook
             path.chmod(mode)
-        local.bind(name if os.uname().sysname == "Linux" else str(Path(folder, "socket")))
+        address = f"\0qdot-{os.getpid()}" if sys.platform == "linux" else str(Path(folder, "socket"))
+        local.bind(address)
         local.listen()
-        abstract = name if os.uname().sysname == "Linux" else str(Path(folder, "socket"))
-        yield {
-            "file": str(file), "open": str(planted), "port": server.getsockname()[1], "abstract": abstract,
-            "pid": os.getpid(),
-        }  # fmt: skip
+        port = server.getsockname()[1]
+        yield {"file": str(file), "open": str(writable), "port": port, "abstract": address, "pid": os.getpid()}
 
 
-def refusal(findings: Findings) -> str:
+def explain_refusal(findings: Findings) -> str:
     """Return why the level "strict" is not available, and what to do."""
+    needed = {measure for each in findings.guarantees if each.by != KERNEL for measure in MEANS[each.name]}
+    remedies = [
+        remedy for name, (_, remedy) in MEASURES.items() if remedy and name in needed and name in findings.lacking
+    ]
     return (
         f'assignment.toml demands sandbox = "strict", and this machine does not enforce it ({_weak(findings)}). '
-        f"{'; '.join(_remedies(findings)) or 'Run qdot on another machine'}. `qdot doctor` shows more; nothing was run"
+        f"{'; '.join(remedies) or 'Run qdot on another machine'}. `qdot doctor` shows more; nothing was run"
     )
 
 
-def warning(findings: Findings) -> str:
+def describe_weakness(findings: Findings) -> str:
     """Return in one line what is not enforced here, "" if everything is."""
     weak = _weak(findings)
     return f"The sandbox of this machine is weaker than it should be ({weak}); see `qdot doctor`." if weak else ""
@@ -184,15 +184,7 @@ def _weak(findings: Findings) -> str:
     return ", ".join(f"{each.name}: {each.by}" for each in findings.guarantees if each.by != KERNEL)
 
 
-def _remedies(findings: Findings) -> list[str]:
-    """Return how to make the measures available that would enforce the weak guarantees."""
-    wanted = {measure for each in findings.guarantees if each.by != KERNEL for measure in MEANS[each.name]}
-    return [REMEDIES[measure] for measure in REMEDIES if measure in wanted and measure in findings.lacking]
-
-
-def advice(findings: Findings) -> list[str]:
+def list_remedies(findings: Findings) -> list[str]:
     """Return a line for each measure that is not available here: why, and how to make it available."""
-    return [
-        f"{SAID.get(name, name)}: not here ({why}). {REMEDIES.get(name, '')}".strip()
-        for name, why in findings.lacking.items()
-    ]
+    measures = [(*MEASURES.get(name, (name, "")), why) for name, why in findings.lacking.items()]
+    return [f"{title}: not here ({why}). {remedy}".strip() for title, remedy, why in measures]

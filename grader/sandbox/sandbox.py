@@ -20,7 +20,6 @@ from collections import deque
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from types import TracebackType
 from typing import Any, TypeGuard
 
 from qdot.exercises.common.errors import QdotError
@@ -133,12 +132,12 @@ class Run:
         return f"{descriptions[self.end]}; cells after that one were not run" if self.end in descriptions else ""
 
 
-def _is_cell(number: object, cells: Sequence[str]) -> TypeGuard[int]:
-    return isinstance(number, int) and not isinstance(number, bool) and 0 <= number < len(cells)
+def _is_cell(number: object, cells: Sequence[str | None]) -> TypeGuard[int]:
+    return type(number) is int and 0 <= number < len(cells)
 
 
 def _is_line(number: object) -> TypeGuard[int]:
-    return isinstance(number, int) and not isinstance(number, bool) and 0 < number < MOST_LINES_OF_A_CELL
+    return type(number) is int and 0 < number < MOST_LINES_OF_A_CELL
 
 
 def _replace_surrogates(text: str) -> str:
@@ -216,9 +215,7 @@ class Sandbox:
     def __enter__(self) -> "Sandbox":
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self.close()
 
     def close(self) -> None:
@@ -239,10 +236,10 @@ class Sandbox:
             self._folder = None
 
     def run(
-        self, cells: Sequence[str], names: Sequence[str], calls: Mapping[str, Calls] | None = None,
+        self, cells: Sequence[str | None], names: Sequence[str], calls: Mapping[str, Calls] | None = None,
         setup: str = "", modules: Mapping[str, str] | None = None,
     ) -> Run:  # fmt: skip
-        """Run qdot's own `setup`, then the cells in order, and return the values of `names` as text.
+        """Run qdot's own `setup`, then the cells that are not None in order; return the values of `names` as text.
 
         Cells may import `modules`, Python files by name, which are in the notebook's folder. A value that is a
         function is called with symbols or at points: `calls` holds them by prefix of the name (see `callables`).
@@ -250,8 +247,7 @@ class Sandbox:
         """
         request = {
             "cells": list(cells), "names": list(names), "cell_seconds": self.limits.cell_seconds,
-            "asked": as_json(calls or {}),
-            "setup": setup, "modules": dict(modules or {}),
+            "calls": as_json(calls or {}), "setup": setup, "modules": dict(modules or {}),
         }  # fmt: skip
         run = Run(limits=self.limits)
 

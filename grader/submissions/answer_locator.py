@@ -6,6 +6,7 @@ is used, so that no answer is lost, a note says so. Cells are numbered from the 
 
 import ast
 import difflib
+import functools
 import itertools
 import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -25,8 +26,8 @@ LONGEST = 30_000
 MOST_PARSED = 3_000_000
 """Maximum number of characters that are parsed for a notebook in total; each text is parsed once."""
 
-RunCells = Callable[[Sequence[str], Sequence[str]], Run]
-"""Runs cells and returns the values of variables with these names."""
+RunCells = Callable[[Sequence[str | None], Sequence[str]], Run]
+"""Runs cells, except those that are None, and returns the values of variables with these names."""
 
 
 @dataclass
@@ -60,32 +61,32 @@ def find_answers(cells: Sequence[Cell], parts: Sequence[str], run: RunCells) -> 
     notebook = _Notebook(cells, names)
     for part in parts:
         notebook.locate(part)
-    order = sorted(notebook.sources)
-    sources = [notebook.sources[index] for index in order]
+    sources = [notebook.sources.get(index) for index in range(len(cells))]
     result = run(sources, list(names.values()))
-    failed = {order[place]: error for place, error in result.cell_errors.items()}
-    stops = {
-        order[place]: _describe_stop(notebook, order[place], result, place)
-        for place in {*result.cell_errors, *result.missed}
-    }
+    failed = result.cell_errors
+    lacking = [index for index, error in sorted(failed.items()) if error.startswith("NameError")]
+
+    @functools.cache
+    def run_again() -> Run:
+        """Run the cells that lacked a name again after all others: in Jupyter, students run cells in any order."""
+        return run([*sources, *(sources[index] for index in lacking)], list(names.values()))
+
+    stops = {index: _describe_stop(notebook, index, result) for index in sorted({*failed, *result.missed})}
     answers = Answers(result, notes=notebook.notes)
     answers.notes += _find_first_stop(notebook, stops)
     answers.refused += [stops[index] for index in sorted(failed) if failed[index].startswith("PermissionError")]
-    answers.notes += [_describe_lost_symbol(name, order[index], value) for name, (index, value) in result.lost.items()]
-    answers.notes += [
-        *_describe_overtime(failed, result, notebook),
-        *([end] if (end := _describe_end(result, order)) else []),
-    ]
-    second_run = _SecondRun(run, sources, order, failed)
+    answers.notes += [_describe_lost_symbol(name, index, value) for name, (index, value) in result.lost.items()]
+    answers.notes += [*_describe_overtime(notebook, result), *filter(None, [_describe_end(result)])]
     for part, name in names.items():
         if _is_missing(result, name):
             _use_earlier_value(answers, name)
-        if _is_missing(result, name):
-            _use_second_run(answers, name, notebook, second_run)
+        setters = [index for index in lacking if index in notebook.setters(name)]
+        if _is_missing(result, name) and setters and result.end == "done":
+            _use_second_run(answers, name, setters, run_again())
         if name in result.answers:
-            _note_several_values(answers, part, name, notebook, failed)
+            _note_several_values(answers, part, name, notebook)
         else:
-            answers.reasons[name] = _why_missing(part, name, notebook, result, order, stops)
+            answers.reasons[name] = _why_missing(part, name, notebook, result, stops)
     return answers
 
 
@@ -138,43 +139,50 @@ class _Notebook:
         """Make sure that the answer to a part is read, even if its cell was changed."""
         name, setters = self.names[part], self.setters(self.names[part])
         marked = [index for index in self.marked_cells(part) if index in self.sources]
+        assigning = [index for index in marked if isinstance(self._answer_statement(index), ast.Assign)]
         if setters:
-            assigning = [index for index in marked if isinstance(self._answer_statement(index), ast.Assign)]
             if assigning and not set(marked) & set(setters):
                 self.notes.append(
                     f"{name} is set in {_name_cells(setters)}, and was read there; "
                     f"the answer cell, {_name_cells(assigning)}, does not set it"
                 )
             return
-        assigns = [index for index in marked if isinstance(self._answer_statement(index), ast.Assign)]
         several = f", the last of {_name_cells(marked)}," if len(marked) > 1 else ""
-        for index in reversed(assigns or marked):
+        for index in reversed(assigning or marked):
             if self._use_as_answer(index, part, f"{_name_cells([index])}{several} is the answer cell of {name}"):
                 return
-        says = re.compile(rf"(?m)^ *`*{name} *=(?!=)")
-        texts = (index for index, cell in enumerate(self.cells) if not cell.is_code and index not in self.sources)
-        answers = (index for index in texts if self.cells[index].part == part or says.search(self.cells[index].source))
-        if any(self._use_text_cell(index, part) for index in itertools.islice(answers, MOST)):
+        assignment = re.compile(rf"(?m)^ *`*{name} *=(?!=)")
+        texts = (
+            (index, cell) for index, cell in enumerate(self.cells) if not cell.is_code and index not in self.sources
+        )
+        likely = (index for index, cell in texts if cell.part == part or assignment.search(cell.source))
+        if not any(self._use_text_cell(index, part) for index in itertools.islice(likely, MOST)):
+            self._use_misspelt(name)
+
+    def _use_misspelt(self, name: str) -> None:
+        """Use another variable for one that no cell sets, if exactly one has a similar name, as P1_Jacobian."""
+        similar = [
+            candidate
+            for candidate in sorted({each for names in self.sets.values() for each in names})
+            if abs(len(candidate) - len(name)) < 3
+            and candidate not in self.names.values()
+            and candidate[:2].casefold() == name[:2].casefold()
+        ][:MOST]
+        near = [
+            candidate
+            for candidate in similar
+            if difflib.get_close_matches(candidate.casefold(), list(self.names.values()), 1, 0.87) == [name]
+        ]
+        if len(near) != 1:
             return
-        self._locate_misspelt(name)
-
-    def _locate_misspelt(self, name: str) -> None:
-        """Use another variable for one that no cell sets, if exactly one has a similar name."""
-        close = {
-            candidate for names in self.sets.values() for candidate in names if abs(len(candidate) - len(name)) < 3
-        }
-        near = [candidate for candidate in sorted(close)[:MOST] if self._is_misspelling(name, candidate)]
-        if len(near) == 1:
-            index = self.setters(near[0])[-1]
-            if self._use_misspelt(index, name, near[0]):
+        index = self.setters(near[0])[-1]
+        tree = self._parse_cell(self.sources[index])
+        for statement in reversed(tree.body if tree else []):
+            targets = statement.targets if isinstance(statement, ast.Assign) else []
+            if any(isinstance(target, ast.Name) and target.id == near[0] for target in targets):
+                self._replace_text(index, statement.lineno, statement.col_offset, statement.col_offset, f"{name} = ")
                 self.notes.append(f"{name} is not set anywhere; {near[0]} in {_name_cells([index])} was read for it")
-
-    def _is_misspelling(self, name: str, candidate: str) -> bool:
-        """Whether a candidate is a misspelling of a name: P1_Jacobian, p1_jacobain."""
-        if candidate in self.names.values() or candidate[:2].casefold() != name[:2].casefold():
-            return False
-        closest = difflib.get_close_matches(candidate.casefold(), list(self.names.values()), 1, 0.87)
-        return closest == [name]
+                return
 
     def _answer_statement(self, index: int) -> "ast.Assign | ast.Expr | None":
         """Return the statement of an answer cell that contains its answer, whatever its variable is called."""
@@ -210,17 +218,6 @@ class _Notebook:
         what = "is no assignment: its value" if not assigned_name else f"sets {assigned_name}, which"
         self.notes.append(f"{because} and {what} was read for it")
         return True
-
-    def _use_misspelt(self, index: int, name: str, misspelt: str) -> bool:
-        """Use a misspelt variable, where a cell sets it, as the answer. Return whether the cell does."""
-        tree = self._parse_cell(self.sources[index])
-        for statement in reversed(tree.body if tree else []):
-            if isinstance(statement, ast.Assign) and any(
-                isinstance(t, ast.Name) and t.id == misspelt for t in statement.targets
-            ):
-                self._replace_text(index, statement.lineno, statement.col_offset, statement.col_offset, f"{name} = ")
-                return True
-        return False
 
     def _replace_text(self, index: int, number: int, begin: int, end: int, text: str) -> None:
         """Replace some bytes of a line by a text; Python's positions count bytes."""
@@ -333,49 +330,20 @@ def _use_earlier_value(answers: Answers, name: str) -> None:
         answers.notes.append(f"{name} is {became} at the end of the notebook; its value before that was read")
 
 
-def _lacks_name(error: str) -> bool:
-    return error.startswith("NameError")
-
-
-@dataclass
-class _SecondRun:
-    """A second run, in which cells that lacked a name run again after all others; made on first use."""
-
-    run: RunCells
-    sources: list[str]
-    order: list[int]
-    failed: Mapping[int, str]
-    _second: Run | None = None
-
-    def cells(self) -> list[int]:
-        return [index for index in self.order if _lacks_name(self.failed.get(index, ""))]
-
-    def value(self, name: str, names: Sequence[str]) -> str | None:
-        """Return the value of a variable after the second run."""
-        if self._second is None:
-            by_index = dict(zip(self.order, self.sources, strict=True))
-            self._second = self.run([*self.sources, *(by_index[index] for index in self.cells())], names)
-        return self._second.answers.get(name)
-
-
-def _use_second_run(answers: Answers, name: str, notebook: _Notebook, second_run: _SecondRun) -> None:
-    """Run cells that lacked a name again, after all others: in Jupyter, students run cells in any order."""
-    setters = [index for index in second_run.cells() if index in notebook.setters(name)]
-    if not setters or answers.run.end != "done":
-        return
-    value = second_run.value(name, list(notebook.names.values()))
+def _use_second_run(answers: Answers, name: str, setters: Sequence[int], second_run: Run) -> None:
+    """Use the value that a variable has after its cells, which lacked a name, were run again."""
+    value = second_run.answers.get(name)
     if value is not None and not _is_blank(value):
         answers.run.answers[name] = value
-        why = second_run.failed[setters[-1]]
         answers.notes.append(
-            f"{_name_cells(setters)} stopped ({why}), and was run again after all other cells, which gave {name}"
+            f"{_name_cells(setters)} stopped ({answers.run.cell_errors[setters[-1]]}), and was run again after all "
+            f"other cells, which gave {name}"
         )
 
 
-def _note_several_values(
-    answers: Answers, part: str, name: str, notebook: _Notebook, failed: Mapping[int, str]
-) -> None:
+def _note_several_values(answers: Answers, part: str, name: str, notebook: _Notebook) -> None:
     """Note which value was read if several cells set different ones."""
+    failed = answers.run.cell_errors
     setters = notebook.setters(name)
     if len(setters) < 2 or any(note.startswith(f"{name} is ") for note in answers.notes):
         return
@@ -398,10 +366,10 @@ def _describe_lost_symbol(name: str, index: int, value: str) -> str:
     )
 
 
-def _describe_overtime(failed: Mapping[int, str], run: Run, notebook: _Notebook) -> list[str]:
+def _describe_overtime(notebook: _Notebook, run: Run) -> list[str]:
     """Return notes on cells that were stopped for taking too long, and on what was still read from them."""
     notes = []
-    for index, why in failed.items():
+    for index, why in run.cell_errors.items():
         if why.startswith(OVERTIME):
             read = [name for name in notebook.names.values() if name in notebook.sets[index] and name in run.answers]
             effect = f"; {' and '.join(read)}, which it had set by then, was read" if read else ""
@@ -413,20 +381,20 @@ OVERTIME = "it took longer than", "it waited longer than"
 """First words of errors of cells that took too long."""
 
 
-def _describe_stop(notebook: _Notebook, index: int, run: Run, place: int) -> str:
+def _describe_stop(notebook: _Notebook, index: int, run: Run) -> str:
     """Return where a cell stopped, or which import it went on without, and why."""
-    reasons = [_describe_missing_import(notebook, index, run, place)]
-    if place in run.cell_errors:
-        where = f" at {_quote_line(notebook, index, run.stopped_at[place])}" if place in run.stopped_at else ""
-        reasons.append(f"{_name_cells([index])} stopped{where} ({run.cell_errors[place]})")
+    reasons = [_describe_missing_import(notebook, index, run)]
+    if index in run.cell_errors:
+        where = f" at {_quote_line(notebook, index, run.stopped_at[index])}" if index in run.stopped_at else ""
+        reasons.append(f"{_name_cells([index])} stopped{where} ({run.cell_errors[index]})")
     return "; ".join(filter(None, reasons))
 
 
-def _describe_missing_import(notebook: _Notebook, index: int, run: Run, place: int) -> str:
+def _describe_missing_import(notebook: _Notebook, index: int, run: Run) -> str:
     """Return which import a cell went on without, and why; empty if it lacks none."""
-    if place not in run.missed:
+    if index not in run.missed:
         return ""
-    number, why = run.missed[place]
+    number, why = run.missed[index]
     return f"{_name_cells([index])} went on without {_quote_line(notebook, index, number)} ({why})"
 
 
@@ -441,23 +409,19 @@ def _find_first_stop(notebook: _Notebook, stops: Mapping[int, str]) -> list[str]
     return [stops[index] for index in sorted(stops) if index < first_answer][:1]
 
 
-def _why_missing(
-    part: str, name: str, notebook: _Notebook, run: Run, order: Sequence[int], stops: Mapping[int, str]
-) -> str:  # fmt: skip
+def _why_missing(part: str, name: str, notebook: _Notebook, run: Run, stops: Mapping[int, str]) -> str:
     """Return in words why a part has no answer."""
     if name in run.failures:
         return f"{name} has no value that can be read: {run.failures[name]}"
-    failed = {order[place]: error for place, error in run.cell_errors.items()}
     places = [*notebook.setters(name), *notebook.marked_cells(part)]
-    stopped = next((index for index in places if index in failed), None)
+    stopped = next((index for index in places if index in run.cell_errors), None)
     if stopped is not None:
-        cause = _describe_missing_import(notebook, stopped, run, order.index(stopped)) or _find_cause(
-            failed[stopped], stopped, notebook, stops
-        )
-        cause = cause or next((advice for error, advice in _ADVICE.items() if error in failed[stopped]), "")
-        return f"its cell stopped: {failed[stopped]}" + (f"; {cause}" if cause else "")
+        error = run.cell_errors[stopped]
+        cause = _describe_missing_import(notebook, stopped, run) or _find_cause(error, stopped, notebook, stops)
+        cause = cause or next((advice for sign, advice in _ADVICE.items() if sign in error), "")
+        return f"its cell stopped: {error}" + (f"; {cause}" if cause else "")
     if run.end != "done":
-        return _describe_end(run, order)
+        return _describe_end(run)
     if not places:
         return f"{name} is not set anywhere in the notebook"
     texts = [index for index in places if index not in notebook.sources]
@@ -466,9 +430,9 @@ def _why_missing(
     return f"its cell does not set {name}"
 
 
-def _describe_end(run: Run, order: Sequence[int]) -> str:
+def _describe_end(run: Run) -> str:
     """Return how a run ended early, and in which cell; empty if it did not."""
-    return run.note() if run.begun is None else run.note(_name_cells([order[run.begun]]))
+    return run.note() if run.begun is None else run.note(_name_cells([run.begun]))
 
 
 _ADVICE = {

@@ -189,22 +189,14 @@ def _parse_notebook(label: str, text: str) -> Content:
     raw_cells = _list_cells(data)
     if raw_cells is None:
         raise Unreadable(f"{label} is not a Jupyter notebook: it is JSON, but has no cells that can be read")
-    qdot_metadata = [_dict_or_empty(_dict_or_empty(cell.get("metadata")).get("qdot")) for cell in raw_cells]
+    marks = [_qdot_metadata(cell) for cell in raw_cells]
+    parts = [part if isinstance(part := mark.get("part"), str) else None for mark in marks]
     cells = (
-        Cell(
-            _source(cell), part if isinstance(part := qdot.get("part"), str) else None, cell.get("cell_type") == "code"
-        )
-        for cell, qdot in zip(raw_cells, qdot_metadata, strict=True)
+        Cell(_source(cell), part, cell.get("cell_type") == "code") for cell, part in zip(raw_cells, parts, strict=True)
     )
-    foreign = sorted(
-        {
-            printable_name(key)
-            for qdot in qdot_metadata
-            for key, value in qdot.items()
-            if key != "part" or _is_malformed(value)
-        }
-    )
-    return Content(tuple(cells), _dict_or_empty(_dict_or_empty(data.get("metadata")).get("qdot")), "", tuple(foreign))
+    entries = [entry for mark in marks for entry in mark.items()]
+    foreign = {printable_name(key) for key, value in entries if key != "part" or _is_malformed(value)}
+    return Content(tuple(cells), _qdot_metadata(data), "", tuple(sorted(foreign)))
 
 
 _CONFLICT = re.compile(r"(?m)^(?:<{7} .*|={7}|>{7} .*)$")
@@ -219,12 +211,6 @@ def _describe_json_error(text: str, error: json.JSONDecodeError) -> str:
             f"has conflict markers of Git in it ({lines}): two versions were merged and none was chosen; choose one, "
             "see that it opens in Jupyter, and hand it in again"
         )
-    comma = (
-        error.pos if text.startswith(",", error.pos) else len(text[: error.pos].rstrip()) - 1
-    )  # by version of Python
-    if re.compile(r",\s*[\]}]").match(text, max(comma, 0)):
-        line = text.count("\n", 0, comma) + 1
-        return f"has a comma too many at the end of line {line}; remove it, and hand it in again"
     return f"is not a Jupyter notebook, or was cut off (line {error.lineno})"
 
 
@@ -251,6 +237,10 @@ def _source(cell: dict[str, Any]) -> str:
 
 def _is_malformed(part: Any) -> bool:
     return not isinstance(part, str) or not re.fullmatch(r"[A-Za-z0-9]+\.[A-Za-z0-9-]+", part)
+
+
+def _qdot_metadata(holder: dict[str, Any]) -> dict[str, Any]:
+    return _dict_or_empty(_dict_or_empty(holder.get("metadata")).get("qdot"))
 
 
 def _dict_or_empty(value: Any) -> dict[str, Any]:
@@ -314,27 +304,23 @@ def _statements(text: str, lines: list[str]) -> list[int]:
 
 def parse_python(source: str, longest: int) -> ast.Module | None:
     """Return the syntax tree of a text, None if it is no Python or too long. Nothing is executed."""
-    if len(source) > longest:
-        return None
-    try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")
-            return ast.parse(source)
-    except (SyntaxError, ValueError, RecursionError, MemoryError):
-        return None
+    tree = _parse(source) if len(source) <= longest else None
+    return tree if isinstance(tree, ast.Module) else None
 
 
 def first_syntax_error(source: str) -> int:
     """Return the line of the first syntax error; 1 if it is unknown."""
+    error = _parse(source)
+    return error.lineno or 1 if isinstance(error, SyntaxError) else 1
+
+
+def _parse(source: str) -> ast.Module | Exception:
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
-            ast.parse(source)
-    except SyntaxError as error:
-        return error.lineno or 1
-    except (ValueError, RecursionError, MemoryError):
-        pass
-    return 1
+            return ast.parse(source)
+    except (SyntaxError, ValueError, RecursionError, MemoryError) as error:
+        return error
 
 
 def _split_markdown(text: str) -> Iterator[Cell]:

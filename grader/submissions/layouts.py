@@ -40,6 +40,11 @@ def safe_check(is_so: Callable[[], bool]) -> bool:
 Layout = Callable[[Path, Sequence[Path]], list[SubmittedPath]]
 
 
+def _match(pattern: re.Pattern[str], paths: Sequence[Path]) -> list[tuple[Path, re.Match[str]]]:
+    """Return the paths whose names match a pattern, each with its match."""
+    return [(path, match) for path in paths if (match := pattern.fullmatch(path.name))]
+
+
 def _students(_: Path, entries: Sequence[Path]) -> list[SubmittedPath]:
     """STUDENT/…, STUDENT.ipynb: qdot's layout, and nbgrader's submitted/STUDENT/ASSIGNMENT/…"""
     names = [(path, path.name if safe_check(path.is_dir) else path.stem) for path in entries]
@@ -54,26 +59,21 @@ def _moodle(_: Path, entries: Sequence[Path]) -> list[SubmittedPath]:
 
     If names are hidden, NAME is "Participant", and NUMBER is in the grading worksheet's column Identifier.
     """
-    matches = ((path, _MOODLE.fullmatch(path.name)) for path in entries)
     return [
         SubmittedPath(path, (match["number"], f"Participant {match['number']}"), match["name"], "Moodle")
-        for path, match in matches
-        if match
+        for path, match in _match(_MOODLE, entries)
     ]
 
 
-_CANVAS = re.compile(
-    r"(?P<name>.+?)(?P<late>_LATE)?_(?P<user>\d+)_(?:\d+_.+|(?:text|link)\.html)", re.DOTALL
-)  # fmt: skip
+_CANVAS = re.compile(r"(?P<name>.+?)(?P<late>_LATE)?_(?P<user>\d+)_(?:\d+_.+|(?:text|link)\.html)", re.DOTALL)
 
 
 def _canvas(_: Path, entries: Sequence[Path]) -> list[SubmittedPath]:
     """lastfirst_USER_FILE_hw.ipynb, lastfirst_LATE_USER_FILE_hw-1.ipynb; files have the time of the download."""
-    matches = ((path, _CANVAS.fullmatch(path.name)) for path in entries if not safe_check(path.is_dir))
+    files = [path for path in entries if not safe_check(path.is_dir)]
     return [
         SubmittedPath(path, (match["user"],), match["name"], "Canvas", None, match["late"] is not None)
-        for path, match in matches
-        if match
+        for path, match in _match(_CANVAS, files)
     ]
 
 
@@ -85,13 +85,10 @@ def _gradescope(root: Path, entries: Sequence[Path]) -> list[SubmittedPath]:
     by_name = {path.name: path for path in entries}
     submitted = [SubmittedPath(listing, platform="Gradescope")]
     for record in _records(listing):
-        if record.folder in by_name:
-            people = record.people or [{}]
-            ids = [tuple(value for key in ("sid", "email") if (value := person.get(key))) for person in people]
-            submitted += [
-                SubmittedPath(by_name[record.folder], identifiers, person.get("name", ""), "Gradescope", record.created)
-                for person, identifiers in zip(people, ids, strict=True)
-            ]
+        for person in (record.people or [{}]) if record.folder in by_name else ():
+            ids = tuple(value for key in ("sid", "email") if (value := person.get(key)))
+            path, name = by_name[record.folder], person.get("name", "")
+            submitted.append(SubmittedPath(path, ids, name, "Gradescope", record.created))
     return submitted
 
 
@@ -100,14 +97,12 @@ _BRIGHTSPACE = re.compile(r"(?P<number>\d+)-\d+ - (?P<name>.+?) - .*\d.*", re.DO
 
 def _brightspace(_: Path, entries: Sequence[Path]) -> list[SubmittedPath]:
     """NUMBER-SUBMISSION - NAME - DATE/hw.ipynb, and an index.html without an owner."""
-    matches = [(path, match) for path in entries if (match := _BRIGHTSPACE.fullmatch(path.name))]
+    matches = _match(_BRIGHTSPACE, entries)
     listing = [SubmittedPath(path, platform="Brightspace") for path in entries if matches and path.name == "index.html"]
     return listing + [SubmittedPath(path, (match["number"],), match["name"], "Brightspace") for path, match in matches]
 
 
-_BLACKBOARD = re.compile(
-    r"(?P<named>.+_.+)_attempt_\d{4}(?:-\d\d){5}(?:_(?P<file>.+)|\.txt)", re.DOTALL
-)  # fmt: skip
+_BLACKBOARD = re.compile(r"(?P<named>.+_.+)_attempt_\d{4}(?:-\d\d){5}(?:_(?P<file>.+)|\.txt)", re.DOTALL)
 
 
 def _blackboard(_: Path, entries: Sequence[Path]) -> list[SubmittedPath]:
@@ -115,10 +110,9 @@ def _blackboard(_: Path, entries: Sequence[Path]) -> list[SubmittedPath]:
 
     If a login has an underscore, only the roster can say where the assignment's name ends.
     """
-    matches = [(path, match) for path in entries if (match := _BLACKBOARD.fullmatch(path.name))]
     return [
         SubmittedPath(path, _suffixes(match["named"], "_") if match["file"] else (), platform="Blackboard")
-        for path, match in matches
+        for path, match in _match(_BLACKBOARD, entries)
     ]
 
 
@@ -127,11 +121,10 @@ _ILIAS = re.compile(r"(?P<name>[^_]+_[^_]+)_(?P<login>.+)_(?P<number>\d+)", re.D
 
 def _ilias(_: Path, entries: Sequence[Path]) -> list[SubmittedPath]:
     """LAST_FIRST_LOGIN_NUMBER/…"""
-    matches = ((path, _ILIAS.fullmatch(path.name)) for path in entries if safe_check(path.is_dir))
+    folders = [path for path in entries if safe_check(path.is_dir)]
     return [
         SubmittedPath(path, (match["login"], match["number"]), match["name"].replace("_", " "), "ILIAS")
-        for path, match in matches
-        if match
+        for path, match in _match(_ILIAS, folders)
     ]
 
 

@@ -22,6 +22,11 @@ class PossibleOwners:
     students: tuple[str, ...]
     why: str = ""
 
+    @property
+    def is_certain(self) -> bool:
+        """Whether exactly one student can have made it."""
+        return len(self.students) == 1 and not self.why
+
 
 class Roster:
     """A roster in which the owner of a submission is looked up."""

@@ -10,12 +10,13 @@ import zipfile
 from collections import defaultdict
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 from pathlib import Path, PurePosixPath
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from qdot.exercises.common.console import note
 from qdot.exercises.common.errors import QdotError
-from qdot.grader.submissions.archives import is_archive, list_members, read_member, unpack_temporarily
+from qdot.grader.submissions.archives import ArchiveMember, is_archive, list_members, read_member, unpack_temporarily
 from qdot.grader.submissions.cells import (
     LARGEST,
     SCRIPTS,
@@ -99,24 +100,29 @@ def find_submissions(assignment: "Assignment", root: Path) -> SubmissionFolder:
         raise QdotError(f"{root} does not exist; put what was handed in there, as STUDENT/*.ipynb or STUDENT.ipynb")
     if not root.is_dir():
         raise QdotError(f"{root} is not a folder of submissions; it holds STUDENT/*.ipynb or STUDENT.ipynb")
-    by_student, folder = defaultdict[str, _StudentPaths](_StudentPaths), SubmissionFolder({})
-    root, owners = _find_root(assignment.roster, root)
+    folder = SubmissionFolder({})
+    certain, doubtful = defaultdict[str, list[SubmittedPath]](list), defaultdict[str, list[Path]](list)
+    root, find_owner = _find_root(assignment.roster, root)
     for submitted in find_submitted_paths(root):
-        name = submitted.path.name
+        name = printable_name(submitted.path.name)
         try:
-            owner = owners(submitted)
-        except Exception as error:  # one folder's trouble is nobody else's
-            folder.unsure.append(f"{printable_name(name)}: whose it is can't be found out ({error}); not graded")
+            owner = find_owner(submitted)
+        except Exception as error:  # the trouble with one folder must not affect others
+            folder.unsure.append(f"{name}: whose it is can't be found out ({error}); not graded")
             continue
-        if len(owner.students) == 1 and not owner.why:
-            by_student[owner.students[0]].add(submitted.path, submitted.platform, submitted.received, submitted.late)
+        if owner.is_certain:
+            certain[owner.students[0]].append(submitted)
         elif (
-            safe_check(submitted.path.is_dir) or submitted.platform or _kind(name) < _LAST_KIND
+            safe_check(submitted.path.is_dir) or submitted.platform or _kind(submitted.path.name) < _LAST_KIND
         ):  # no list of grades, no README
-            _report_doubtful(submitted.path, owner, by_student, folder)
-    for student, student_paths in by_student.items():
-        files = student_paths.select_files(assignment.key)
-        if files is not None:
+            for student in owner.students:
+                doubtful[student].append(submitted.path)
+            if owner.students:
+                folder.unsure.append(f"{name} may be of {' or '.join(owner.students)}: {owner.why}; not graded")
+            else:
+                folder.strangers.append(name)
+    for student in dict.fromkeys((*certain, *doubtful)):
+        if files := _select_files(certain[student], assignment.key, doubtful[student]):
             folder.by_student[student] = files
     folder.by_student.update(_read_not_fetched(root / NOT_FETCHED))
     return folder
@@ -142,30 +148,16 @@ def _find_root(students: "Sequence[Student]", root: Path) -> tuple[Path, Callabl
     return inner, owner_of
 
 
-def paths_of_student(students: "Sequence[Student]", root: Path, student: str) -> tuple[list[Path], list[Path]]:
+def find_paths_of_student(students: "Sequence[Student]", root: Path, student: str) -> tuple[list[Path], list[Path]]:
     """Return the files and folders of a student, and those that may be the student's or not."""
-    inner, owners = _find_root(students, root)
+    inner, find_owner = _find_root(students, root)
     sure, unsure = list[Path](), list[Path]()
     for submitted in find_submitted_paths(inner):
         with contextlib.suppress(Exception):  # as in find_submissions: it has no owner
-            owner = owners(submitted)
+            owner = find_owner(submitted)
             if student in owner.students:
-                (sure if len(owner.students) == 1 and not owner.why else unsure).append(submitted.path)
+                (sure if owner.is_certain else unsure).append(submitted.path)
     return sure, unsure
-
-
-def _report_doubtful(
-    path: Path, owner: PossibleOwners, by_student: dict[str, "_StudentPaths"], folder: SubmissionFolder
-) -> None:
-    """Record a path that may be of several students, or is of nobody on the roster."""
-    if not owner.students:
-        folder.strangers.append(printable_name(path.name))
-        return
-    folder.unsure.append(
-        f"{printable_name(path.name)} may be of {' or '.join(owner.students)}: {owner.why}; not graded"
-    )
-    for student in owner.students:
-        by_student[student].doubtful.append(path)
 
 
 def _read_not_fetched(table: Path) -> dict[str, StudentFiles]:
@@ -184,11 +176,11 @@ def _read_not_fetched(table: Path) -> dict[str, StudentFiles]:
         ) from None
 
 
-def files_of_student(path: Path, key: str, platform: str, received: datetime.datetime | None) -> StudentFiles | None:
+def find_files_of_student(
+    path: Path, key: str, platform: str, received: datetime.datetime | None
+) -> StudentFiles | None:
     """Return the files in a folder or file that is known to be a student's; None if there are none."""
-    student_paths = _StudentPaths()
-    student_paths.add(path, platform, received, None)
-    return student_paths.select_files(key)
+    return _select_files([SubmittedPath(path, platform=platform, received=received)], key)
 
 
 @contextlib.contextmanager
@@ -214,62 +206,33 @@ MAY_BE = (
 )
 
 
-class _StudentPaths:
-    """The paths of a student that have been found so far."""
-
-    def __init__(self) -> None:
-        self.paths: list[Path] = []
-        self.files: list[Path] = []
-        self.refused: list[Path] = []
-        self.doubtful: list[Path] = []
-        self.platform = ""
-        self.received: datetime.datetime | None = None
-        self.late: bool | None = None
-        self.failure = ""
-
-    def add(self, path: Path, platform: str, received: datetime.datetime | None, late: bool | None) -> None:
-        """Add a file, or the files in a folder. Of several times of a platform the last counts."""
-        self.paths.append(path)
-        try:
-            for inside in _files_in(path):
-                (self.refused if _refusal(inside) else self.files).append(inside)
-        except Exception as error:  # it is this student's, and the others are graded
-            self.failure = f"looking into {printable_name(path.name)}: {type(error).__name__}: {error}"
-        self.platform = platform or self.platform
-        self.received = max((time for time in (self.received, received) if time), default=None)
-        self.late = late if self.late is None else self.late or bool(late)
-
-    def select_files(self, key: str) -> StudentFiles | None:
-        """Return the files, the one to grade first; None if there are none."""
-        try:
-            files = self._sort_files(key)
-        except Exception as error:  # as above
-            self.failure = self.failure or f"{type(error).__name__}: {error}"
-        if self.failure:
-            return StudentFiles(tuple(self.paths), failure=self.failure)
-        if len(self.files) > MOST_FILES:
+def _select_files(submitted: Sequence[SubmittedPath], key: str, doubtful: Sequence[Path] = ()) -> StudentFiles | None:
+    """Return a student's files, the one to grade first; None if there are none. The last time of a platform counts."""
+    marks = [each.late for each in submitted if each.late is not None]
+    select = partial(
+        StudentFiles,
+        platform=next((each.platform for each in reversed(submitted) if each.platform), ""),
+        received=max((each.received for each in submitted if each.received), default=None),
+        late=any(marks) if marks else None,
+    )
+    try:
+        refusals = {path: _refusal(path) for each in submitted for path in _files_in(each.path)}
+        files = [path for path, refusal in refusals.items() if not refusal]
+        if len(files) > MOST_FILES:
             message = f"more than {MOST_FILES:,} files were handed in; hand in the notebook alone"
-            return StudentFiles(
-                tuple(self.files[:1]), (), message, self.platform, self.received, self.late, over_limit=True
-            )
-        return files
-
-    def _sort_files(self, key: str) -> StudentFiles | None:
-        if len(self.files) > MOST_FILES:
-            return None
-        files = tuple(sort_candidates([_Candidate(path.name, path, _Reader(path)) for path in self.files], key))
-        first = self.refused[:3]
-        reasons = " and ".join(dict.fromkeys(map(_refusal, first)))
-        message = (
-            f"{', '.join(printable_name(path.name) for path in first)}: {reasons}; hand in the file itself"
-            if first
-            else ""
-        )
-        if files:
-            return StudentFiles(files, (message,) if message else (), "", self.platform, self.received, self.late)
-        if self.refused:
-            return StudentFiles(tuple(self.refused), (), message, self.platform, self.received, self.late)
-        return StudentFiles(tuple(self.doubtful), (), MAY_BE) if self.doubtful else None
+            return select(tuple(files[:1]), (), message, over_limit=True)
+        files = sort_candidates(files, lambda path: path.name, _read_small, key)
+    except Exception as error:  # the other students are graded nonetheless
+        paths = tuple(each.path for each in submitted)
+        return StudentFiles(paths, failure=f"looking for the notebook: {type(error).__name__}: {error}")
+    refused = [path for path, refusal in refusals.items() if refusal]
+    reasons = " and ".join(dict.fromkeys(refusals[path] for path in refused[:3]))
+    message = f"{', '.join(printable_name(path.name) for path in refused[:3])}: {reasons}; hand in the file itself"
+    if files:
+        return select(tuple(files), (message,) if refused else ())
+    if refused:
+        return select(tuple(refused), (), message)
+    return StudentFiles(tuple(doubtful), (), MAY_BE) if doubtful else None
 
 
 def _refusal(path: Path) -> str:
@@ -321,43 +284,18 @@ def _is_hidden(name: str) -> bool:
 # --- choosing among several files ---
 
 
-@dataclass(frozen=True)
-class _Candidate:
-    """A file that may be the one to grade: its name, the object it stands for, and a function that reads it."""
-
-    name: str
-    what: Any
-    read: Callable[[], bytes]
-
-
-@dataclass(frozen=True)
-class _Reader:
-    """Reads a file, empty if it is very large or unreadable."""
-
-    path: Path
-
-    def __call__(self) -> bytes:
-        try:
-            return self.path.read_bytes() if self.path.stat().st_size <= LARGEST // 4 else b""
-        except OSError:
-            return b""
-
-
-_KINDS = ((".ipynb",), (".ipynb.txt", ".ipynb.json", ".json"), (".zip", ".tgz", ".tar.gz", ".tar"), (*SCRIPTS, *TEXTS))
-_LAST_KIND = len(_KINDS)
+_KINDS = (
+    (".ipynb",), (".ipynb.txt", ".ipynb.json", ".json"), (".zip", ".tgz", ".tar.gz", ".tar"), (*SCRIPTS, *TEXTS),
+    (".txt", ".html", ".htm", ".pdf", ".docx", ".doc", ".odt", ".rtf"),
+)  # fmt: skip
+_LAST_KIND = 4
+"""The kind of documents that are no notebooks; those after it are unknown."""
 
 
 def _kind(name: str) -> int:
     """Return how unlikely a file is to be the notebook, by its name; 0 is the likeliest."""
     lower = name.lower()
-    known = next((kind for kind, endings in enumerate(_KINDS) if lower.endswith(endings)), None)
-    if known is not None:
-        return known
-    return (
-        _LAST_KIND
-        if lower.endswith((".txt", ".html", ".htm", ".pdf", ".docx", ".doc", ".odt", ".rtf"))
-        else _LAST_KIND + 1
-    )
+    return next((kind for kind, endings in enumerate(_KINDS) if lower.endswith(endings)), len(_KINDS))
 
 
 def _depth(name: str) -> int:
@@ -366,39 +304,52 @@ def _depth(name: str) -> int:
     return 1000 if ".." in parts else len(parts)
 
 
-def sort_candidates(candidates: Sequence[_Candidate], key: str) -> list[Any]:
-    """Return the objects of the candidates, the one to grade first."""
+T = TypeVar("T")
+
+
+def sort_candidates(files: Sequence[T], name_of: Callable[[T], str], read: Callable[[T], bytes], key: str) -> list[T]:
+    """Return the files that may be the notebook of an assignment, the one to grade first."""
     mark = f'"assignment": "{key}"'.encode()
-    is_one = len(candidates) == 1
 
-    def rank(candidate: _Candidate) -> tuple[int, bool, bool, int, str]:
-        names_assignment = is_one or _kind(candidate.name) > 1 or mark in candidate.read()
-        return (
-            _kind(candidate.name),
-            PurePosixPath(candidate.name).name != f"{key}.ipynb",
-            not names_assignment,
-            _depth(candidate.name),
-            candidate.name,
-        )
+    def rank(file: T) -> tuple[int, bool, bool, int, str]:
+        name = name_of(file)
+        is_unmarked = len(files) > 1 and _kind(name) <= 1 and mark not in read(file)
+        return _kind(name), PurePosixPath(name).name != f"{key}.ipynb", is_unmarked, _depth(name), name
 
-    return [candidate.what for candidate in sorted(candidates, key=rank)]
+    return sorted(files, key=rank)
 
 
-def likely_notebooks(files: Sequence[Path]) -> tuple[tuple[Path, ...], str]:
+def _read_small(path: Path) -> bytes:
+    """Return the content of a file; empty if it is very large or unreadable."""
+    try:
+        return path.read_bytes() if path.stat().st_size <= LARGEST // 4 else b""
+    except OSError:
+        return b""
+
+
+def _read_small_member(archive: Path, member: ArchiveMember) -> bytes:
+    """Return the content of a file in an archive; empty if it is very large or unreadable."""
+    try:
+        return read_member(archive, member.name) if member.size <= LARGEST // 4 else b""
+    except Unreadable:
+        return b""  # reported if this is the file to grade
+
+
+def select_likely_notebooks(files: Sequence[Path]) -> tuple[tuple[Path, ...], str]:
     """Return those of a student's sorted files that may be notebooks to grade, and a note.
 
     If there are more than MOST_ATTEMPTS, return the first and the newest ones; the note says so.
     """
     kinds = [_kind(path.name) for path in files]
     likely = [path for path, kind in zip(files, kinds, strict=True) if kind <= max(2, kinds[0]) and kind < _LAST_KIND]
-    if len(likely) > MOST_ATTEMPTS:
-        newest = {*likely[:1], *sorted(likely[1:], key=_modification_time, reverse=True)[: MOST_ATTEMPTS - 1]}
-        note = (
-            f"{len(likely)} notebooks were handed in, and at most {MOST_ATTEMPTS} are read: {likely[0].name} and the "
-            f"{MOST_ATTEMPTS - 1} newest of the others"
-        )
-        return tuple(path for path in likely if path in newest), note
-    return tuple(likely) or tuple(files[:1]), ""
+    if len(likely) <= MOST_ATTEMPTS:
+        return tuple(likely) or tuple(files[:1]), ""
+    newest = {*likely[:1], *sorted(likely[1:], key=_modification_time, reverse=True)[: MOST_ATTEMPTS - 1]}
+    note = (
+        f"{len(likely)} notebooks were handed in, and at most {MOST_ATTEMPTS} are read: {likely[0].name} and the "
+        f"{MOST_ATTEMPTS - 1} newest of the others"
+    )
+    return tuple(path for path in likely if path in newest), note
 
 
 def _modification_time(path: Path) -> int:
@@ -412,7 +363,7 @@ def _modification_time(path: Path) -> int:
 # --- reading ---
 
 
-def python_files_beside(path: Path) -> tuple[Path, ...]:
+def find_python_files(path: Path) -> tuple[Path, ...]:
     """Return the Python files in a notebook's folder, without links. All files there must be of the same student."""
     try:
         return tuple(sorted(each for each in path.parent.glob("*.py") if not _refusal(each)))
@@ -437,19 +388,25 @@ def read_submission(path: Path, key: str = "", siblings: Sequence[Path] = ()) ->
         raise OverLimit(f"{label} is larger than {LARGEST // 1_000_000} MB; clear its outputs and hand it in again")
     notes, digest = [], hashlib.sha256(data).hexdigest()
     name = path.name
-    near: list[_Near] = [
-        (sibling.name, _Reader(sibling)) for sibling in siblings if sibling.parent == path.parent and sibling != path
-    ]
+    beside = [sibling for sibling in siblings if sibling.parent == path.parent and sibling != path]
+    near: list[_Near] = [(sibling.name, partial(_read_small, sibling)) for sibling in beside]
     if is_archive(data[:512]):
         name, data, note, near = _read_from_archive(path, key)
         notes.append(note)
     content = read_cells(name, data)
     if content.note:
         notes.append(f"{printable_name(name)} is no .ipynb file: {content.note}")
+    modules = _read_modules(near)
     return Submission(
-        path, digest, time_of(status), content.cells, content.claims, tuple(notes), content.foreign,
-        modules=_read_modules(near),
-    )  # fmt: skip
+        path,
+        digest,
+        modification_time(status),
+        content.cells,
+        content.claims,
+        tuple(notes),
+        content.foreign,
+        modules=modules,
+    )
 
 
 MOST_MODULES, LARGEST_MODULE = 20, 200_000
@@ -471,12 +428,12 @@ LAST_TIME = 253_370_764_800
 """The year 9999 in seconds; a file's time may be even later."""
 
 
-def time_of(status: os.stat_result) -> datetime.datetime:
+def modification_time(status: os.stat_result) -> datetime.datetime:
     """Return a file's time, or the nearest time that datetime can represent."""
     return datetime.datetime.fromtimestamp(min(max(int(status.st_mtime), 0), LAST_TIME), datetime.UTC)
 
 
-def _read_from_archive(path: Path, key: str) -> tuple[str, bytes, str, list["_Near"]]:
+def _read_from_archive(path: Path, key: str) -> tuple[str, bytes, str, list[_Near]]:
     """Return the name and content of the notebook in an archive, a note, and the files beside the notebook.
 
     Raises Unreadable.
@@ -489,39 +446,28 @@ def _read_from_archive(path: Path, key: str) -> tuple[str, bytes, str, list["_Ne
         why = "only another archive, which is not opened" if nested else "no notebook"
         raise Unreadable(f"{label} has {why} in it; hand in the notebook itself, the file that ends in .ipynb")
 
-    def reader(name: str, size: int) -> Callable[[], bytes]:
-        def read() -> bytes:
-            try:
-                return read_member(path, name) if size <= LARGEST // 4 else b""
-            except Unreadable:
-                return b""  # reported if this is the file to grade
-
-        return read
-
     shallow = sorted(candidates, key=lambda member: (_kind(member.name), _depth(member.name), member.name))[:20]
-    ordered = sort_candidates(
-        [_Candidate(member.name, member, reader(member.name, member.size)) for member in shallow], key
-    )
-    if ordered[0].size > LARGEST:
+    chosen, *rest = sort_candidates(shallow, lambda member: member.name, partial(_read_small_member, path), key)
+    if chosen.size > LARGEST:
         raise OverLimit(
-            f"{printable_name(ordered[0].name)} in {label} is larger than {LARGEST // 1_000_000} MB; clear its outputs"
+            f"{printable_name(chosen.name)} in {label} is larger than {LARGEST // 1_000_000} MB; clear its outputs"
         )
-    note = f"{label} is an archive; {printable_name(ordered[0].name)} in it was read"
-    others = [printable_name(member.name) for member in ordered[1:] if _kind(member.name) <= _kind(ordered[0].name)]
-    note += f", not {', '.join(others[:5])}" if others else ""
-    chosen = PurePosixPath(ordered[0].name)
-    near = [
-        (PurePosixPath(member.name).name, reader(member.name, member.size))
+    note = f"{label} is an archive; {printable_name(chosen.name)} in it was read"
+    similar = [printable_name(member.name) for member in rest if _kind(member.name) <= _kind(chosen.name)]
+    note += f", not {', '.join(similar[:5])}" if similar else ""
+    place = PurePosixPath(chosen.name)
+    near: list[_Near] = [
+        (PurePosixPath(member.name).name, partial(_read_small_member, path, member))
         for member in files
-        if PurePosixPath(member.name).parent == chosen.parent and member != ordered[0]
+        if PurePosixPath(member.name).parent == place.parent and member != chosen
     ]
-    return chosen.name, read_member(path, ordered[0].name), note, near
+    return place.name, read_member(path, chosen.name), note, near
 
 
 # --- metadata ---
 
 
-def wrong_assignment(submission: Submission, assignment: "Assignment") -> str | None:
+def explain_wrong_assignment(submission: Submission, assignment: "Assignment") -> str | None:
     """Return why a notebook is not of this assignment according to its metadata, None if it is."""
     claimed = submission.claims.get("assignment")
     if isinstance(claimed, str) and claimed != assignment.key:
@@ -540,10 +486,10 @@ class Note:
     student: str = ""
 
 
-def oddities(submission: Submission, assignment: "Assignment", student: str) -> list[Note]:
+def find_oddities(submission: Submission, assignment: "Assignment", student: str) -> list[Note]:
     """Return peculiarities of the metadata. They decide nothing: the student's own problems are graded in any case."""
     claims, notes = submission.claims, []
-    claimed = claims.get("student")
+    claimed, digest = claims.get("student"), claims.get("digest")
     if isinstance(claimed, str) and claimed != student:
         message = (
             "this notebook was handed out to somebody else; it was graded against your own problems, and no answer in "
@@ -552,19 +498,17 @@ def oddities(submission: Submission, assignment: "Assignment", student: str) -> 
         notes.append(Note(f"the notebook was handed out to {claimed[:80]!r}", message))
     if claims.get("kind") == "solution":
         notes.append(Note("the notebook is the staff's, with the solutions"))
-    digest = claims.get("digest")
     if isinstance(digest, str) and digest not in (assignment.digest_of(student), assignment.digest_of(str(claimed))):
         message = "this notebook was made from another version of the assignment; ask your instructor for the right one"
         notes.append(Note(OTHER_EDITION, message))
-    asked = {f"{slot.name}.{question}" for slot in assignment.slots for question in slot.questions}
-    unknown = sorted({cell.part for cell in submission.cells if cell.part is not None} - asked)
+    parts = {f"{slot.name}.{question}" for slot in assignment.slots for question in slot.questions}
+    unknown = sorted({cell.part for cell in submission.cells if cell.part is not None} - parts)
     if unknown:
         shown = ", ".join(printable_name(part) for part in unknown[:3]) + (", …" if len(unknown) > 3 else "")
         notes.append(Note(f"cells are marked as answers to what is not asked: {shown}"))
     if submission.foreign:
-        notes.append(
-            Note(f"its cells' metadata were changed, which decides nothing: {', '.join(submission.foreign[:5])}")
-        )
+        changed = ", ".join(submission.foreign[:5])
+        notes.append(Note(f"its cells' metadata were changed, which decides nothing: {changed}"))
     if submission.late:
         notes.append(Note("the platform has marked it as late"))
     return notes

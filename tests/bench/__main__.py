@@ -27,7 +27,7 @@ from .starting import LOADED, QDOT, loading, starting
 
 STUDENTS, ALIKE = 25, 2
 """Students of the class that is graded; how many in a row submit the same kind of work."""
-PYTHON_OF_PEERS = (".venvs/peers/bin/python", ".venvs/readers/bin/python")
+PYTHON_OF_NBGRADER = ROOT / ".venvs" / "readers" / "bin" / "python"
 """Where nbgrader may be installed."""
 
 
@@ -104,15 +104,15 @@ def grading(single: Assignment, assignment: Assignment, folder: Path) -> Iterato
 def beside_nbgrader(each: float, folder: Path) -> Iterator[Figure]:
     """Yield how often qdot grades a notebook while nbgrader grades one."""
     what, beside, goal = "each notebook more, right answers", "nbgrader, each notebook more", 50
-    python = next((ROOT / path for path in PYTHON_OF_PEERS if (ROOT / path).exists()), None)
-    if python is None:
-        yield Figure(what, each, beside, 1, goal, is_least=True, why="nbgrader is not installed: `make bench-peers`")
+    if not PYTHON_OF_NBGRADER.exists():
+        why = "nbgrader is not installed: `make .venvs/readers/.installed`"
+        yield Figure(what, each, beside, 1, goal, is_least=True, why=why)
         return
     taken = []
     for size in (1, 4):
         assignment = peers.a_class(folder / f"peer{size}", size)
         place = folder / f"nbgrader{size}"
-        taken.append(peers.nbgrader(assignment, place, python.absolute(), processor_time))
+        taken.append(peers.nbgrader(assignment, place, PYTHON_OF_NBGRADER))
     yield Figure(what, each, beside, (taken[1] - taken[0]) / 3, goal, is_least=True)
 
 

@@ -9,7 +9,7 @@ from pathlib import Path
 from qdot.exercises.assignment.assignment import Assignment, Student, load_assignment
 from qdot.exercises.assignment.release import init_assignment, release
 from qdot.exercises.assignment.store import load_stored_problems
-from qdot.grader.cli.demo import EDITS, answered
+from qdot.grader.cli.demo import EDITS, fill_in_answers
 from qdot.grader.grading.certify import CERTIFIER
 from qdot.grader.submissions.cells import without_self_checks
 from qdot.grader.submissions.submission import find_submissions, read_submission
@@ -45,7 +45,7 @@ def hand_in(assignment: Assignment, target: Path, kinds: Sequence[str]) -> None:
         text = (assignment.folder / "released" / student.id / f"{assignment.key}.ipynb").read_text("utf-8")
         kind = kinds[number % len(kinds)]
         if kind in edits:
-            text = answered(text, load_stored_problems(assignment, student.id).problems, edits[kind])
+            text = fill_in_answers(text, load_stored_problems(assignment, student.id).problems, edits[kind])
         (target / f"{student.id}.ipynb").write_text(text, encoding="utf-8")
 
 

@@ -1,4 +1,4 @@
-"""What earlier versions handed out, and every name that they promised, held against this version (docs/compatibility.md).
+"""What earlier versions handed out, and every name that they promised, held against this version.
 
 `python -m tests.tools.archive VERSION` writes the archive of a release, which stays as it is; without a version, that
 of what is not released yet.

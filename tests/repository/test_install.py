@@ -17,9 +17,8 @@ from qdot.exercises.assignment.assignment import Student
 from qdot.exercises.common import extras
 from qdot.exercises.common.extras import ALL, EXTRAS, explain_missing, install_words, need
 from qdot.exercises.docs.dependencies import DATA, WHY, dependencies_page, with_install_words
-from qdot.grader.cli.examples import EXAMPLES
-from qdot.grader.cli.main import COMMANDS, SITE, _wanted, program
-from qdot.grader.cli.reference_pages import worded
+from qdot.grader.cli.main import COMMANDS, SITE, needed_part, program
+from qdot.grader.cli.reference_pages import pages_with_install_words
 from tests.support import ROOT
 from tests.support.command import fails, run
 from tests.support.handing_in import a_class
@@ -32,7 +31,7 @@ PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["
 
 def test_everybody_is_told_to_install_in_the_same_words() -> None:
     """README, docs and messages; after the release, one constant and `make docs` change them all."""
-    for path, text in worded().items():
+    for path, text in pages_with_install_words().items():
         assert path.read_text(encoding="utf-8") == text, f"{path.name}: make docs"
     assert install_words("report") in (ROOT / "README.md").read_text(encoding="utf-8")
 
@@ -117,20 +116,28 @@ WHOLE_PROGRAM: Any = typer.main.get_command(program())
 NAMES = [*COMMANDS, *(f"site {name}" for name in SITE)]
 
 
-def test_every_command_has_examples() -> None:
-    assert set(EXAMPLES) == set(NAMES)
-    assert "Examples:\n    qdot show planar-2r/7\n        a problem as a student has it" in run("show", "--help")
-
-
-@pytest.mark.parametrize("typed", [typed for every in EXAMPLES.values() for typed, _ in every])
-def test_an_example_is_what_the_program_takes(typed: str) -> None:
-    name = next(name for name in sorted(EXAMPLES, key=len, reverse=True) if f"{typed} ".startswith(f"qdot {name} "))
-    assert typed in [one for one, _ in EXAMPLES[name]]
-    words = shlex.split(typed.split(" > ", maxsplit=1)[0])[1 + len(name.split()) :]
+def command_named(name: str) -> Any:
+    """Return a command by its whole name, as "site build"."""
     command = WHOLE_PROGRAM
     for word in name.split():
         command = command.commands[word]
-    command.make_context(name, words).close()
+    return command
+
+
+EXAMPLES = {name: re.findall(r"(?m)^  (qdot .*)$", command_named(name).epilog) for name in NAMES}
+
+
+def test_every_command_has_examples() -> None:
+    assert all(EXAMPLES.values())
+    assert "Examples:\n    qdot show planar-2r/7\n        a problem as a student has it" in run("show", "--help")
+
+
+@pytest.mark.parametrize("typed", [typed for examples in EXAMPLES.values() for typed in examples])
+def test_an_example_is_what_the_program_takes(typed: str) -> None:
+    name = next(name for name in sorted(EXAMPLES, key=len, reverse=True) if f"{typed} ".startswith(f"qdot {name} "))
+    assert typed in EXAMPLES[name]
+    words = shlex.split(typed.split(" > ", maxsplit=1)[0])[1 + len(name.split()) :]
+    command_named(name).make_context(name, words).close()
 
 
 @pytest.mark.parametrize(
@@ -161,7 +168,7 @@ def test_the_tab_key_completes_commands_options_and_names(
     for name, value in environment.items():
         monkeypatch.setenv(name, value)
     with pytest.raises(SystemExit):
-        program(_wanted([], os.environ))(prog_name="qdot")
+        program(needed_part([], os.environ))(prog_name="qdot")
     assert sorted(capsys.readouterr().out.split()) == sorted(names)
 
 

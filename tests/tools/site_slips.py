@@ -1,17 +1,11 @@
-"""Classical slips in right answers, and what is said of them. `python -m tests.tools.site_slips` measures.
+"""Classical slips in right answers, for the site's own tests: slips.json in site/tests, which `site_corpus` writes.
 
 A slip is made in the answer as the worked solution writes it, entry by entry, by what students do and not by the
-catalogue of mistakes: so it says how many of them the site names, or with --grader the grader of notebooks. With
---pairs, two are made at once, each in entries of its own. slips.json in site/tests, which `site_corpus` writes, has
-some of some families.
+catalogue of mistakes. In pairs, two are made at once, each in entries of its own.
 """
 
-import argparse
 import json
 import re
-import subprocess
-import sys
-from collections import Counter
 from collections.abc import Callable, Iterator
 from functools import partial
 from itertools import combinations
@@ -22,7 +16,6 @@ import numpy as np
 from qdot.exercises.answers import Number
 from qdot.exercises.arm.derivation_graph import numbers
 from qdot.exercises.common.stream import Stream
-from qdot.exercises.families import FAMILIES
 from qdot.exercises.formula.algebra import addends, plus
 from qdot.exercises.formula.expression import read
 from qdot.exercises.formula.trees import Node, as_matrix, names, node_text
@@ -32,12 +25,7 @@ from qdot.exercises.problem.problem import Part, Problem, ProblemId
 from qdot.exercises.site.keys import key_of
 from qdot.exercises.site.record import MistakeSentences, arm_record
 from qdot.exercises.writing.statement import answer_code
-from qdot.grader.judging.answer_parser import read_answer
-from qdot.grader.judging.judge import judge_given
-from qdot.grader.judging.verdict import Outcome
-from tests.support.judging import diagnose
-from tests.support.programs import needs
-from tests.tools.readers import NODE, SITE, part_json
+from tests.tools.readers import part_json
 
 KEPT = ("planar-2r", "planar-3r-pose", "elbow-3r")
 FEW = 12
@@ -378,76 +366,3 @@ def slips_text() -> str:
     pairs = (problem_json(name, most=FEW, in_pairs=True)["slips"] for name in KEPT)
     kept = (problem_json(name, most=FEW) | {"pairs": two} for name, two in zip(KEPT, pairs, strict=True))
     return "[\n" + ",\n".join(map(json.dumps, kept)) + "\n]\n"
-
-
-def told_of(problems: list[dict[str, Any]]) -> list[list[Any]]:
-    """Return what the site says of each slip.
-
-    That is the outcome, the mistake that is named, the keys of all that is said, the wrong entries that are in none.
-    """
-    node = needs("node", NODE)
-    done = subprocess.run(
-        [node, "tools/slips.mjs"], cwd=SITE, input=json.dumps(problems), capture_output=True, text=True, check=True
-    )
-    return [told for of_problem in json.loads(done.stdout) for told in of_problem]
-
-
-def grader_says(problem: Problem, typed: list[list[str]]) -> Iterator[str]:
-    """Yield what the grader calls each slip."""
-    parts = {part.name: part for part in problem.parts}
-    for name, _, text in typed:
-        given = read_answer(problem, parts[name], text)
-        if judge_given(problem, parts[name], given, "slips").outcome is Outcome.CORRECT:
-            yield "right"
-        else:
-            found = diagnose(problem, parts[name], text, "slips")
-            yield found.names if found and found.mistakes else "nothing"
-
-
-def main() -> int:
-    """Have the slips of families judged, and print how many of each kind are named, and as what."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--family", action="append", choices=FAMILIES)
-    parser.add_argument("--variation", action="append", help="a step or axes; chapter by default")
-    parser.add_argument("--pairs", action="store_true", help="two slips at once, in entries of their own")
-    parser.add_argument("--grader", action="store_true", help="what the grader says, and not the site")
-    parser.add_argument("--few", type=int, help="so many slips in each answer, or some more; all by default")
-    parser.add_argument("--missed", action="store_true", help="print the answers of which nothing is said")
-    options = parser.parse_args()
-    families = options.family or [name for name, family in FAMILIES.items() if not family.varied]
-    steps = options.variation or ["chapter"]
-    problems = [problem_json(name, step, options.few, options.pairs) for step in steps for name in families]
-    typed = [(each["id"], *one) for each in problems for one in each["slips"]]
-    if options.grader:
-        arms = [asked(name, step) for step in steps for name in families]
-        names_of = [one for arm, each in zip(arms, problems, strict=True) for one in grader_says(arm, each["slips"])]
-    else:
-        names_of = [called(*told) for told in told_of(problems)]
-    counts: dict[str, Counter[str]] = {}
-    for (arm_id, part, slip, text), name in zip(typed, names_of, strict=True):
-        counts.setdefault(kind_of(slip) if not options.pairs else "two slips", Counter())[name] += 1
-        if options.missed and (name == "nothing" or name.endswith(IN_PART)):
-            sys.stdout.write(f"{arm_id} {part}, {slip}: {text}\n")
-    for slip, told_as in sorted(counts.items()):
-        sys.stdout.write(f"{slip}: {', '.join(f'{name} {count}' for name, count in told_as.most_common())}\n")
-    every = sum(counts.values(), Counter())
-    of_a_part = sum(count for name, count in every.items() if name.endswith(IN_PART))
-    named = every.total() - every["nothing"] - every["right"] - of_a_part
-    sys.stdout.write(f"{every.total()} slips, {named} named, {of_a_part} in part\n")
-    return 0
-
-
-def called(outcome: str, mistake: str | None, reasons: list[str], left: int) -> str:
-    """Return what the site calls a slip: the mistake, or the keys of slips; "right" or "nothing"."""
-    if outcome == "correct":
-        return "right"
-    slips = [key for key in reasons if key.startswith("slip")]
-    return mistake or f"{' and '.join(slips) or 'nothing'}{IN_PART if slips and left else ''}"
-
-
-IN_PART = " of a part"
-"""What is put to the name of slips that leave wrong entries unexplained."""
-
-
-if __name__ == "__main__":
-    sys.exit(main())

@@ -1,14 +1,10 @@
-"""A part of `make fuzz` that needs no atheris: its checks on the students' texts and on some that were made of them."""
-
-import subprocess
-import sys
+"""A part of `make fuzz`: its checks on the students' texts and on some that were made of them."""
 
 import pytest
 
 from qdot.exercises.common.stream import Stream
-from tests.support import ROOT
 from tests.support.suites import few_of, several
-from tests.tools.fuzz import PLAIN, TARGETS, TOKENS, Find, as_bytes, as_text, changed, checked, seeds
+from tests.tools.fuzz import PLAIN, TARGETS, TOKENS, Find, changed, checked, seeds
 
 FINDS = [
     "Matrix(0,0,[])", "atan2a1", "Lambda(x, " + "1+" * 1500 + "x)", "theta2 = a1" + "+a1" * 1500,
@@ -42,16 +38,3 @@ def test_what_is_made_of_it_is_no_find(target: str) -> None:
 def test_what_takes_long_is_a_find() -> None:
     with pytest.raises(Find, match="takes"):
         checked("judging", "a1*cos(theta1) + a2*cos(theta1 + theta2)", slower=1e-9)
-
-
-@pytest.mark.parametrize("text", ["θ₁ + ½", "\udc80\udcff", "a\x00b", "\U0001d7d9"])
-def test_a_text_is_bytes_and_back(text: str) -> None:
-    assert as_text(as_bytes(text)) == text
-
-
-def test_without_atheris_it_says_what_is_missing() -> None:
-    hidden = "import sys; sys.modules['atheris'] = None; sys.argv = ['fuzz']"
-    code = f"{hidden}; import tests.tools.fuzz; sys.exit(tests.tools.fuzz.main())"
-    told = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True)
-    assert told.returncode == 2
-    assert "pip install atheris" in told.stderr

@@ -1,4 +1,4 @@
-"""Formulas as text for a terminal: Greek letters, subscripts, matrices drawn over several lines.
+"""Formulas as text for a terminal: Greek letters, subscripts, matrices over several lines.
 
 A formula is laid out in boxes of characters. A fraction stays on one line, as (a + b)/c.
 """

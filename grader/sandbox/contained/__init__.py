@@ -1,14 +1,21 @@
 """The code of the process in which students' notebooks run: nothing else of qdot, and no reference.
 
-`sandbox` starts this folder as a program (`__main__`), so that its modules are the separate package `contained`.
+`sandbox` starts this folder as a program, so that its modules are the separate package `contained`. Each file, what it
+does, and what it defends against:
 
-    kernel, calls           Linux's system calls for isolation; the calls that a notebook may not use
-    guard, confine          the audit hook; the measures, each tried separately
-    folders                 removes folders of any depth
-    attempts                what a probe tries instead of a notebook
-    printing, values        formulas as text; values of Python, SymPy and NumPy as text
-    callables               answers that are functions
-    ipython, standins       a cell as Python; stand-ins for libraries that only display something
-    session                 the variables of one notebook, and what Jupyter adds to them
-    runner, zygote          runs the cells of one notebook; forks for every notebook
+    __main__             loads this folder alone: against modules of qdot, or of students, in the place of ours
+    kernel               Linux's system calls for isolation; decides nothing
+    calls                the filter of system calls: against starting programs, sockets, other processes, mounts
+    confine              the measures, each tried separately: against reading and writing files of the machine, the
+                         network, other processes, rights of root, and using up memory, time, disk and processes
+    guard                the audit hook: against the same by Python code, and against loading qdot to make the answers
+    folders              removes folders: against those that are too deep, or closed, to be removed as usual
+    attempts             what a probe tries instead of a notebook: against a machine whose measures don't hold
+    zygote               forks for every notebook: against its data or output reaching another's, and what it leaves
+                         running
+    runner               runs the cells: against endless cells, and exceptions and answers that break the report
+    session, ipython     Jupyter's variables and syntax by our own rules: against commands, and waiting for input
+    standins             in the place of libraries that only display something: against failing without them
+    printing, values,    answers as text: against objects that pretend to be something else
+    callables
 """

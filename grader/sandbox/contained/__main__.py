@@ -1,4 +1,4 @@
-"""Start the process in which notebooks run: `python -I grader/contained CONFIG`, its control socket as input."""
+"""Start the process in which notebooks run: `python -I …/contained CONFIG`, its control socket as input."""
 
 import importlib
 import importlib.util

@@ -27,35 +27,35 @@ MOST, MOST_WRITTEN = 200, 256_000_000
 """So many processes are no longer a limit, nor are so many bytes: four times the quota, where it has to be counted."""
 
 
-def make(asked: dict[str, Any], report: Callable[[dict[str, Any]], None]) -> None:
+def make(targets: dict[str, Any], report: Callable[[dict[str, Any]], None]) -> None:
     """Make every attempt, or the one that is `alone`; report what each achieved, nothing where it was refused."""
     signal.signal(signal.SIGXCPU, signal.SIG_IGN)
-    alone = asked["alone"]
+    alone = targets["alone"]
     for guarantees, attempt in ATTEMPTS if alone is None else (ALONE[alone],):
         try:
-            achieved = attempt(asked)
+            achieved = attempt(targets)
         except Exception:
             achieved = ""
         for guarantee in guarantees.split():
             report({"guarantee": guarantee, "achieved": achieved})
-    if not asked["seconds"]:
+    if not targets["seconds"]:
         report({"done": True})
-    while time.process_time() < asked["seconds"] + 1:  # until it is killed
+    while time.process_time() < targets["seconds"] + 1:  # until it is killed
         pass
-    report({"guarantee": "time", "achieved": f"computed for {asked['seconds'] + 1} s"})
+    report({"guarantee": "time", "achieved": f"computed for {targets['seconds'] + 1} s"})
 
 
-def _read(asked: dict[str, Any]) -> str:
-    return f"read a file of another user's folder ({len(Path(asked['file']).read_bytes())} bytes)"
+def _read(targets: dict[str, Any]) -> str:
+    return f"read a file of another user's folder ({len(Path(targets['file']).read_bytes())} bytes)"
 
 
-def _write(asked: dict[str, Any]) -> str:
-    Path(asked["open"], "planted").touch()
+def _write(targets: dict[str, Any]) -> str:
+    Path(targets["open"], "planted").touch()
     return "wrote into another folder"
 
 
-def _alter(asked: dict[str, Any]) -> str:
-    os.chmod(asked["file"], 0o600)
+def _alter(targets: dict[str, Any]) -> str:
+    os.chmod(targets["file"], 0o600)
     return "changed the rights of another folder's file"
 
 
@@ -65,11 +65,11 @@ def _alter_by_descriptor(_: dict[str, Any]) -> str:
     return "changed the rights of a library"
 
 
-def _list(asked: dict[str, Any]) -> str:
-    return f"listed another folder ({len(os.listdir(Path(asked['file']).parent))} files)"
+def _list(targets: dict[str, Any]) -> str:
+    return f"listed another folder ({len(os.listdir(Path(targets['file']).parent))} files)"
 
 
-def _fill(asked: dict[str, Any]) -> str:
+def _fill(targets: dict[str, Any]) -> str:
     with open("large", "wb") as file:
         for _ in range(200):
             file.write(bytes(1 << 20))
@@ -107,27 +107,27 @@ def _nest(_: dict[str, Any]) -> str:
     return ""
 
 
-def _connect(asked: dict[str, Any]) -> str:
-    socket.create_connection(("127.0.0.1", asked["port"]), timeout=2)
+def _connect(targets: dict[str, Any]) -> str:
+    socket.create_connection(("127.0.0.1", targets["port"]), timeout=2)
     return "connected to a port of this machine"
 
 
-def _connect_abstract(asked: dict[str, Any]) -> str:
+def _connect_abstract(targets: dict[str, Any]) -> str:
     with socket.socket(socket.AF_UNIX) as end:
-        end.connect(asked["abstract"])
+        end.connect(targets["abstract"])
     return "connected to a socket of this machine"
 
 
-def _send(asked: dict[str, Any]) -> str:
+def _send(targets: dict[str, Any]) -> str:
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as end:
-        end.sendto(b"x", ("127.0.0.1", asked["port"]))
+        end.sendto(b"x", ("127.0.0.1", targets["port"]))
     return "sent a datagram"
 
 
-def _signal(asked: dict[str, Any]) -> str:
-    if asked["pid"] == os.getpid():  # both are the first in their namespaces, as where the grader has a container's
+def _signal(targets: dict[str, Any]) -> str:
+    if targets["pid"] == os.getpid():  # both are the first in their namespaces, as where the grader has a container's
         raise ProcessLookupError
-    os.kill(asked["pid"], 0)
+    os.kill(targets["pid"], 0)
     return "reached the grader with a signal"
 
 
@@ -163,8 +163,8 @@ def _multiply(_: dict[str, Any]) -> str:
     return f"started {MOST} processes"
 
 
-def _allocate(asked: dict[str, Any]) -> str:
-    mmap.mmap(-1, asked["memory"] + (1 << 20)).close()
+def _allocate(targets: dict[str, Any]) -> str:
+    mmap.mmap(-1, targets["memory"] + (1 << 20)).close()
     return "was given more memory than the limit"
 
 
@@ -180,8 +180,8 @@ def _unshare(_: dict[str, Any]) -> str:
     return "became root of a namespace"
 
 
-def _trace(asked: dict[str, Any]) -> str:
-    if sys.platform != "linux" or ctypes.CDLL(None).ptrace(0x4206, asked["pid"], 0, 0) != 0:  # seize: stops nobody
+def _trace(targets: dict[str, Any]) -> str:
+    if sys.platform != "linux" or ctypes.CDLL(None).ptrace(0x4206, targets["pid"], 0, 0) != 0:  # seize: stops nobody
         raise OSError
     return "reached into the grader's memory"
 

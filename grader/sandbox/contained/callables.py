@@ -43,23 +43,23 @@ _ELEMENTWISE: dict[str, Any] = {
 _RENAMED = {"asin": "arcsin", "acos": "arccos", "atan": "arctan", "atan2": "arctan2"}
 
 
-def evaluate_function(function: Any, asked: Mapping[str, Any]) -> Any:
+def evaluate_function(function: Any, calls: Mapping[str, Any]) -> Any:
     """Return the result of a function for symbols, else the text of its values at the grader's points.
 
-    `asked` has the names of the joints, and the names and values of all symbols at the points. Raises what the function
+    `calls` has the names of the joints, and the names and values of all symbols at the points. Raises what the function
     raises, and TypeError if it can't be called this way.
     """
     try:
         with allow_symbols(function):
-            result = function(*_arguments(function, asked, sympy.Symbol))
+            result = function(*_arguments(function, calls, sympy.Symbol))
         if _is_formula(result):
             return result
     except Exception:
-        if not asked.get("points"):
+        if not calls.get("points"):
             raise
-    if not asked.get("points"):
+    if not calls.get("points"):
         raise TypeError(f"the function returns a {type(result).__name__}, which is no formula")
-    return TABLE + json.dumps(_table(function, asked))
+    return TABLE + json.dumps(_table(function, calls))
 
 
 def _is_formula(result: Any) -> bool:
@@ -69,11 +69,11 @@ def _is_formula(result: Any) -> bool:
     return isinstance(result, known) and not isinstance(result, bool)
 
 
-def _table(function: Any, asked: Mapping[str, Any]) -> dict[str, Any]:
+def _table(function: Any, calls: Mapping[str, Any]) -> dict[str, Any]:
     shape, rows = None, []
-    for values in asked["points"]:
-        at = dict(zip(asked["symbols"], values, strict=True))
-        returned = numpy.asarray(function(*_arguments(function, asked, at.__getitem__)))
+    for values in calls["points"]:
+        at = dict(zip(calls["symbols"], values, strict=True))
+        returned = numpy.asarray(function(*_arguments(function, calls, at.__getitem__)))
         if returned.dtype.kind not in "biufcO":
             raise TypeError(f"the function returns a {type(returned.flat[0]).__name__}, which is no number")
         if returned.dtype == object:
@@ -85,7 +85,7 @@ def _table(function: Any, asked: Mapping[str, Any]) -> dict[str, Any]:
     return {"shape": list(shape or ()), "values": rows}
 
 
-def _arguments(function: Any, asked: Mapping[str, Any], value: Any) -> list[Any]:
+def _arguments(function: Any, calls: Mapping[str, Any], value: Any) -> list[Any]:
     """Return the arguments for a function's parameters, by their names; `value` returns a symbol's value."""
     if isinstance(function, sympy.Lambda):
         names: list[str] = [str(symbol) for symbol in function.variables]
@@ -97,15 +97,15 @@ def _arguments(function: Any, asked: Mapping[str, Any], value: Any) -> list[Any]
         positional = (inspect.Parameter.POSITIONAL_ONLY, inspect.Parameter.POSITIONAL_OR_KEYWORD)
         names = [p.name for p in parameters if p.kind in positional and p.default is inspect.Parameter.empty]
         spread = any(p.kind is inspect.Parameter.VAR_POSITIONAL for p in parameters)
-    joints: list[str] = list(asked["joints"])
+    joints: list[str] = list(calls["joints"])
     if spread and not names:
         return [value(joint) for joint in joints]
-    targets = [_match_parameter(name, joints, asked["symbols"]) for name in names]
+    targets = [_match_parameter(name, joints, calls["symbols"]) for name in names]
     if all(target is None for target in targets) and len(names) == len(joints):
         targets = list(joints)  # other names for the joints, in their order
     for name, target in zip(names, targets, strict=True):
         if target is None:
-            raise TypeError(f"its parameter {name!r} is no symbol of the problem; known: {', '.join(asked['symbols'])}")
+            raise TypeError(f"its parameter {name!r} is no symbol of the problem; known: {', '.join(calls['symbols'])}")
     return [
         value(target) if isinstance(target, str) else numpy.array([value(each) for each in target])
         for target in targets

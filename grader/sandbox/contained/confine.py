@@ -47,26 +47,35 @@ class Measures:
         """Whether a measure is applied."""
         return name not in self.lacking
 
+    def try_out(self, name: str, action: Callable[[], None]) -> None:
+        """Try a measure in a child process; if it fails, it is lacking."""
+        if self.holds(name):
+            try:
+                run_in_child(action)
+            except OSError as error:
+                self.lacking[name] = str(error)
 
-def try_in_child(action: Callable[[], None]) -> str:
-    """Try an action in a child process, which ends then; return why it fails, or ""."""
+
+def run_in_child(action: Callable[[], str | None]) -> str:
+    """Run an action in a child process, which ends then; return its text. Raises OSError if it fails."""
     reading, writing = os.pipe()
     pid = os.fork()
     if pid == 0:
-        reason = "it ended"
+        outcome = b"!it ended"
         try:
-            action()
-            reason = ""
+            outcome = b"." + (action() or "").encode()
         except BaseException as error:
-            reason = str(error) or type(error).__name__
+            outcome = b"!" + (str(error) or type(error).__name__).encode()[:500]
         finally:
-            os.write(writing, b"." + reason.encode()[:500])
+            os.write(writing, outcome)
             os._exit(0)
     os.close(writing)
     with os.fdopen(reading, "rb") as pipe:
-        reason = pipe.read().decode()
+        text = pipe.read().decode(errors="replace") or "!the process that tried it was killed"
     os.waitpid(pid, 0)
-    return reason[1:] if reason else "the process that tried it was killed"
+    if text[0] == "!":
+        raise OSError(text[1:])
+    return text[1:]
 
 
 # --- once, in the process that forks for every notebook ---
@@ -178,17 +187,16 @@ def is_overdrawn(measures: Measures, folder: str, pid: int) -> bool:
 @contextlib.contextmanager
 def _as_its_user(measures: Measures) -> Iterator[None]:
     """Become the notebook's user during the block, as only that user, or a privileged root, may read its data."""
-    is_another = measures.user is not None and measures.holds("user")
-    if is_another:
-        assert measures.user is not None
-        os.setegid(measures.user)
-        os.seteuid(measures.user)
+    if measures.user is None or not measures.holds("user"):
+        yield
+        return
+    os.setegid(measures.user)
+    os.seteuid(measures.user)
     try:
         yield
     finally:
-        if is_another:
-            os.seteuid(0)
-            os.setegid(0)
+        os.seteuid(0)
+        os.setegid(0)
 
 
 def _entries(path: str) -> list[os.DirEntry[str]]:
@@ -313,8 +321,7 @@ def _rule_files(folder: str) -> None:
     version = kernel.landlock_version()
     files = (1 << (13 + min(version - 1, 2))) - 1 | (1 << 15 if version >= 5 else 0)
     network, scopes = (3 if version >= 4 else 0), (3 if version >= 6 else 0)
-    own_rights = (_READ_FILE | _READ_FOLDER | _WRITE | _CHANGE_FOLDER | _TRUNCATE | _REFER) & files
-    rules = [(folder, own_rights)]
+    rules = [(folder, (_READ_FILE | _READ_FOLDER | _WRITE | _CHANGE_FOLDER | _TRUNCATE | _REFER) & files)]
     for path in guard.READABLE:
         if os.path.isdir(path):
             rules.append((path, _READ_FILE | _READ_FOLDER))

@@ -98,10 +98,11 @@ class AnswerReport(NamedTuple):
 
 def run_cells(request: dict[str, Any], report: Report) -> None:
     """Run the cells in order, each within its time limit; report every answer as soon as it is available."""
-    session = Session(request["cells"], request.get("setup", ""))
+    cells = {index: source for index, source in enumerate(request["cells"]) if source is not None}
+    session = Session(list(cells.values()), request.get("setup", ""))
     last: dict[str, AnswerReport] = {}
     symbols, alarm = _Symbols(), Alarm(request["cell_seconds"])
-    for index, source in enumerate(request["cells"]):
+    for index, source in cells.items():
         report({"begun": index})
         _run_cell(session, index, source, alarm, report)
         symbols.look(session.variables, index)
@@ -194,31 +195,24 @@ def describe(raised: BaseException) -> str:
         about = raised.msg if isinstance(raised, SyntaxError) else raised  # without its own names of cell and line
         text = f"{type(raised).__name__}: {about}".splitlines()[0][:300].removesuffix(": ")
         helped = isinstance(raised, (TypeError, ModuleNotFoundError))
-        return text + next((mends for pattern, mends in MENDED if helped and pattern in text), "")
+        return text + next((f"; {advice}" for pattern, advice in MENDED.items() if helped and pattern in text), "")
     except BaseException:
         return "an exception that can't be shown"
 
 
-MENDED = (
-    (
-        "truth value of Relational",
-        "; 'or' and 'and' join no equations: write a list of them, or Or(Eq(theta1, 0), Eq(theta2, pi))",
-    ),
-    ("loop of ufunc does not support", "; NumPy's functions take numbers: write SymPy's, as in sin(theta1)"),
-    (
-        "onvert expression to float",
-        "; float() and the functions of math take numbers: write SymPy's, as in sin(theta1)",
-    ),
-    ("Cannot cast ufunc", "; numpy.linalg takes numbers: write Matrix(…).det() or Matrix(…).inv()"),
-    ("'FunctionClass'", "; a function stands there without what it is of: write sin(theta1)"),
-    ("and 'function'", "; a function stands there without what it is of: write rad(30), or the number alone"),
-    ("unsupported operand type(s) for /: 'list'", "; a list can't be divided: write Matrix([…])/…"),
-    ("unsupported operand type(s) for *: 'list'", "; a list can't be multiplied: write Matrix([…])*…"),
-    (
-        "No module named",
-        "; it is not there when a notebook is graded: SymPy and NumPy are, and .py files handed in beside it",
-    ),
-)
+MENDED = {
+    "truth value of Relational": "'or' and 'and' join no equations: write a list of them, or Or(Eq(theta1, 0), "
+    "Eq(theta2, pi))",
+    "loop of ufunc does not support": "NumPy's functions take numbers: write SymPy's, as in sin(theta1)",
+    "onvert expression to float": "float() and the functions of math take numbers: write SymPy's, as in sin(theta1)",
+    "Cannot cast ufunc": "numpy.linalg takes numbers: write Matrix(…).det() or Matrix(…).inv()",
+    "'FunctionClass'": "a function stands there without what it is of: write sin(theta1)",
+    "and 'function'": "a function stands there without what it is of: write rad(30), or the number alone",
+    "unsupported operand type(s) for /: 'list'": "a list can't be divided: write Matrix([…])/…",
+    "unsupported operand type(s) for *: 'list'": "a list can't be multiplied: write Matrix([…])*…",
+    "No module named": "it is not there when a notebook is graded: SymPy and NumPy are, and .py files handed in "
+    "beside it",
+}
 """Parts of Python's error messages, and the advice added to them: how to write what was meant."""
 
 
@@ -226,8 +220,8 @@ def value_of(answer: Any, name: str, request: dict[str, Any]) -> Any:
     """Return an answer, or its result if it is a function."""
     if not isinstance(answer, callables.FUNCTIONS):
         return answer
-    asked = next((asked for begin, asked in request["asked"].items() if name.startswith(f"{begin}_")), None)
-    return callables.TABLE if asked is None else callables.evaluate_function(answer, asked)
+    calls = next((calls for prefix, calls in request["calls"].items() if name.startswith(f"{prefix}_")), None)
+    return callables.TABLE if calls is None else callables.evaluate_function(answer, calls)
 
 
 def report_answers(
@@ -271,20 +265,6 @@ def warm_up() -> None:
     plain.inv()
     plain.diff(x)
     sympy.N((sympy.sin(x) * y).subs({x: 0.3, y: 0.7}))
-    for form in _example_answers():
-        text_of(form)
-
-
-def _example_answers() -> list[Any]:
-    """Return formulas like those in answers, as SymPy caches what it computes; none of them is an answer."""
-    (theta1, theta2), (a1, a2), (vx, vy) = (sympy.symbols(names) for names in ("theta1:3", "a1:3", "vx vy"))
-    first, both, part = theta1, theta1 + theta2, sympy.Rational(7, 25)
-    (x1, y1), (x2, y2) = ((sympy.cos(angle), sympy.sin(angle)) for angle in (first, both))
-    below = a1 * (part * sympy.sin(theta1) - sympy.cos(theta2) / 10)
-    return [
-        sympy.Matrix([a1 * x2 + part * y1 - y2 / 10, a1 * x1 + part * x2 + y1 / 10]),
-        sympy.Matrix([[-a1 * x1 - part * y2, -a2 * x2], [a1 * y2 + a2 * x1, part * y1]]),
-        below,
-        sympy.Matrix([(vx * (part * x2 - x1) + vy * a2 * y2) / below, -vx * (a1 * x2 - y1 / 10) / below]),
-        [sympy.Eq(theta2, sympy.atan(sympy.Rational(5, 14))), sympy.Eq(theta1, -sympy.pi + sympy.acos(part))],
-    ]
+    theta1, theta2, a1, a2, vx = sympy.symbols("theta1:3 a1:3 vx")  # SymPy caches what formulas as in answers need
+    entry = -vx * (a1 * sympy.sin(theta1) + a2 * sympy.cos(theta1 + theta2) / 10) / (a1 * sympy.cos(theta2))
+    text_of([sympy.Matrix([entry, -entry]), sympy.Eq(theta1, sympy.acos(sympy.Rational(7, 25)) - sympy.pi)])

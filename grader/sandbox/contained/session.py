@@ -42,7 +42,6 @@ class Session:
         self.asked_for_input = False
         self._keeps_results = any(map(_RESULTS.search, cells))
         self._count = 0
-        self._loop: Any = None
         shell = Shell(self)
         vars(builtins).update(get_ipython=lambda: shell, display=lambda *_args, **_options: None, input=self._input)
         standins.install(lambda: shell)
@@ -100,21 +99,12 @@ class Session:
             self.variables.update(self._last)
 
     def _await_result(self, coroutine: Any) -> Any:
-        if self._loop is None:
-            import asyncio
-            import selectors
-
-            class Loop(asyncio.SelectorEventLoop):
-                """An event loop without a wake-up socket, because a notebook has no sockets."""
-
-                def _make_self_pipe(self) -> None:
-                    self._ssock = self._csock = None
-
-                def _close_self_pipe(self) -> None:
-                    pass
-
-            self._loop = Loop(selectors.SelectSelector())
-        return self._loop.run_until_complete(coroutine)
+        """Return the result of a cell that awaits something; there is no event loop, which would need a socket."""
+        while True:
+            try:
+                coroutine.send(None)
+            except StopIteration as end:
+                return end.value
 
     def _input(self, _prompt: object = "") -> str:
         self.asked_for_input = True

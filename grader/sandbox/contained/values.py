@@ -72,7 +72,7 @@ def _text_of_basic(value: Any, depth: int) -> str:
     units = sys.modules.get("sympy.physics.units")  # loaded only if a notebook uses it
     if units is not None and value.has(units.Quantity):
         raise TypeError("units of sympy.physics are not read; write the number alone, in m, rad, m/s or rad/s")
-    done = _carry_out(value)
+    done = _evaluate(value)
     if done is not value:
         return text_of(done, depth + 1)
     if value.has(sympy.sinc):
@@ -88,7 +88,7 @@ def _text_of_basic(value: Any, depth: int) -> str:
     return str(Printer().doprint(value))
 
 
-def _carry_out(value: Any) -> Any:
+def _evaluate(value: Any) -> Any:
     """Evaluate unevaluated operations in a formula; return it unchanged if there are none or SymPy fails."""
     if not value.has(*UNDONE):
         return value

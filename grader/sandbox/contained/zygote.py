@@ -38,33 +38,29 @@ def main(config: dict[str, Any]) -> None:
     )  # fmt: skip
     namespace = None
     try:
-        if measures.holds("namespaces"):
-            reason = confine.try_in_child(lambda: _try_namespaces(measures, config["folder"]))
-            if reason:
-                measures.lacking["namespaces"] = reason
+        measures.try_out("namespaces", lambda: _try_namespaces(measures, config["folder"]))
         if measures.holds("namespaces"):
             namespace = _enter_namespace(control)
-        else:
-            _adopt_orphans()
+        else:  # become the parent of orphaned processes, as there is no namespace with which they would end
+            with contextlib.suppress(OSError):
+                kernel.prctl(kernel.PR_SET_CHILD_SUBREAPER, 1)
         measures.processes = _process_limit(measures)
         if config["loaded"]:
             _load(config["warm"])
         if measures.holds("namespaces"):
             confine.private_root(config["folder"])
-        if measures.user is not None and measures.holds("user"):
-            reason = confine.try_in_child(lambda: confine.become(measures.user))
-            if reason:
-                measures.lacking["user"] = reason
+        if measures.user is not None:
+            measures.try_out("user", lambda: confine.become(measures.user))
         measures.lacking.update(_find_failing(measures, config["folder"]))
-        _answer(control, {"ready": True, "lacking": measures.lacking})
+        _reply(control, {"ready": True, "lacking": measures.lacking})
         _serve(control, measures, config["folder"], namespace)
     except BaseException as error:
         with contextlib.suppress(OSError):
-            _answer(control, {"failed": f"{type(error).__name__}: {error}"[:500]})
+            _reply(control, {"failed": f"{type(error).__name__}: {error}"[:500]})
         raise
 
 
-def _answer(control: socket.socket, line: dict[str, Any]) -> None:
+def _reply(control: socket.socket, line: dict[str, Any]) -> None:
     control.sendall((json.dumps(line) + "\n").encode())
 
 
@@ -90,13 +86,9 @@ def _try_namespaces(measures: Measures, folder: str) -> None:
         confine.private_root(folder)
         confine.make_folder(measures, "")
         kernel.unshare(kernel.NEWPID)
-        reason = confine.try_in_child(lambda: None)
-        if reason:
-            raise OSError(reason)
+        confine.run_in_child(lambda: None)
 
-    reason = confine.try_in_child(inside)
-    if reason:
-        raise OSError(reason)
+    confine.run_in_child(inside)
 
 
 def _enter_namespace(control: socket.socket) -> int:
@@ -115,20 +107,13 @@ def _enter_namespace(control: socket.socket) -> int:
     return os.open("/proc/self/ns/pid", os.O_RDONLY)
 
 
-def _adopt_orphans() -> None:
-    """Become the parent of orphaned processes, if there is no namespace with which they would end."""
-    with contextlib.suppress(OSError):
-        kernel.prctl(kernel.PR_SET_CHILD_SUBREAPER, 1)
-
-
 def _process_limit(measures: Measures) -> int | None:
     """Return the maximum number of processes and threads of a notebook's user; None if they can't be counted."""
-    has_own_user = measures.user is not None and measures.holds("user")
+    if measures.user is not None and measures.holds("user"):
+        return confine.PROCESSES
     with contextlib.suppress(ValueError, OSError):
         kernel_version = tuple(int(part) for part in os.uname().release.split(".")[:2])
-        if has_own_user or (
-            measures.holds("namespaces") and kernel_version >= (5, 14)
-        ):  # from then on each namespace counts
+        if measures.holds("namespaces") and kernel_version >= (5, 14):  # from then on each namespace counts
             return confine.PROCESSES
     user, used = os.geteuid(), 0
     with contextlib.suppress(OSError):
@@ -143,19 +128,15 @@ def _process_limit(measures: Measures) -> int | None:
 def _find_failing(measures: Measures, parent: str) -> dict[str, str]:
     """Return the measures that fail in a child, each with the reason."""
     folder = confine.make_folder(measures, parent)
-    reading, writing = os.pipe()
-    pid = os.fork()
-    if pid == 0:
-        try:
-            os.chdir(folder)
-            failed = confine.apply(measures, folder, os.getppid())
-            os.write(writing, json.dumps(failed).encode())
-        finally:
-            os._exit(0)
-    os.close(writing)
-    with os.fdopen(reading, "rb") as pipe:
-        failed = json.loads(pipe.read() or b'{"all": "the process that tried them died"}')
-    os.waitpid(pid, 0)
+
+    def apply_all() -> str:
+        os.chdir(folder)
+        return json.dumps(confine.apply(measures, folder, os.getppid()))
+
+    try:
+        failed: dict[str, str] = json.loads(confine.run_in_child(apply_all))
+    except OSError as error:
+        failed = {"all": str(error)}
     _remove(measures, folder)
     return failed
 
@@ -181,13 +162,13 @@ def _serve(control: socket.socket, measures: Measures, parent: str, namespace: i
                 _close(child.pipes)
                 _watch(control, measures, child)
                 while (request := control.recv(1)) == b"t":
-                    _answer(control, {"used": _processor_time(child.pid)})
+                    _reply(control, {"used": _processor_time(child.pid)})
                     _watch(control, measures, child)
         how, cost = _end_child(child.pid, patience=0.2 if request == b"c" else 0.0)
         _remove(measures, child.folder)
         if not request:
             return
-        _answer(control, {"signal": how, **cost})
+        _reply(control, {"signal": how, **cost})
 
 
 EVERY = 0.01
@@ -313,25 +294,19 @@ def _end_child(pid: int, patience: float) -> tuple[int, dict[str, float]]:
 
     A child that closed its pipe gets `patience` seconds to end by itself, so that the cause is known.
     """
-    status = None
     deadline = time.monotonic() + patience
-    while True:
-        ended, exit_status, used = os.wait4(
-            pid, os.WNOHANG
-        )  # waitid, which would leave it there, came to macOS with Python 3.13
-        if ended:
-            status = exit_status
-        if ended or time.monotonic() >= deadline:
-            break
+    ended, status, used = os.wait4(pid, os.WNOHANG)  # waitid, which would leave it, came to macOS with Python 3.13
+    while not ended and time.monotonic() < deadline:
         time.sleep(0.001)
+        ended, status, used = os.wait4(pid, os.WNOHANG)
     with contextlib.suppress(ProcessLookupError, PermissionError):
         os.killpg(pid, signal.SIGKILL)
-    if status is None:
+    if not ended:
         with contextlib.suppress(ProcessLookupError, PermissionError):
             os.kill(pid, signal.SIGKILL)
         _, _, used = os.wait4(pid, 0)
     _kill_orphans()
-    ended_by = os.WTERMSIG(status) if status is not None and os.WIFSIGNALED(status) else 0
+    ended_by = os.WTERMSIG(status) if ended and os.WIFSIGNALED(status) else 0
     return ended_by, {"seconds": used.ru_utime + used.ru_stime, "memory": used.ru_maxrss * _UNIT_OF_MEMORY}
 
 

@@ -5,9 +5,11 @@ from fractions import Fraction
 import mpmath
 import pytest
 
-from qdot.exercises.formula.constants import holds_at, same_value, turns_of, value_of
+from qdot.exercises.formula.angles import turns_of
+from qdot.exercises.formula.conditions import holds_at, same_value
 from qdot.exercises.formula.expression import read
 from qdot.exercises.formula.identity import FLOATS
+from qdot.exercises.formula.program import value_of
 from qdot.exercises.formula.set_parser import parse_claims
 from qdot.exercises.formula.trees import ReadError
 

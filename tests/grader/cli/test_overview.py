@@ -22,23 +22,9 @@ from qdot.exercises.generation import check_questions, listing_of, sample_chain
 from qdot.exercises.problem.problem import ProblemId
 from qdot.exercises.questions import QUESTIONS
 from qdot.grader.cli.main import app
-from qdot.grader.cli.overview import TOPICS, WIDTH, asked_in_topics, kinds, overview
+from qdot.grader.cli.overview import WIDTH, kinds, overview
 from tests.support.command import fails, run, runner
 from tests.support.suites import several
-
-
-def test_every_question_has_one_topic() -> None:
-    assert sorted(name for names in TOPICS.values() for name in names) == sorted(QUESTIONS)
-    assert not set(TOPICS) & set(QUESTIONS), "a topic would be taken for a question"
-
-
-def test_the_topics_of_a_family_are_what_can_be_asked_of_it() -> None:
-    for name in FAMILIES:
-        asked: list[str] = []
-        for told in re.split(r", (?![^(]*\))", asked_in_topics(listing_of(name).questions)):
-            topic, _, without = told.partition(" (without ")
-            asked += [q for q in TOPICS.get(topic, (topic,)) if q not in without.rstrip(")").split(", ")]
-        assert sorted(asked) == sorted(listing_of(name).questions), name
 
 
 def test_the_overview_has_every_family_once_among_its_kind() -> None:

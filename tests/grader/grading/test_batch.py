@@ -14,7 +14,7 @@ from qdot.exercises.assignment.release import init_assignment, release
 from qdot.exercises.assignment.store import load_stored_problems
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.problem.problem import Part
-from qdot.grader.cli.demo import answered
+from qdot.grader.cli.demo import fill_in_answers
 from qdot.grader.grading.batch import WritePage, alone, grade_class
 from qdot.grader.grading.result import Result
 from qdot.grader.judging import judge as judging
@@ -62,7 +62,7 @@ def assignment(made: Path, tmp_path: Path) -> Assignment:
 
 def right(assignment: Assignment, student: str, change: Callable[[str, Part], str] = lambda code, _: code) -> str:
     text = (assignment.folder / "released" / student / "hw.ipynb").read_text()
-    return answered(text, load_stored_problems(assignment, student).problems, change)
+    return fill_in_answers(text, load_stored_problems(assignment, student).problems, change)
 
 
 def hand_in(assignment: Assignment, name: str, text: str | bytes) -> Path:

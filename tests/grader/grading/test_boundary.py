@@ -24,7 +24,7 @@ from qdot.grader.reports.write import write_page, write_reports
 from qdot.grader.sandbox.contained import folders
 from qdot.grader.sandbox.sandbox import Limits, Sandbox
 from qdot.grader.submissions import submission
-from qdot.grader.submissions.submission import find_submissions, time_of
+from qdot.grader.submissions.submission import find_submissions, modification_time
 from tests.support.handing_in import a_class, hand_in, one_process, right
 from tests.support.results import by_student, file_of, read_results
 from tests.support.suites import few_of
@@ -70,7 +70,7 @@ STEPS: dict[str, tuple[object, str]] = {
     "read": (attempt, "read_submission"),
     "taken from what is kept": (batch._Shelf, "take"),
     "regenerated": (attempt, "load_stored_problems"),
-    "compared with the assignment": (attempt, "wrong_assignment"),
+    "compared with the assignment": (attempt, "explain_wrong_assignment"),
     "run": (Sandbox, "run"),
     "found among what was run": (attempt, "find_answers"),
     "marked": (attempt, "mark"),
@@ -266,5 +266,5 @@ def test_of_thousands_of_notebooks_the_newest_counts(assignment: Assignment, mon
 
 @pytest.mark.parametrize(("seconds", "year"), [(10**12, 9999), (-(10**12), 1970), (1_700_000_000, 2023)])
 def test_a_files_time_has_a_date_whatever_it_is(seconds: int, year: int) -> None:
-    time = time_of(os.stat_result((0,) * 8 + (seconds, 0)))
+    time = modification_time(os.stat_result((0,) * 8 + (seconds, 0)))
     assert time.year == year and time.astimezone().isoformat()

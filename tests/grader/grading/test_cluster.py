@@ -26,7 +26,7 @@ from qdot.exercises.common.errors import QdotError
 from qdot.exercises.common.extras import explain_missing
 from qdot.exercises.common.files import write_atomically
 from qdot.exercises.problem.problem import Part
-from qdot.grader.cli.demo import answered
+from qdot.grader.cli.demo import fill_in_answers
 from qdot.grader.cli.main import app
 from qdot.grader.grading import cluster, remote
 from qdot.grader.grading.batch import grade_class
@@ -73,7 +73,7 @@ def handed_in(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
         path = folder / "submitted" / student / "hw.ipynb"
         path.parent.mkdir(parents=True)
-        path.write_text(answered(text, assignment.problems(student), edit))
+        path.write_text(fill_in_answers(text, assignment.problems(student), edit))
         os.utime(path, (1_700_000_000, 1_700_000_000))
     path = folder / "submitted" / "s4" / "hw.ipynb"
     path.write_text(path.read_text()[:500])

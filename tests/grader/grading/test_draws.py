@@ -25,7 +25,7 @@ from qdot.exercises.problem.problem import Details, Part
 from qdot.exercises.quizzes import ASKED
 from qdot.exercises.verify import CHECKS
 from qdot.exercises.verify.numeric_reference import Check, NumericReference
-from qdot.grader.cli.demo import answered
+from qdot.grader.cli.demo import fill_in_answers
 from qdot.grader.cli.main import app
 from qdot.grader.grading.certify import CERTIFIER
 from tests.support import ROOT
@@ -123,7 +123,7 @@ def test_the_draw_that_was_handed_out_is_graded_and_shown(folder: Path, monkeypa
     assignment = load_assignment(folder)
     for student, text in notebooks(folder).items():
         path = folder / "submitted" / f"{student}.ipynb"
-        path.write_text(answered(text.decode(), assignment.problems(student), lambda code, _: code))
+        path.write_text(fill_in_answers(text.decode(), assignment.problems(student), lambda code, _: code))
     monkeypatch.undo()  # whoever grades finds nothing wrong with the first draws, and has redrawn.csv
     with one_process():
         run("grade", folder, "--jobs", "1")
@@ -217,7 +217,7 @@ def test_who_was_left_out_does_not_keep_the_others_from_being_graded(
     left_out(folder, "generate")
     assignment = load_assignment(folder)
     for student, text in notebooks(folder).items():
-        right = answered(text.decode(), load_stored_problems(assignment, student).problems, lambda code, _: code)
+        right = fill_in_answers(text.decode(), load_stored_problems(assignment, student).problems, lambda code, _: code)
         (folder / "submitted" / f"{student}.ipynb").write_text(right)
     # The pose is still not to be had, so that s3 has no mark, not a zero.
     assert "s3: qdot could not grade this (RuntimeError: no such pose)" in left_out(folder, "grade")

@@ -25,7 +25,7 @@ from typer.testing import CliRunner
 from qdot.exercises.assignment.assignment import Assignment, load_assignment
 from qdot.exercises.assignment.release import init_assignment, release
 from qdot.exercises.common.json_form import from_json
-from qdot.grader.cli.demo import answered
+from qdot.grader.cli.demo import fill_in_answers
 from qdot.grader.cli.main import app
 from qdot.grader.grading.attempt import grade_attempt, read_attempts
 from qdot.grader.grading.batch import grade_class
@@ -71,7 +71,7 @@ def hand_in(folder: Path, assignment: Assignment, student: str, answer: str = ""
     text = (assignment.folder / "released" / student / "hw.ipynb").read_text()
     path = folder / "submitted" / student / "hw.ipynb"
     path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_text(answered(text, assignment.problems(student), lambda code, _: answer or code))
+    path.write_text(fill_in_answers(text, assignment.problems(student), lambda code, _: answer or code))
     os.utime(path, (1_700_000_000, 1_700_000_000))
 
 

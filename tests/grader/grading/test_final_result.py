@@ -15,7 +15,7 @@ from qdot.exercises.assignment.attempt_policy import AttemptPolicy
 from qdot.exercises.assignment.lateness import LateRule
 from qdot.exercises.assignment.release import init_assignment, release
 from qdot.exercises.common.errors import QdotError
-from qdot.grader.cli.demo import answered
+from qdot.grader.cli.demo import fill_in_answers
 from qdot.grader.grading.final_result import Graded, settle
 from qdot.grader.grading.overrides import Override, Overrides, read_overrides
 from qdot.grader.grading.result import AppliedOverride, Lateness, MadeFrom, Marked, ProblemResult, Result
@@ -262,7 +262,7 @@ def hand_in(folder: Path, released: Path, name: str, hours: float, **answers: st
     problems = load_assignment(released).problems(student)
     path = folder / "submitted" / name
     path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_text(answered(text, problems, lambda code, part: answers.get(part.name, code)))
+    path.write_text(fill_in_answers(text, problems, lambda code, part: answers.get(part.name, code)))
     when = (DUE + hours * HOUR).timestamp()
     os.utime(path, (when, when))
 

@@ -120,10 +120,10 @@ def test_it_is_told_first_and_asked_about(folder: Path) -> None:
     assert said[-1] == "nothing was removed: --dry-run"
     asked = fails("forget", "ada", folder)
     assert "--yes" in asked and "--dry-run" in asked
-    with patch.object(maintenance, "_agreed", lambda: False):
+    with patch.object(maintenance, "_confirm", lambda: False):
         assert run("forget", "ada", folder, code=1).splitlines()[-1] == "nothing was removed"
     assert contents(folder) == before
-    with patch.object(maintenance, "_agreed", lambda: True):
+    with patch.object(maintenance, "_confirm", lambda: True):
         assert run("forget", "ada", folder).splitlines()[:-1] == said[:-1]
 
 

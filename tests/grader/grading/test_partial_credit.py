@@ -1,5 +1,6 @@
 """What an answer earns that is right in part, and how an assignment sets it."""
 
+from collections.abc import Iterator
 from dataclasses import replace
 from fractions import Fraction
 from pathlib import Path
@@ -17,7 +18,6 @@ from qdot.exercises.formula.text import text_of
 from qdot.exercises.generation import generate
 from qdot.exercises.problem.credit import OWN, WAYS, Credit, read_credit
 from qdot.exercises.problem.problem import Part, Problem, ProblemId
-from qdot.grader.cli.reference_pages import credit_page
 from qdot.grader.judging.verdict import Judgement, Outcome
 from tests.support import ROOT
 from tests.support.judging import earned as share_earned
@@ -273,9 +273,49 @@ def typed(piece: str) -> str:
     return equations[0] if len(equations) == 1 else f"And({', '.join(equations)})"
 
 
+SHOULDER = "a1 + a2*cos(theta2) + a3*cos(theta2 + theta3)"
+SETS = {
+    "θ3 = 0, without π": f"theta3 = 0, {SHOULDER} = 0",
+    "θ3 = 0, π, without the shoulder": "theta3 = 0, theta3 = pi",
+    "θ3 = 0, π and θ2 = 0, π": "theta3 = 0, theta3 = pi, theta2 = 0, theta2 = pi",
+    "everything, and θ1 = 0": f"theta3 = 0, theta3 = pi, {SHOULDER} = 0, theta1 = 0",
+    "everything, and θ1 = 0, π": f"theta3 = 0, theta3 = pi, {SHOULDER} = 0, theta1 = 0, theta1 = pi",
+    "all joints 0 or π": ", ".join(f"theta{k} = {value}" for k in (1, 2, 3) for value in ("0", "pi")),
+}
+"""Wrong sets of singular configurations of the elbow arm."""
+
+
+def wrong_answers(problem: Problem) -> Iterator[tuple[str, str, str]]:
+    """Yield questions, each with a mistake as docs/partial-credit.md words it and the answer that it gives."""
+    names = ("position", "joint-axes", "position-vectors", "jacobian", "inverse-jacobian", "determinant")
+    position, axes, vectors, jacobian, inverse, (det,) = (problem[name].answer.as_matrix() for name in names)
+    first = jacobian.as_mutable()
+    first[0, 0] = 0
+    for name, mistake, answer in (
+        ("joint-axes", "z1 and z2 negated", axes * sp.diag(1, -1, -1)),
+        ("position-vectors", "p* reversed", -vectors),
+        ("jacobian", "the sign and a factor 2 wrong", -2 * jacobian),
+        ("jacobian", "one entry zero", first),
+        ("jacobian", "transposed", jacobian.T),
+        ("inverse-jacobian", "the adjugate, without 1/det J", inverse * det),
+        ("position", "d1 left out", position.subs("d1", 0)),
+        ("position", "θ3 for θ2 + θ3", position.subs(sp.Add(*problem.chain.q[1:]), problem.chain.q[2])),
+    ):
+        yield name, mistake, str(list(answer) if answer.cols == 1 else answer.tolist())
+    yield "determinant", "without a2 a3", f"({det})/(a2*a3)"
+    yield "determinant", "without sin θ3", f"({det})/sin(theta3)"
+    yield "determinant", "cos θ3 for sin θ3", f"{det}".replace("*sin(theta3)", "*cos(theta3)")
+    yield "determinant", "invented, with sin θ3 in it", "a1*a2*a3*sin(theta1)*sin(theta2)*sin(theta3)"
+    for mistake, conditions in SETS.items():
+        yield "singular-angles", mistake, f"[{conditions}]"
+
+
 @pytest.mark.whole
-def test_the_page_on_partial_credit_is_up_to_date() -> None:
-    assert (ROOT / "docs" / "partial-credit.md").read_text(encoding="utf-8") == credit_page()
+def test_the_examples_of_the_page_on_partial_credit_earn_what_it_says() -> None:
+    page, problem = (ROOT / "docs" / "partial-credit.md").read_text(encoding="utf-8"), elbow()
+    for name, mistake, answer in wrong_answers(problem):
+        share = Fraction(share_earned(problem, problem[name], answer, "credit").share).limit_denominator(100)
+        assert f"| {name} | {mistake} | {share} |" in page
 
 
 def test_numbers_are_marked_as_a_vector() -> None:

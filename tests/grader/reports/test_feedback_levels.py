@@ -11,7 +11,7 @@ from qdot.exercises.problem.problem import Part
 from qdot.grader.grading.attempt import part_result
 from qdot.grader.grading.marking import NOT_RIGHT, mark
 from qdot.grader.grading.result import PartResult
-from qdot.grader.judging.verdict import shown
+from qdot.grader.judging.verdict import show_value
 from qdot.grader.reports.feedback_levels import hold_back
 from tests.support import results
 from tests.support.problems import drawn, parts_in_turn
@@ -68,8 +68,8 @@ def nothing_right_is_told_below_values(part: PartResult) -> None:
         return
     assert isinstance(held_back, EntryDifference) and held_back.expected is None
     assert not re.search(r"expected [-(\d]|, and .* is right", seen.reason), seen.reason
-    right = shown(example.expected)
-    if len(right) > 4 and right not in shown(example.yours) and right not in str(example.at):
+    right = show_value(example.expected)
+    if len(right) > 4 and right not in show_value(example.yours) and right not in str(example.at):
         assert right not in seen.reason, seen.reason
 
 

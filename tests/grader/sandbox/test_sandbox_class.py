@@ -15,7 +15,7 @@ from typer.testing import CliRunner
 from qdot.exercises.assignment.assignment import Assignment, load_assignment
 from qdot.exercises.assignment.release import init_assignment, release
 from qdot.exercises.common.console import printable
-from qdot.grader.cli.demo import answered
+from qdot.grader.cli.demo import fill_in_answers
 from qdot.grader.cli.main import app
 from qdot.grader.grading.batch import grade_class
 from qdot.grader.grading.result import Result
@@ -72,7 +72,7 @@ def test_thirty_of_whom_twenty_five_attack_and_seven_of_whom_five_do(assignment:
     attacks = iter(few_of(ATTACKS, 5))
     folder = assignment.folder
     for student in STUDENTS:
-        text = answered(
+        text = fill_in_answers(
             (folder / "released" / student / "hw.ipynb").read_text(), assignment.problems(student), lambda code, _: code
         )
         if student not in HONEST:

@@ -432,7 +432,7 @@ def test_a_sandbox_that_is_closed_while_a_notebook_runs_leaves_nothing(
         "    except OSError: pass\ntime.sleep(60)"
     )
     begun = threading.Event()
-    request = {"cells": ["a = 1", forks], "names": ["a"], "cell_seconds": 20, "asked": {}}
+    request = {"cells": ["a = 1", forks], "names": ["a"], "cell_seconds": 20, "calls": {}}
     thread = threading.Thread(target=sandbox.exchange, args=(request, lambda _: begun.set()))
     thread.start()
     assert begun.wait(10)

@@ -25,7 +25,6 @@ def run(sandbox: Sandbox, *cells: str) -> Run:
         (["files = !ls\na = files\n!rm -rf /", "sin?\n?cos\n%who\nb = 2"], {"a": "[]", "b": "2"}),
         (["1 + 1", "a = _", "5;", "6", "b = [_, __]", "c = [Out[1], _4]"], {"a": "2", "b": "[6, 2]", "c": "[2, 6]"}),
         (["for _ in range(3): pass", "7", "a = _"], {"a": "2"}),
-        (["import asyncio\nawait asyncio.sleep(0.01)\na = 1"], {"a": "1"}),
         (["async def f(): return 7", "a = await f()\nb = 2", "await f()", "c = _"], {"a": "7", "b": "2", "c": "7"}),
         (["input('go on?')\na = 1"], {"a": "1"}),
         (["%%writefile helper.py\ndef f(x):\n    return x + 1", "from helper import f\na = f(1)"], {"a": "2"}),

@@ -542,8 +542,7 @@ BROKEN = [
         '{\n<<<<<<< HEAD\n "cells": []\n=======\n "cells": [1]\n>>>>>>> 1a2b\n}',
         "conflict markers of Git in it (lines 2, 4, 6)",
     ),
-    ('{"cells": [\n {"source": "a"},\n ]}', "has a comma too many at the end of line 2"),
-    ('{"cells": [],\n}', "has a comma too many at the end of line 1"),
+    ('{"cells": [],\n}', "is not a Jupyter notebook, or was cut off"),
     ('{"cells": [{"source": "a, ]"', "is not a Jupyter notebook, or was cut off (line 1)"),
     (",", "is not a Jupyter notebook"),
 ]
