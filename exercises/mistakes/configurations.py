@@ -31,5 +31,5 @@ def sample_configurations(chain: Chain, part: Part, domain: Domain, count: int, 
 def fix_given_joints(part: Part, values: Values) -> Values:
     """Return values of symbols with the joint values that a part fixes."""
     count = len(next(iter(values.values())))
-    given = part.details.given_joints.items()
-    return values | {q.name: evaluate(program_of(value), values, count)[0][0].real for q, value in given}
+    fixed = part.details.given_joints.items()
+    return values | {q.name: evaluate(program_of(value), values, count)[0][0].real for q, value in fixed}

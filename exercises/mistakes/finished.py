@@ -233,6 +233,17 @@ def _add_joint_to_angle(symbols: Sequence[str], node: Node) -> Iterator[Edit]:
             yield Edit("angle-typed", Node("call", (plus(node.args[0], more),), node.value))
 
 
+def replace_each_wave(entry: Node, new: Callable[[Node], Node]) -> list[Node]:
+    """Return an entry with another tree for one of its sines and cosines, for each of these."""
+    replaced = _edit_each_node(entry, lambda node: iter([Edit("", new(node))] if _is_wave(node) else []))
+    return [edit.entry for edit in replaced]
+
+
+def turn_wave(node: Node) -> Node:
+    """Return a sine or cosine a quarter turn ahead."""
+    return _swap_wave(node) if node.value == "sin" else negative(_swap_wave(node))
+
+
 def _stem(name: str) -> str:
     """Return the common stem of similar names, as of theta1 and theta2, or fy and fz."""
     return name[:-1] if len(name) == 2 and name[-1] in "xyz" else name.rstrip("0123456789")

@@ -270,15 +270,13 @@ def _use_other_units(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
     def scale(w: Working, table: Table, factor: int) -> Table:
         rows = []
         for row, joint, offset, q in zip(table.rows, w.chain.joints, w.chain.offsets, w.chain.q, strict=True):
-            changed, variable = {}, w.arithmetic.table_entry(q if joint.kind == "P" else sp.S.Zero)
-            if joint.a.is_number:
-                changed["a"] = row.a * factor
-            if (offset if joint.kind == "P" else joint.d).is_number:
-                changed["d"] = (row.d - variable) * factor + variable
-            rows.append(replace(row, **changed))
+            variable = w.arithmetic.table_entry(q if joint.kind == "P" else sp.S.Zero)
+            has_number = (offset if joint.kind == "P" else joint.d).is_number
+            a = row.a * factor if joint.a.is_number else row.a
+            rows.append(replace(row, a=a, d=(row.d - variable) * factor + variable if has_number else row.d))
         position, yaw, tilt = table.base
-        offset = table.offset * factor if all(x.is_number for x in w.chain.point.offset) else table.offset
-        return replace(table, rows=tuple(rows), base=(position * factor, yaw, tilt), offset=offset)
+        place = table.offset * factor if all(x.is_number for x in w.chain.point.offset) else table.offset
+        return replace(table, rows=tuple(rows), base=(position * factor, yaw, tilt), offset=place)
 
     if any(joint.a != 0 or joint.d != 0 for joint in chain.joints):
         yield MistakeVariant({"table": partial(scale, factor=100)}, {"unit": "centimetres"})

@@ -282,42 +282,46 @@ def exponential_jacobian(arm: NumericChain, q: np.ndarray) -> np.ndarray:
     exponentials before it. World frame; linear part first, as in (6.6).
     """
     home = arm.frames(np.zeros(q.shape[-1]))
-    z, origins = home[:-1, :3, 2], home[:-1, :3, 3]
-    revolute = np.array([kind == "R" for kind in arm.kinds])
-    rotation = np.broadcast_to(np.eye(3), (*q.shape[:-1], 3, 3))
-    shift = np.zeros((*q.shape[:-1], 3))
-    point = arm.point_of(home)
-    screws = []
-    for i in range(q.shape[-1]):
+    z, origins, point = home[:-1, :3, 2], home[:-1, :3, 3], arm.point_of(home)
+    revolute = np.array([[kind == "R"] for kind in arm.kinds])
+    spins, slides = np.where(revolute, z, 0 * z), np.where(revolute, np.cross(origins, z), z)
+    pose, screws = np.broadcast_to(np.eye(4), (*q.shape[:-1], 4, 4)), []
+    for i, (spin, slide) in enumerate(zip(spins, slides, strict=True)):
         if i == arm.point_frame:
-            point = _transform_point(rotation, shift, arm.point_of(home))
-        spin = np.einsum("...ij,j->...i", rotation, z[i] * revolute[i])
-        slide = cross(origins[i], z[i]) if revolute[i] else z[i]
-        screws.append((spin, np.einsum("...ij,j->...i", rotation, slide) + cross(shift, spin)))
-        turn, step = _exponential(z[i], origins[i], q[..., i], bool(revolute[i]))
-        shift = _transform_point(rotation, shift, step)
-        rotation = rotation @ turn
+            point = transform_point(pose, point)
+        angular = pose[..., :3, :3] @ spin
+        screws.append((angular, pose[..., :3, :3] @ slide + cross(pose[..., :3, 3], angular)))
+        pose = pose @ exponential(spin, slide, q[..., i])
     if arm.point_frame == q.shape[-1]:
-        point = _transform_point(rotation, shift, arm.point_of(home))
-    columns = []
-    for i, (spin, slide) in enumerate(screws):
-        linear = (slide + cross(spin, point)) * (i < arm.point_frame)
-        columns.append(np.concatenate([linear, spin], axis=-1))
+        point = transform_point(pose, point)
+    columns = [
+        np.concatenate([(linear + cross(angular, point)) * (i < arm.point_frame), angular], axis=-1)
+        for i, (angular, linear) in enumerate(screws)
+    ]
     return np.stack(columns, axis=-1)
 
 
-def _transform_point(rotation: np.ndarray, shift: np.ndarray, point: np.ndarray) -> np.ndarray:
-    return np.asarray(np.einsum("...ij,...j->...i", rotation, np.broadcast_to(point, shift.shape)) + shift)
+def transform_point(pose: np.ndarray, point: np.ndarray) -> np.ndarray:
+    """Return a point (3) moved by poses (…, 4, 4)."""
+    return np.asarray(pose[..., :3, :3] @ point + pose[..., :3, 3])
 
 
-def _exponential(
-    axis: np.ndarray, on_axis: np.ndarray, value: np.ndarray, revolute: bool
-) -> tuple[np.ndarray, np.ndarray]:
-    """Return rotation (…, 3, 3) and shift (…, 3) of one joint's motion: Rodrigues' formula about a line, or a slide."""
-    if not revolute:
-        return np.broadcast_to(np.eye(3), (*value.shape, 3, 3)), value[..., None] * axis
-    x, y, z = axis
-    hat = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
-    s, c = np.sin(value)[..., None, None], np.cos(value)[..., None, None]
-    turn = np.eye(3) + s * hat + (1 - c) * hat @ hat
-    return turn, on_axis - turn @ on_axis
+def exponential(spin: np.ndarray, slide: np.ndarray, value: np.ndarray) -> np.ndarray:
+    """Return e^([S] theta) as 4 x 4 matrices, by the series' closed form, of screws' omega and v (…, 3), values (…)."""
+    matrix, by = hat(spin), value[..., None, None]
+    is_turning = (np.linalg.norm(spin, axis=-1) > 0.5)[..., None, None]
+    identity = np.broadcast_to(np.eye(3), matrix.shape)
+    turn = identity + np.sin(by) * matrix + (1 - np.cos(by)) * matrix @ matrix
+    along = by * identity
+    along = np.where(is_turning, along + (1 - np.cos(by)) * matrix + (by - np.sin(by)) * matrix @ matrix, along)
+    pose = np.zeros((*turn.shape[:-2], 4, 4))
+    pose[..., :3, :3], pose[..., 3, 3] = turn, 1.0
+    pose[..., :3, 3] = (along @ slide[..., None])[..., 0]
+    return pose
+
+
+def hat(vector: np.ndarray) -> np.ndarray:
+    """Return the matrix [v] with [v] u = v x u, (…, 3, 3)."""
+    zero = 0 * vector[..., 0]
+    x, y, z = (vector[..., k] for k in range(3))
+    return np.stack([np.stack([zero, -z, y], -1), np.stack([z, zero, -x], -1), np.stack([-y, x, zero], -1)], -2)

@@ -17,14 +17,7 @@ from qdot.exercises.problem.problem import Part
 from qdot.exercises.questions.screws import DECIMALS, InNumbers
 from qdot.exercises.verify.formulas import DIFFERENCED, EXACT, Expected, PartCheck, agree, formula_check
 from qdot.exercises.verify.numbers import check_three_digits
-from qdot.exercises.verify.numeric_reference import Check, Checks, NumericReference, at_place
-
-
-def _hat(vector: np.ndarray) -> np.ndarray:
-    """Return the matrix [v] with [v] u = v x u, (…, 3, 3)."""
-    zero = 0 * vector[..., 0]
-    x, y, z = (vector[..., k] for k in range(3))
-    return np.stack([np.stack([zero, -z, y], -1), np.stack([z, zero, -x], -1), np.stack([-y, x, zero], -1)], -2)
+from qdot.exercises.verify.numeric_reference import Check, Checks, NumericReference, at_place, exponential, hat
 
 
 def _is_linear_first(numeric: NumericReference) -> bool:
@@ -40,22 +33,9 @@ def _twist(numeric: NumericReference, omega: np.ndarray, v: np.ndarray, axis: in
 def _adjoint(numeric: NumericReference, pose: np.ndarray) -> np.ndarray:
     """Return [Ad T] of poses (…, 4, 4) for twists in the order of an arm, (…, 6, 6)."""
     turn, zero = pose[..., :3, :3], np.zeros_like(pose[..., :3, :3])
-    moved = _hat(pose[..., :3, 3]) @ turn
+    moved = hat(pose[..., :3, 3]) @ turn
     blocks = [[turn, moved], [zero, turn]] if _is_linear_first(numeric) else [[turn, zero], [moved, turn]]
     return np.concatenate([np.concatenate(row, -1) for row in blocks], -2)
-
-
-def _exponential(spin: np.ndarray, slide: np.ndarray, value: np.ndarray) -> np.ndarray:
-    """Return e^([S] theta) as 4 x 4 matrices, by the series' closed form, of screws' omega and v (…, 3), values (…)."""
-    hat, by = _hat(spin), value[..., None, None]
-    turning = (np.linalg.norm(spin, axis=-1) > 0.5)[..., None, None]
-    identity = np.broadcast_to(np.eye(3), hat.shape)
-    turn = identity + np.sin(by) * hat + (1 - np.cos(by)) * hat @ hat
-    along = np.where(turning, by * identity + (1 - np.cos(by)) * hat + (by - np.sin(by)) * hat @ hat, by * identity)
-    pose = np.zeros((*hat.shape[:-2], 4, 4))
-    pose[..., :3, :3], pose[..., 3, 3] = turn, 1.0
-    pose[..., :3, 3] = (along @ slide[..., None])[..., 0]
-    return pose
 
 
 class _Axes:
@@ -71,7 +51,7 @@ class _Axes:
         for i, axis in enumerate(axes):
             omega, v = self._screw(numeric, axis)
             carried.append((_adjoint(numeric, before) @ _twist(numeric, omega, v)[..., None])[..., 0])
-            before = before @ _exponential(omega, v, self.q[:, i])
+            before = before @ exponential(omega, v, self.q[:, i])
         self.space = np.stack(carried, axis=2)
         home = np.broadcast_to(np.eye(4), before.shape).copy()
         home[:, :3, 3] = numeric.numbers(point)
@@ -105,7 +85,7 @@ def _conjugate(numeric: NumericReference, pose: np.ndarray, twists: np.ndarray) 
         upper, lower = twists[..., :3, k], twists[..., 3:, k]
         omega, v = (lower, upper) if _is_linear_first(numeric) else (upper, lower)
         matrix = np.zeros((*omega.shape[:-1], 4, 4))
-        matrix[..., :3, :3], matrix[..., :3, 3] = _hat(omega), v
+        matrix[..., :3, :3], matrix[..., :3, 3] = hat(omega), v
         seen = pose @ matrix @ np.linalg.inv(pose)
         turning = np.stack([seen[..., 2, 1], seen[..., 0, 2], seen[..., 1, 0]], -1)
         columns.append(_twist(numeric, turning, seen[..., :3, 3]))

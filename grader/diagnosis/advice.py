@@ -42,23 +42,23 @@ EASY = (0.0, np.pi / 2, np.pi / 6)
 MOST_POSES = 81
 
 
-def advise(problem: Problem, part: Part, given: ParsedAnswer, seed: str = "") -> Diagnosis | None:
+def advise(problem: Problem, part: Part, parsed_answer: ParsedAnswer, seed: str = "") -> Diagnosis | None:
     """Return what to look at in a wrong answer that was read; nothing where it is a letter, or text that is none."""
     if part.answer.is_a_set:
-        says = _advise_on_set(problem, part, given, seed)
-    elif given.rows is None or any(given.blanks):
+        says = _advise_on_set(problem, part, parsed_answer, seed)
+    elif parsed_answer.rows is None or any(parsed_answer.blanks):
         says = None
     elif is_derived(part):
-        says = _advise_on_formulas(problem, part, given, seed)
+        says = _advise_on_formulas(problem, part, parsed_answer, seed)
     else:
-        says = _advise_on_numbers(part, given) if part.type == "number" else None
+        says = _advise_on_numbers(part, parsed_answer) if part.type == "number" else None
     return None if says is None else Diagnosis((), says)
 
 
-def _advise_on_numbers(part: Part, given: ParsedAnswer) -> str | None:
+def _advise_on_numbers(part: Part, parsed_answer: ParsedAnswer) -> str | None:
     """Look at the factor between numbers that come out of no derivation and those that are expected."""
     try:
-        numbers_given = evaluate(compile_program(given.entries), {}, 1)[0]
+        numbers_given = evaluate(compile_program(parsed_answer.entries), {}, 1)[0]
     except (KeyError, ReadError):  # names among the numbers
         return None
     expected = part.answer.as_matrix()
@@ -67,11 +67,11 @@ def _advise_on_numbers(part: Part, given: ParsedAnswer) -> str | None:
     return next(_find_factor(numbers_given, np.array([complex(entry) for entry in expected])[:, None], 5e-3), AGAIN)
 
 
-def _advise_on_formulas(problem: Problem, part: Part, given: ParsedAnswer, seed: str) -> str | None:
+def _advise_on_formulas(problem: Problem, part: Part, parsed_answer: ParsedAnswer, seed: str) -> str | None:
     values = sample_configurations(problem.chain, part, problem.domain(), POINTS, Stream(f"{seed}/advice"))
-    if given.symbols - set(values):
+    if parsed_answer.symbols - set(values):
         return None
-    pair = _AnswerAndReference(problem.chain, part, compile_program(given.entries))
+    pair = _AnswerAndReference(problem.chain, part, compile_program(parsed_answer.entries))
     try:
         answer, expected = pair.evaluate(values)
         if answer.shape != expected.shape:
@@ -183,16 +183,16 @@ def _name_entry(part: Part, index: int) -> str:
     return f"entry {index + 1}" if 1 in (rows, columns) else f"row {index // columns + 1}, column {index % columns + 1}"
 
 
-def _advise_on_set(problem: Problem, part: Part, given: ParsedAnswer, seed: str) -> str | None:
+def _advise_on_set(problem: Problem, part: Part, parsed_answer: ParsedAnswer, seed: str) -> str | None:
     """Look at which joints a set speaks of, and then at what each value makes of J."""
-    if given.refusal is not None or given.tree is None:
+    if parsed_answer.refusal is not None or parsed_answer.tree is None:
         return None
     components = singular_set(problem.chain) or ()
     expected = {
         q.name for component in components for condition in component.conditions for q in condition.free_symbols
     }
     for name in [q.name for q in problem.chain.q]:
-        is_named = name in names(given.tree)
+        is_named = name in names(parsed_answer.tree)
         if name in expected and not is_named:
             return f"Nothing is said of {name}. Do the zeros of the determinant (or of all minors) depend on it?"
         if is_named and name not in expected:
@@ -201,7 +201,7 @@ def _advise_on_set(problem: Problem, part: Part, given: ParsedAnswer, seed: str)
                 "whatever the other joints are?"
             )
     together = any(len(component.conditions) > 1 for component in components)
-    return _advise_on_claims(problem, part, given.tree, seed, together)
+    return _advise_on_claims(problem, part, parsed_answer.tree, seed, together)
 
 
 def _advise_on_claims(problem: Problem, part: Part, tree: Node, seed: str, together: bool) -> str | None:

@@ -67,7 +67,7 @@ class Cause:
 
 
 def diagnose(
-    problem: Problem, part: Part, given: ParsedAnswer, seed: str = "", causes: Sequence[Cause] = ()
+    problem: Problem, part: Part, parsed_answer: ParsedAnswer, seed: str = "", causes: Sequence[Cause] = ()
 ) -> Diagnosis | None:
     """Return the mistake that gives a wrong answer, or nothing where none in the catalogue does.
 
@@ -81,22 +81,22 @@ def diagnose(
     >>> diagnose(problem, part, read_answer(problem, part, "d2 + 0.7")).mistakes
     ('determinant-sign',)
     """
-    if given.table is None:
-        option_mistakes = _explain_option(part, given)
+    if parsed_answer.table is None:
+        option_mistakes = _explain_option(part, parsed_answer)
         if option_mistakes is not None:
             return option_mistakes
-        is_short = len(given.text) <= LONGEST_SET
+        is_short = len(parsed_answer.text) <= LONGEST_SET
         if part.answer.is_a_set:
-            return explain_set(problem, part, given, seed) if is_short else None
-        mistaken = find_mistaken_answer(problem, part, given, seed) if is_short else None
+            return explain_set(problem, part, parsed_answer, seed) if is_short else None
+        mistaken = find_mistaken_answer(problem, part, parsed_answer, seed) if is_short else None
         if mistaken is not None:
             return mistaken
-    wrong_answer = _evaluate_answer(problem, part, given, seed)
+    wrong_answer = _evaluate_answer(problem, part, parsed_answer, seed)
     if wrong_answer is None:
         return None
     values, right = wrong_answer.in_numbers, wrong_answer.right
-    if given.table is None:
-        rounding = explain_rounding(part, values, right, given.entries)
+    if parsed_answer.table is None:
+        rounding = explain_rounding(part, values, right, parsed_answer.entries)
     else:
         rounding = explain_rounded_function(values, right)
     if rounding or is_right(values, right):  # as are mistakes that make no difference on this arm
@@ -104,13 +104,13 @@ def diagnose(
     return _explain(wrong_answer.upright, causes)
 
 
-def is_one_mistake(problem: Problem, part: Part, given: ParsedAnswer, seed: str) -> bool:
+def is_one_mistake(problem: Problem, part: Part, parsed_answer: ParsedAnswer, seed: str) -> bool:
     """Tell whether a single known mistake gives all that is wrong in an answer in formulas or in several numbers.
 
     What such a mistake would spoil besides may be right: no cause is named then, but a better answer never earns less.
     Only what is quickly found counts, so that no mark hangs on how long mistakes are looked for.
     """
-    wrong_answer = _evaluate_answer(problem, part, given, seed)
+    wrong_answer = _evaluate_answer(problem, part, parsed_answer, seed)
     if wrong_answer is None:
         return False
     values, right = wrong_answer.in_numbers, wrong_answer.right
@@ -169,18 +169,22 @@ class WrongAnswer:
         return replace(self, in_numbers=in_numbers, rows=None if self.rows is None else _transpose(self.rows))
 
 
-def _evaluate_answer(problem: Problem, part: Part, given: ParsedAnswer, seed: str) -> WrongAnswer | None:
+def _evaluate_answer(problem: Problem, part: Part, parsed_answer: ParsedAnswer, seed: str) -> WrongAnswer | None:
     """Return an answer with its values at configurations, None where no mistakes in the derivation are known."""
     if not is_derived(part):
         return None
-    if given.table is not None:
-        return _evaluate_function(problem, part, given.table)
+    if parsed_answer.table is not None:
+        return _evaluate_function(problem, part, parsed_answer.table)
     values = sample_configurations(problem.chain, part, problem.domain(), POINTS, Stream(f"{seed}/diagnosis"))
     try:
-        in_numbers = _parse_option(part, given) if part.answer.offered else _evaluate_entries(part, given, values)
+        in_numbers = (
+            _parse_option(part, parsed_answer)
+            if part.answer.offered
+            else _evaluate_entries(part, parsed_answer, values)
+        )
     except ReadError:  # statements among the entries of an answer that was refused
         return None
-    return None if in_numbers is None else WrongAnswer(problem, part, values, in_numbers, given.rows)
+    return None if in_numbers is None else WrongAnswer(problem, part, values, in_numbers, parsed_answer.rows)
 
 
 def _evaluate_function(problem: Problem, part: Part, table: Table) -> WrongAnswer | None:
@@ -195,15 +199,18 @@ def _evaluate_function(problem: Problem, part: Part, table: Table) -> WrongAnswe
     return WrongAnswer(problem, part, values, InNumbers(returned, np.abs(returned), room, is_direction))
 
 
-def _evaluate_entries(part: Part, given: ParsedAnswer, values: Values) -> InNumbers | None:
-    entries, blanks = given.entries, given.blanks
-    if given.rows is None or all(blanks) or given.symbols - set(values):
+def _evaluate_entries(part: Part, parsed_answer: ParsedAnswer, values: Values) -> InNumbers | None:
+    entries, blanks = parsed_answer.entries, parsed_answer.blanks
+    if parsed_answer.rows is None or all(blanks) or parsed_answer.symbols - set(values):
         return None
     filled = [Node("name", value="pi") if blank else entry for entry, blank in zip(entries, blanks, strict=True)]
     count = len(next(iter(values.values())))
     evaluated, size = evaluate(compile_program(filled), values, count)
     evaluated[blanks] = np.nan
-    shape, is_direction = (len(given.rows), len(given.rows[0]), count), part.answer.counts_up_to_a_factor
+    shape, is_direction = (
+        (len(parsed_answer.rows), len(parsed_answer.rows[0]), count),
+        part.answer.counts_up_to_a_factor,
+    )
     return InNumbers(evaluated.reshape(shape), size.reshape(shape), _room(part, filled), is_direction)
 
 
@@ -216,19 +223,19 @@ def _room(part: Part, entries: Sequence[Node]) -> tuple[float, float]:
     return max(min(relative or 5e-3, 0.6 * 10.0 ** (1 - max(digits, 3))), 1e-5), 0.0
 
 
-def _parse_option(part: Part, given: ParsedAnswer) -> InNumbers | None:
-    if not given.chosen:
+def _parse_option(part: Part, parsed_answer: ParsedAnswer) -> InNumbers | None:
+    if not parsed_answer.chosen:
         return None
-    values = np.array(option_numbers(part.answer.offered[given.chosen[0]]))[:, None, None]
+    values = np.array(option_numbers(part.answer.offered[parsed_answer.chosen[0]]))[:, None, None]
     return InNumbers(values, np.abs(values), (0.0, THREE_DECIMALS))
 
 
 # --- the mistake behind it ---
 
 
-def _explain_option(part: Part, given: ParsedAnswer) -> Diagnosis | None:
+def _explain_option(part: Part, parsed_answer: ParsedAnswer) -> Diagnosis | None:
     """Return the mistakes behind the first wrong option that was chosen, as they were kept when it was made."""
-    for index in given.chosen:
+    for index in parsed_answer.chosen:
         blames = [] if index in part.answer.right else blames_of(part, index)
         if blames:
             sentences = dict.fromkeys(blame.sentence for blame in blames)

@@ -131,17 +131,21 @@ class _Context:
         They are the student's where these are wrong, what follows from earlier ones where there is no answer, else the
         reference's.
         """
-        part, given = self.part(name), self.answers.get(name)
+        part, parsed_answer = self.part(name), self.answers.get(name)
         reference = None if part is None else self.reference(part)
         if part is None or reference is None:
             return None
-        if given is None or given.refusal is not None:
+        if parsed_answer is None or parsed_answer.refusal is not None:
             for rows_of_parts, before in self.ways(part):
                 derived = self.derive(part, rows_of_parts)
                 if derived is not None and not isinstance(derived, np.ndarray) and self.is_as_hard(derived, reference):
                     return derived, before
         elif name in self.wrong:
-            return (given.rows, [name]) if given.rows and self.is_usable(part, given, reference) else None
+            return (
+                (parsed_answer.rows, [name])
+                if parsed_answer.rows and self.is_usable(part, parsed_answer, reference)
+                else None
+            )
         return reference, []
 
     def part(self, name: str) -> Part | None:
@@ -161,12 +165,16 @@ class _Context:
 
     # --- what is no attempt ---
 
-    def is_usable(self, part: Part, given: ParsedAnswer, reference: Rows) -> bool:
+    def is_usable(self, part: Part, parsed_answer: ParsedAnswer, reference: Rows) -> bool:
         """Tell whether something may follow from a wrong answer."""
-        rows = given.rows
+        rows = parsed_answer.rows
         if rows is None or (len(rows), len(rows[0])) != (len(reference), len(reference[0])):
             return False
-        if any(given.blanks) or not self._is_known(given) or sum(map(size_of, given.entries)) > LONGEST:
+        if (
+            any(parsed_answer.blanks)
+            or not self._is_known(parsed_answer)
+            or sum(map(size_of, parsed_answer.entries)) > LONGEST
+        ):
             return False
         if self._is_copy(part, rows) or self.is_copied(part, rows):
             return False
@@ -175,17 +183,22 @@ class _Context:
             return False
         return self._traits(rows).is_as_full(self._traits(reference))
 
-    def _is_known(self, given: ParsedAnswer) -> bool:
-        return not given.symbols - set(self.domain.roles)
+    def _is_known(self, parsed_answer: ParsedAnswer) -> bool:
+        return not parsed_answer.symbols - set(self.domain.roles)
 
     def _is_copy(self, part: Part, rows: Rows) -> bool:
         """Tell whether rows are, at random configurations, the answer to another part as well."""
         values = self._evaluate(rows)
-        for name, given in self.answers.items():
-            if name == part.name or not given.rows or not self._is_known(given) or len(given.text) > 10 * LONGEST:
+        for name, parsed_answer in self.answers.items():
+            if (
+                name == part.name
+                or not parsed_answer.rows
+                or not self._is_known(parsed_answer)
+                or len(parsed_answer.text) > 10 * LONGEST
+            ):
                 continue
             try:
-                others = self._evaluate(given.rows)
+                others = self._evaluate(parsed_answer.rows)
             except ReadError:  # statements or blanks are among its entries
                 continue
             if others.shape == values.shape and np.allclose(others, values, rtol=1e-9, atol=0):
@@ -273,7 +286,8 @@ class _Context:
             return None
         if part.answer.counts_up_to_a_factor:
             entries = [Node("decimal", value=Fraction(repr(float(value)))) for value in values]
-            return judge_direction(answer, entries, self.domain, self.seed, part.of(Direction).apart(part.rounding))
+            tolerance = part.of(Direction).tolerance_with(part.rounding)
+            return judge_direction(answer, entries, self.domain, self.seed, tolerance)
         number = part.of(Number)
         tolerance = part.rounding.relative or number.tolerance if part.rounding else number.tolerance
         return judge_numbers(answer, values.tolist(), number.units, tolerance, 0.001 * largest)

@@ -5,11 +5,13 @@ Where single entries are meant, they are named: the rest of the answer is right.
 
 from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass, replace
+from fractions import Fraction
+from functools import partial
 from itertools import islice, product
 
 import numpy as np
 
-from qdot.exercises.formula.algebra import ONE, terms_of
+from qdot.exercises.formula.algebra import ONE, ZERO, plus, terms_of
 from qdot.exercises.formula.algebra import Matrix as Rows
 from qdot.exercises.formula.program import evaluate_each
 from qdot.exercises.formula.trees import Node, names, node_text, size_of
@@ -24,6 +26,8 @@ from qdot.exercises.mistakes.finished import (
     edits_throughout,
     is_length,
     map_nodes,
+    replace_each_wave,
+    turn_wave,
 )
 from qdot.grader.diagnosis.numbers import InNumbers, says_something
 from qdot.grader.judging.verdict import Diagnosis
@@ -35,6 +39,9 @@ MOST_NODES = 40_000
 
 MOST_EDITS = 600
 """Slips that are tried in an entry."""
+MOST_WAVES = 24
+"""Sines and cosines of an entry whose angle may be wrong by any constant."""
+POINTS_FOR_CONSTANT = 4
 
 MOST_WAYS, FEW_POINTS = 300, 3
 """Ways to put an arm's own lengths in the place of those in an answer that are tried, and at how many points."""
@@ -63,7 +70,7 @@ def explain_formulas(
 ) -> Diagnosis | None:
     """Return what went wrong in the finished formulas, which have the shape of `right`.
 
-    One slip in an entry is looked for, also a number that is wrong by `any_number`. What is blank is not wrong.
+    One slip in an entry is looked for, also a number or an angle that is wrong by `any_number`. Blanks are not wrong.
     """
     if answer.values.shape != right.shape:
         return None
@@ -206,7 +213,9 @@ class _Entry:
                 ("term-missing", Edit("", self.reference, self.reference).which) if is_term else ("entry-missing", "")
             ]
         slips = list(dict.fromkeys((*self._edited(), *self._reversed(), *self._by_sign())))
-        return slips or (list(self._by_number()) if says and any_number else [])
+        if slips or not (says and any_number):
+            return slips
+        return list(self._by_number()) or list(self._by_angle())
 
     def _edited(self) -> Iterator[Slip]:
         """Yield what gives the entry if it is done to the reference."""
@@ -246,12 +255,39 @@ class _Entry:
                 else:
                     yield ("entry-factor" if about else "constant-typed"), ""
 
+    def _by_angle(self) -> Iterator[Slip]:
+        """Yield that one angle is wrong by a constant, whatever that is.
+
+        With w a sine or cosine and w' the same a quarter turn on, the entry is A + B (w cos c + w' sin c): c follows.
+        """
+        if size_of(self.reference) > LONGEST or self.right.shape[-1] < POINTS_FOR_CONSTANT:
+            return
+        without = replace_each_wave(self.reference, lambda _: ZERO)[:MOST_WAVES]
+        turned = replace_each_wave(self.reference, turn_wave)[:MOST_WAVES]
+        whole, *parts = _evaluate([self.reference, *without, *turned], self.values)
+        for k, (rest, on) in enumerate(zip(parts[: len(without)], parts[len(without) :], strict=True)):
+            slopes = np.stack([whole - rest, on - rest], axis=1)
+            if not np.isfinite(slopes).all():
+                continue
+            (c, s), *_ = np.linalg.lstsq(slopes.real, (self.answer.values[0, 0] - rest).real, rcond=None)
+            if abs(c * c + s * s - 1) > 1e-6:
+                continue
+            more = Node("decimal", value=Fraction(float(np.arctan2(s, c))))
+            shift = partial(_add_to_angle, more)
+            if self.answer.is_all(_evaluate([replace_each_wave(self.reference, shift)[k]], self.values)[None]):
+                yield "angle-typed", ""
+                return
+
     def _by_sign(self) -> Iterator[Slip]:
         """Yield that the entry has the right size, and the wrong sign in some configurations only."""
         values, right = self.answer.values[0, 0].real, self.right.real
         is_same_size = replace(self.answer, values=np.abs(values)[None, None]).is_all(np.abs(right)[None, None])
         if is_same_size and (values * right > 0).any() and (values * right < 0).any():
             yield "sign-lost", ""
+
+
+def _add_to_angle(more: Node, wave: Node) -> Node:
+    return Node("call", (plus(wave.args[0], more),), wave.value)
 
 
 def _evaluate(entries: Sequence[Node], values: Values) -> np.ndarray:

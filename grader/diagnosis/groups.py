@@ -42,13 +42,15 @@ def group_key(part: str, letters: str) -> str:
     return f"{part}/{letters}"
 
 
-def group_of(problem: Problem, part: Part, given: ParsedAnswer, diagnosis: Diagnosis | None, secret: str) -> str | None:
+def group_of(
+    problem: Problem, part: Part, parsed_answer: ParsedAnswer, diagnosis: Diagnosis | None, secret: str
+) -> str | None:
     """Return the letters of the group that a wrong answer belongs to; None where that is not known.
 
     `diagnosis` is what was found behind it, whatever was found in earlier parts. Not known is it of Python functions
     behind which no mistake was found: each is called at other configurations.
     """
-    identity = _identify(problem, part, given, diagnosis, secret)
+    identity = _identify(problem, part, parsed_answer, diagnosis, secret)
     if identity is None:
         return None
     number = int.from_bytes(
@@ -62,31 +64,31 @@ def group_of(problem: Problem, part: Part, given: ParsedAnswer, diagnosis: Diagn
 
 
 def _identify(
-    problem: Problem, part: Part, given: ParsedAnswer, diagnosis: Diagnosis | None, secret: str
+    problem: Problem, part: Part, parsed_answer: ParsedAnswer, diagnosis: Diagnosis | None, secret: str
 ) -> tuple[object, ...] | None:
     """Return what is equal for answers that are the same."""
     if diagnosis is not None and (made := diagnosis.known_by or diagnosis.mistakes):
         return "mistake", *made
-    if given.table is not None:
+    if parsed_answer.table is not None:
         return None
-    if part.answer.offered and given.chosen:
-        return "options", _options(part, given.chosen), _options(part, part.answer.right)
+    if part.answer.offered and parsed_answer.chosen:
+        return "options", _options(part, parsed_answer.chosen), _options(part, part.answer.right)
     try:
-        if part.answer.is_in_numbers and given.rows is not None:
-            return "numbers", part.answer.code(), _numbers(given.entries)
+        if part.answer.is_in_numbers and parsed_answer.rows is not None:
+            return "numbers", part.answer.code(), _numbers(parsed_answer.entries)
         general, is_direction = _GeneralForm(problem.chain), part.answer.counts_up_to_a_factor
-        if given.tree is not None and part.answer.is_a_set:
+        if parsed_answer.tree is not None and part.answer.is_a_set:
             joints = [q.name for q in problem.chain.q]
             reference = Node("list", tuple(tree for row in part.answer.trees(problem.domain().roles) for tree in row))
-            return "set", *(general.conditions(tree, joints, secret) for tree in (given.tree, reference))
-        if given.rows is not None:
-            both = (given.rows, part.answer.trees(problem.domain().roles))
+            return "set", *(general.conditions(tree, joints, secret) for tree in (parsed_answer.tree, reference))
+        if parsed_answer.rows is not None:
+            both = (parsed_answer.rows, part.answer.trees(problem.domain().roles))
             shapes = [(len(rows), len(rows[0])) for rows in both]
             entries = [[entry for row in rows for entry in row] for rows in both]
             return "formulas", shapes, *(general.formulas(some, secret, is_direction) for some in entries)
     except (ReadError, ValueError, ArithmeticError, RecursionError):
         pass  # no formulas: it is known again by its text
-    return "text", "".join(given.text.split())
+    return "text", "".join(parsed_answer.text.split())
 
 
 def _options(part: Part, chosen: Sequence[int]) -> tuple[object, ...]:

@@ -19,21 +19,21 @@ MOST_LINKS = 8
 """Links of which every sum is looked at."""
 
 
-def missing_links(w: Working, part: Part, right: np.ndarray, found: np.ndarray) -> Diagnosis | None:
+def missing_links(w: Working, part: Part, right: np.ndarray, answer: np.ndarray) -> Diagnosis | None:
     """Return which links' parts an answer lacks, (rows, columns, N) as the right one, or nothing."""
     question = QUESTIONS[part.kind]
     linear = question.linear_rows(w.chain)
-    if not linear or (right - found).shape[1] > w.n:
+    if not linear or (right - answer).shape[1] > w.n:
         return None
     answer_rows, axes = zip(*linear, strict=True)
     if question.adds_up == "links":
         links = np.stack([w.arithmetic.value(link) for link in w["links"]])[:, list(axes)]
-        return _of_position(w, links, (right - found)[:, 0])
-    residual, size = right - found, float(np.abs(right).max())
+        return _of_position(w, links, (right - answer)[:, 0])
+    residual, size = right - answer, float(np.abs(right).max())
     others = [row for row in range(len(right)) if row not in answer_rows]
-    if np.isnan(found).any() or (others and np.abs(residual[others]).max() > SAME * size):
+    if np.isnan(answer).any() or (others and np.abs(residual[others]).max() > SAME * size):
         return None
-    said = []
+    lacking_columns = []
     for column in range(right.shape[1]):
         left = residual[list(answer_rows), column]
         if np.abs(left).max() <= SAME * size:
@@ -44,10 +44,10 @@ def missing_links(w: Working, part: Part, right: np.ndarray, found: np.ndarray) 
         )
         if lacking is None:
             return None
-        said.append(f"column {column + 1} seems to lack {_parts(w, lacking)}")
-    if not said:
+        lacking_columns.append(f"column {column + 1} seems to lack {_parts(w, lacking)}")
+    if not lacking_columns:
         return None
-    text = "; ".join(said)
+    text = "; ".join(lacking_columns)
     return Diagnosis(
         ("chain-rule",),
         f"{text[0].upper()}{text[1:]}. A joint moves every link behind it, with all that they carry. See (6.3).",

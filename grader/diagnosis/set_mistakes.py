@@ -51,34 +51,34 @@ class Marks:
     ties: frozenset[frozenset[Mark]]
 
 
-def explain_set(problem: Problem, part: Part, given: ParsedAnswer, seed: str) -> Diagnosis | None:
+def explain_set(problem: Problem, part: Part, parsed_answer: ParsedAnswer, seed: str) -> Diagnosis | None:
     """Return the mistake that makes the right set one that was given, or what is wrong in this."""
-    if given.tree is None:
+    if parsed_answer.tree is None:
         return None
     joints = [q.name for q in problem.chain.q]
     try:
-        claimed = parse_claims(with_joint(given.tree, joints), joints)
+        claimed = parse_claims(with_joint(parsed_answer.tree, joints), joints)
     except ReadError:
         return None
     marker = _Marker(problem, seed)
     if not all(map(marker.is_plain, claimed)):
-        return find_mistaken_answer(problem, part, given, seed) or _explain_pieces(problem, part, claimed, seed)
+        return find_mistaken_answer(problem, part, parsed_answer, seed) or _explain_pieces(problem, part, claimed, seed)
     marks = marker.mark_pieces(claimed)
-    if _are_rounded(marks, marker.mark_answer(part.answer), digits_of_decimals(given.tree) > 0):
+    if _are_rounded(marks, marker.mark_answer(part.answer), digits_of_decimals(parsed_answer.tree) > 0):
         return Diagnosis((), EXACTLY)
     for mistake, variant in mistaken_answers(problem.chain, part):
         if isinstance(variant.answer, ConditionSet):
             wrong = marker.mark_answer(variant.answer)
             in_other_form = marks.ties and marks.values == wrong.values and len(marks.ties) == len(wrong.ties)
-            if wrong == marks or (in_other_form and _is_judged_right(problem, part, given, variant, seed)):
+            if wrong == marks or (in_other_form and _is_judged_right(problem, part, parsed_answer, variant, seed)):
                 return _name_likeliest(problem, part, mistake, variant, marker)
     return _explain_pieces(problem, part, claimed, seed)
 
 
-def find_mistaken_answer(problem: Problem, part: Part, given: ParsedAnswer, seed: str) -> Diagnosis | None:
+def find_mistaken_answer(problem: Problem, part: Part, parsed_answer: ParsedAnswer, seed: str) -> Diagnosis | None:
     """Return the mistake whose answer is judged to be the given one, among those that come from no derivation."""
     for mistake, variant in mistaken_answers(problem.chain, part):
-        if _is_judged_right(problem, part, given, variant, seed):
+        if _is_judged_right(problem, part, parsed_answer, variant, seed):
             return name_either([(mistake, variant.words, mistake.sentence(variant.words))])
     return None
 
@@ -104,10 +104,12 @@ def _name_likeliest(
     return name_either([(rival, words, rival.sentence(words)) for rival, words in likeliest])
 
 
-def _is_judged_right(problem: Problem, part: Part, given: ParsedAnswer, variant: MistakenAnswer, seed: str) -> bool:
+def _is_judged_right(
+    problem: Problem, part: Part, parsed_answer: ParsedAnswer, variant: MistakenAnswer, seed: str
+) -> bool:
     """Tell whether an answer would be right if a mistaken one were the reference."""
     try:
-        outcome = judge_given(problem, replace(part, answer=variant.answer), given, seed).outcome
+        outcome = judge_given(problem, replace(part, answer=variant.answer), parsed_answer, seed).outcome
     except ReadError:  # what the mistake gives is no set
         return False
     return outcome is Outcome.CORRECT

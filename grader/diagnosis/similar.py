@@ -56,9 +56,9 @@ class Pair:
     alike: float
 
 
-def written(given: ParsedAnswer) -> Written | None:
+def written(parsed_answer: ParsedAnswer) -> Written | None:
     """Return an answer in the order in which all are compared; None where it can't be read, is blank, or too long."""
-    return None if given.tree is None or len(given.text) > LONGEST else _written(given.tree)
+    return None if parsed_answer.tree is None or len(parsed_answer.text) > LONGEST else _written(parsed_answer.tree)
 
 
 @lru_cache(maxsize=4096)

@@ -30,23 +30,23 @@ POINTS = 6
 SAME = 1e-9
 
 
-def has_terms(problem: Problem, part: Part, given: ParsedAnswer, seed: str) -> bool:
+def has_terms(problem: Problem, part: Part, parsed_answer: ParsedAnswer, seed: str) -> bool:
     """Tell whether enough of the solution's terms stand in an answer for it to be an attempt at this arm."""
-    return share_of_terms(problem, part, given, seed) >= LEAST
+    return share_of_terms(problem, part, parsed_answer, seed) >= LEAST
 
 
-def share_of_terms(problem: Problem, part: Part, given: ParsedAnswer, seed: str) -> Fraction:
+def share_of_terms(problem: Problem, part: Part, parsed_answer: ParsedAnswer, seed: str) -> Fraction:
     """Return the share of the solution's terms that stand in an answer, each in the entry where it belongs.
 
     Where the answer has more terms, it is the share of these that are the solution's.
     """
-    domain, rows = problem.domain(), given.rows
-    if not part.answer.is_formulas or given.refusal is not None or rows is None:
+    domain, rows = problem.domain(), parsed_answer.rows
+    if not part.answer.is_formulas or parsed_answer.refusal is not None or rows is None:
         return Fraction(0)
     reference = part.answer.trees(domain.roles)
-    if list(map(len, rows)) != list(map(len, reference)) or sum(map(size_of, given.entries)) > LONGEST:
+    if list(map(len, rows)) != list(map(len, reference)) or sum(map(size_of, parsed_answer.entries)) > LONGEST:
         return Fraction(0)
-    if any(given.blanks) or given.symbols - set(domain.roles):
+    if any(parsed_answer.blanks) or parsed_answer.symbols - set(domain.roles):
         return Fraction(0)
     pairs = [pair for both in zip(rows, reference, strict=True) for pair in zip(*both, strict=True)]
     apart = [(_take_apart(entry), _take_apart(right)) for entry, right in pairs]
