@@ -1,9 +1,8 @@
 """The code of the process in which students' notebooks run: nothing else of qdot, and no reference.
 
-`sandbox` starts this folder as a program, so that its modules are the separate package `contained`. Each file, what it
-does, and what it defends against:
+`sandbox` starts this folder as a program, which loads this folder alone, as the package `contained`: no module of qdot
+or of a student can take the place of ours. Each file, what it does, and what it defends against:
 
-    __main__             loads this folder alone: against modules of qdot, or of students, in the place of ours
     kernel               Linux's system calls for isolation; decides nothing
     calls                the filter of system calls: against starting programs, sockets, other processes, mounts
     confine              the measures, each tried separately: against reading and writing files of the machine, the
