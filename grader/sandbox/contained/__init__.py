@@ -15,6 +15,6 @@ or of a student can take the place of ours. Each file, what it does, and what it
     runner               runs the cells: against endless cells, and exceptions and answers that break the report
     session, ipython     Jupyter's variables and syntax by our own rules: against commands, and waiting for input
     standins             in the place of libraries that only display something: against failing without them
-    printing, values,    answers as text: against objects that pretend to be something else
-    callables
+    printing, values     answers as text: against objects that pretend to be something else
+    callables            answers that are functions: against code that waits to be called by the grader
 """
