@@ -30,7 +30,7 @@ from qdot.exercises.site.supply import (
     wanted_of_variants,
 )
 from qdot.grader.cli.options import Jobs, SiteConventionOption, SiteTwistOrderOption, name_option
-from qdot.grader.grading.certify import failures_of
+from qdot.grader.grading.certify import find_failures
 
 SITE = Path("qdot-site")
 OF_EACH_PROBLEM = 5
@@ -92,7 +92,7 @@ def build_site(
     course = "" if loaded is None else loaded.title
     level = feedback or (FEEDBACK[-1] if loaded is None else loaded.feedback)
     commands = reference(context.find_root().command)
-    order = Order(out, wanted, titles, failures_of, min(jobs, len(wanted)), commands, docs_folder(), course, level)
+    order = Order(out, wanted, titles, find_failures, min(jobs, len(wanted)), commands, docs_folder(), course, level)
     left_out: list[FailedSlot] = []
     with progress("building the site", len(wanted)) as counter:
         made = build(order, counter.step, left_out.append)
@@ -128,7 +128,7 @@ def _problems_of_assignment(
         )
     if variation:
         assignment = assignment.with_variation(variation)
-    problems = list(bank(BankOrder(assignment, failures_of, variants, jobs=jobs, note=note)))
+    problems = list(bank(BankOrder(assignment, find_failures, variants, jobs=jobs, note=note)))
     titles = [(slot.name, slot.family.title, slot.family.source) for slot in assignment.slots]
     return wanted_of_variants(problems), titles
 

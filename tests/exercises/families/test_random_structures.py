@@ -38,7 +38,7 @@ from qdot.exercises.families.structures import (
 from qdot.exercises.generation import generate, sample_chain
 from qdot.exercises.problem.problem import ProblemId
 from qdot.exercises.questions import QUESTIONS
-from qdot.grader.grading.certify import failures_of
+from qdot.grader.grading.certify import find_failures
 from tests.support.problems import as_table
 from tests.support.problems import drawn as drawn_once
 from tests.support.suites import few_of, several
@@ -186,7 +186,7 @@ def test_every_arm_is_clean_and_all_its_conditions_can_hold(family: str, seeds: 
         lengths = [joint.a for joint in chain.joints if joint.a.is_number and joint.a != 0]
         assert all(abs(a - b) >= sp.Rational(5, 100) for i, a in enumerate(lengths) for b in lengths[:i])
     for seed in seeds[: several(1, 4)]:
-        assert failures_of(drawn_once(family, seed)) == []
+        assert find_failures(drawn_once(family, seed)) == []
     assert pickle.loads(pickle.dumps(FAMILIES[family])).name == family
 
 
