@@ -3,9 +3,7 @@
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, field
 
-import sympy as sp
-
-from qdot.exercises.arm.chain import Chain, Joint
+from qdot.exercises.arm.chain import Chain
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.common.variation import AXES, axes_of
 
@@ -40,7 +38,7 @@ class Family:
 
     @property
     def has_axes(self) -> tuple[str, ...]:
-        """The names of the axes along which its arms can differ."""
+        """The names of the axes along which its arms can differ, in the order in which they are sampled."""
         return tuple(name for name in AXES if name in self.axes)
 
     def sample(self, rng: Stream, axes: Collection[str]) -> Chain:
@@ -63,25 +61,3 @@ def describe_variation(family: Family, variation: str) -> str:
     if not family.robot or set(family.axes) - set(axes_of(variation)):
         return f"variation {variation}"
     return "lengths as [draw] says" if family.axes else "one arm for all, as no length is drawn"
-
-
-def dh(*rows: str) -> tuple[Joint, ...]:
-    """Return the joints of a table in words: kind, d of a revolute joint or theta of a slide, a, alpha (degrees).
-
-    >>> dh("R d1 a1 -90", "P 0 0 0")[0]
-    Joint(kind='R', theta=theta1, d=d1, a=a1, alpha=-pi/2)
-    """
-    joints = []
-    for number, row in enumerate(rows, 1):
-        kind, fixed_entry, a, alpha = row.split()
-        twist = sp.pi * sp.Rational(int(alpha), 180)
-        if kind == "R":
-            joints.append(Joint(kind, sp.Symbol(f"theta{number}"), _length(fixed_entry), _length(a), twist))
-        else:
-            angle = sp.pi * sp.Rational(int(fixed_entry), 180)
-            joints.append(Joint(kind, angle, sp.Symbol(f"d{number}"), _length(a), twist))
-    return tuple(joints)
-
-
-def _length(name: str) -> sp.Expr:
-    return sp.S.Zero if name == "0" else sp.Symbol(name)

@@ -10,7 +10,7 @@ which every condition of the singular set can hold.
 from collections.abc import Callable, Collection
 from dataclasses import replace
 from functools import lru_cache, partial
-from itertools import combinations, zip_longest
+from itertools import zip_longest
 
 import numpy as np
 import sympy as sp
@@ -22,19 +22,18 @@ from qdot.exercises.arm.vectors import rot_x, rot_z
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.families.axes import (
-    APART,
-    FREE,
-    OR_NONE,
-    SLIDE,
-    both_ways,
-    degrees,
+    ANY_ANGLE,
+    BOTH_WAYS,
+    RIGHT_ANGLE,
+    are_apart,
     displace_base,
     metres,
     mount_base,
     place_point,
+    shift_zero,
     sign,
     with_values,
-)  # fmt: skip
+)
 from qdot.exercises.families.base import Family
 from qdot.exercises.families.structures import Structure, chain_of, clean_classes, is_clean
 from qdot.exercises.formula.expression import read
@@ -119,26 +118,23 @@ def _sample_lengths(chain: Chain, rng: Stream, clean_roots: bool) -> Values | No
     for _ in range(NUMBERS):
         drawn = {symbol: rng.choice(LENGTHS) for symbol in chain.parameters if symbol != kept}
         values = {symbol: metres(length) for symbol, length in drawn.items()}
-        apart = all(abs(x - y) >= APART for x, y in combinations(drawn.values(), 2))
         clean = not clean_roots or not any(root.xreplace(values).has(*INVERSE) for root in roots)
-        if apart and clean and _can_hold(conditions, chain, values):
+        if are_apart([*drawn.values()]) and clean and _can_hold(conditions, chain, values):
             return values
     return None
 
 
 def _shift_zeros(chain: Chain, rng: Stream) -> Chain:
     """Return the arm with other zeros of its joints; those of slides stay where they would add too many terms."""
-    angles, both = [], []
-    for i, joint in enumerate(chain.joints, 1):
-        if joint.kind == "R":
-            turned = replace(joint, theta=joint.theta + degrees(rng.choice(FREE if i == 1 else OR_NONE)))
-            angles.append(turned)
-            both.append(turned)
-        else:
-            angles.append(joint)
-            both.append(replace(joint, d=joint.d + metres(rng.choice(both_ways(SLIDE)))))
-    moved = replace(chain, joints=tuple(both))
-    return moved if is_clean(moved) else replace(chain, joints=tuple(angles))
+    choices = [BOTH_WAYS if joint.kind == "P" else RIGHT_ANGLE for joint in chain.joints]
+    if chain.joints[0].kind == "R":
+        choices[0] = ANY_ANGLE
+    shifted = tuple(shift_zero(joint, rng.choice(by)) for joint, by in zip(chain.joints, choices, strict=True))
+    moved = replace(chain, joints=shifted)
+    if is_clean(moved):
+        return moved
+    pairs = zip(chain.joints, shifted, strict=True)
+    return replace(chain, joints=tuple(joint if joint.kind == "P" else turned for joint, turned in pairs))
 
 
 def _mount_arm(chain: Chain, rng: Stream) -> Chain:

@@ -15,9 +15,7 @@ from qdot.exercises.arm.vectors import rot_x, rot_z
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.common.variation import AXES
-from qdot.exercises.docs.structures import regular_tables
 from qdot.exercises.families import FAMILIES
-from qdot.exercises.families.classes import Key, class_key
 from qdot.exercises.families.random_n import _order_structures as order
 from qdot.exercises.families.random_n import _sample_arm as arm_of
 from qdot.exercises.families.structures import (
@@ -26,14 +24,8 @@ from qdot.exercises.families.structures import (
     chain_of,
     clean_classes,
     clean_structures,
-    count_tables,
-    find_clean_structures,
     is_clean,
-    normal_form,
     read_rows,
-    regular_forms,
-    regular_tasks,
-    tables,
 )
 from qdot.exercises.generation import generate, sample_chain
 from qdot.exercises.problem.problem import ProblemId
@@ -42,6 +34,16 @@ from qdot.grader.grading.certify import find_failures
 from tests.support.problems import as_table
 from tests.support.problems import drawn as drawn_once
 from tests.support.suites import few_of, several
+from tests.tools.structures import (
+    Key,
+    class_key,
+    count_tables,
+    find_clean_structures,
+    normal_form,
+    regular_forms,
+    regular_tasks,
+    tables,
+)
 
 RANDOM = ("random-2", "random-3", "random-4")
 
@@ -49,7 +51,9 @@ RANDOM = ("random-2", "random-3", "random-4")
 def test_the_numbers_of_tables_are_those_that_were_counted_before() -> None:
     """Counts of the shared mathematics: tables, and those of three joints that are regular in some task."""
     assert (count_tables(2, False), count_tables(3, False), count_tables(3, True)) == (108, 1944, 4608)
-    assert (regular_tables(False), regular_tables(True)) == (1024, 2504)
+    forms = regular_forms(3)
+    regular = [[rows for rows in tables(3, angles) if normal_form(rows) in forms] for angles in (False, True)]
+    assert [sum(2 ** sum(row.twist for row in rows) for rows in each) for each in regular] == [1024, 2504]
 
 
 @pytest.mark.parametrize("n", several([2], [2, 3]))
