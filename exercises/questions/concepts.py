@@ -17,8 +17,11 @@ from qdot.exercises.arm.directions import lost_direction
 from qdot.exercises.arm.mpmath_kinematics import determinant, four_digits, numeric, round_matrix
 from qdot.exercises.arm.singularity import singular_set
 from qdot.exercises.common.stream import Stream
-from qdot.exercises.problem.problem import Details, Part
-from qdot.exercises.questions.base import Asked, Question
+from qdot.exercises.problem.problem import Details
+from qdot.exercises.questions.base import (
+    Asked,
+    Question,
+)
 from qdot.exercises.questions.differentiation import ForTask
 from qdot.exercises.questions.geometry import (
     AtPose,
@@ -103,7 +106,7 @@ def _object_to_effect(chain: Chain) -> str | None:
 Numbers = tuple[sp.Rational, ...]
 
 
-def _ask_effect(chain: Chain, rng: Stream) -> Asked:
+def _ask_effect(chain: Chain, rng: Stream) -> Asked | None:
     rows = _shown_rows(chain)
     indices = [TASK_ROWS.index(row) for row in rows]
     for _ in range(60):
@@ -125,7 +128,13 @@ def _ask_effect(chain: Chain, rng: Stream) -> Asked:
             order = rng.permutation([right, *wrong[:3]])
             answer = Choice(tuple(vector_words(vector) for vector in order), order.index(right))
             return answer, OfJoint(effect=Effect(joint + 1, pose, rows), pose=pose.figure)
-    raise RuntimeError(f"no pose of {chain} tells the effects of its joints apart; please report this")
+    return None
+
+
+def _effect_formula(w: Working, details: Details) -> np.ndarray:
+    assert isinstance(details, OfJoint)
+    effect = details.effect
+    return np.asarray(w["geometric"][[TASK_ROWS.index(row) for row in effect.rows], effect.joint - 1])
 
 
 def _wrong_vectors(
@@ -207,7 +216,7 @@ class ForUse(AtPose):
     determinant: sp.Float | None = None
 
 
-def _ask_use(chain: Chain, rng: Stream) -> Asked:
+def _ask_use(chain: Chain, rng: Stream) -> Asked | None:
     """Draw the answer first, then a task and a pose that have it."""
     for use in rng.permutation(tuple(USES)):
         for task in rng.permutation(_tasks_for(chain, use))[:6]:
@@ -217,7 +226,7 @@ def _ask_use(chain: Chain, rng: Stream) -> Asked:
                 order = rng.permutation(tuple(USES))
                 answer = Choice(tuple(USES[name] for name in order), order.index(use))
                 return answer, _use_details(asked, use, pose)
-    raise RuntimeError(f"no task of {chain} could be asked about; please report this")
+    return None
 
 
 def _use_details(chain: Chain, use: str, pose: Pose) -> ForUse:
@@ -312,7 +321,7 @@ def _cost_pose(chain: Chain, rng: Stream) -> Pose | None:
     return None
 
 
-def _ask_cost(chain: Chain, rng: Stream) -> Asked:
+def _ask_cost(chain: Chain, rng: Stream) -> Asked | None:
     """Draw whether three velocities can be produced and one not, or one can and three not."""
     possible = rng.choice((True, False))
     for _ in range(20):
@@ -330,7 +339,7 @@ def _ask_cost(chain: Chain, rng: Stream) -> Asked:
             products = [sum(a * b for a, b in zip(vector, shown, strict=True)) for vector in order]
             lettered = tuple((letter, _round_to(value, 2)) for letter, value in zip("ABCD", products, strict=True))
             return answer, OfCost(cost=Cost(pose, possible, shown, lettered), pose=pose.figure)
-    raise RuntimeError(f"no singular configuration of {chain} could be asked about; please report this")
+    return None
 
 
 def _orient(vector: np.ndarray) -> np.ndarray:
@@ -376,43 +385,17 @@ def _is_new(velocity: Numbers, chosen: list[Numbers]) -> bool:
     return all(_differ(velocity, known) and _differ(velocity, tuple(-v for v in known)) for known in chosen)
 
 
-# --- out of a derivation ---
-
-
-def _derived_effect(w: Working, part: Part) -> np.ndarray:
-    effect = part.about(OfJoint).effect
-    return np.asarray(w["geometric"][[TASK_ROWS.index(row) for row in effect.rows], effect.joint - 1])
-
-
 QUESTIONS = (
     Question(
-        name="jacobian-size",
-        title="Size of the Jacobian",
-        source="6.4",
-        ask=_ask_size,
-        points=0.5,
-        objection=_object_to_task,
+        "jacobian-size", "Size of the Jacobian", "6.4", points=0.5, sample=_ask_size, objection=_object_to_task,
         entry_names=lambda chain, _: [r"\text{rows}", r"\text{columns}"],
     ),
     Question(
-        name="joint-effect",
-        title="What one joint does",
-        source="6.12",
-        ask=_ask_effect,
-        objection=_object_to_effect,
-        result=_derived_effect,
+        "joint-effect", "What one joint does", "6.12",
+        sample=_ask_effect, formula=_effect_formula, objection=_object_to_effect,
     ),
+    Question("invertibility", "When (6.7) can be used", "6.7", sample=_ask_use),
     Question(
-        name="invertibility",
-        title="When (6.7) can be used",
-        source="6.7",
-        ask=_ask_use,
+        "unreachable-velocity", "What a singularity costs", "6.8", sample=_ask_cost, objection=_object_to_cost,
     ),
-    Question(
-        name="unreachable-velocity",
-        title="What a singularity costs",
-        source="6.8",
-        ask=_ask_cost,
-        objection=_object_to_cost,
-    ),
-)
+)  # fmt: skip

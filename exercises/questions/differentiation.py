@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 import sympy as sp
 
-from qdot.exercises.answers import Expression, Matrix
+from qdot.exercises.answers import Expression
 from qdot.exercises.arm.arithmetic import apply_matrix
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.derivation import derive
@@ -13,15 +13,10 @@ from qdot.exercises.arm.derivation_graph import Change, Working
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.problem.problem import Details, OneOfSeveral, Part
 from qdot.exercises.questions.base import (
-    Asked,
     Question,
-    number,
     objection_to_length,
     objection_unless_square,
     rates_to,
-    stage,
-    substitute_number,
-    substitute_stage,
     velocities,
 )
 
@@ -60,10 +55,6 @@ class AlongAxis(OneOfSeveral):
 
     axis: str
     row: int
-
-
-def _ask_position(chain: Chain, rng: Stream) -> Asked:
-    return Matrix(derive(chain).position.extract(moving_rows(chain), [0])), AlongAxes(axes=chain.linear_rows)
 
 
 def linear_velocity(chain: Chain) -> sp.Matrix:
@@ -106,41 +97,30 @@ def _velocity_by_links(coordinate: sp.Expr, chain: Chain) -> sp.Expr:
     return velocity
 
 
-def _ask_velocity(chain: Chain, rng: Stream) -> Asked:
-    by_links = is_by_links(chain)
-    return Matrix(linear_velocity(chain)), AlongAxes(axes=chain.linear_rows, by_links=by_links)
-
-
-def _ask_component(chain: Chain, rng: Stream) -> Asked:
+def _details_of_component(chain: Chain, rng: Stream) -> AlongAxis:
     velocity = linear_velocity(chain)
     useful = [i for i, entry in enumerate(velocity) if len(entry.free_symbols & set(chain.rates)) > 1]
     chosen = rng.choice(useful or list(range(len(velocity))))
-    details = AlongAxis(axis=chain.linear_rows[chosen], row=moving_rows(chain)[chosen])
-    return Expression(velocity[chosen]), details
+    return AlongAxis(axis=chain.linear_rows[chosen], row=moving_rows(chain)[chosen])
+
+
+def _component(chain: Chain, details: Details) -> sp.Matrix:
+    assert isinstance(details, AlongAxis)
+    return linear_velocity(chain)[chain.linear_rows.index(details.axis), :]
+
+
+def _component_formula(w: Working, details: Details) -> np.ndarray:
+    assert isinstance(details, AlongAxis)
+    return apply_matrix(w["linear"][[details.row]], w["joint rates"])
 
 
 def _object_to_task(chain: Chain) -> str | None:
     return None if chain.linear_rows else "its task counts no linear velocity"
 
 
-def _ask_jacobian(chain: Chain, rng: Stream) -> Asked:
-    return Matrix(derive(chain).jacobian), ForTask(task=chain.task)
-
-
 def _title(chain: Chain) -> str:
     by_axes = all(row[0] == "w" for row in chain.task)
     return "Jacobian from the joint axes" if by_axes else "Jacobian by differentiation"
-
-
-def _ask_determinant(chain: Chain, rng: Stream) -> Asked:
-    return Expression(derive(chain).determinant), ForTask(task=chain.task)
-
-
-# --- out of a derivation ---
-
-
-def _derived_component(w: Working, part: Part) -> np.ndarray:
-    return np.asarray(apply_matrix(w["linear"][[part.about(AlongAxis).row]], w["joint rates"]))
 
 
 def _substitute_position(rows: np.ndarray) -> dict[str, Change]:
@@ -157,72 +137,36 @@ def _substitute_position(rows: np.ndarray) -> dict[str, Change]:
 
 QUESTIONS = (
     Question(
-        name="position",
-        title="Position of the point",
-        source="6.1",
-        ask=_ask_position,
-        objection=_object_to_task,
-        too_long=objection_to_length("position"),
-        result=lambda w, _: w["point"][moving_rows(w.chain)],
-        entry_names=lambda chain, _: list(chain.linear_rows),
-        labels=lambda chain: tuple(chain.linear_rows),
-        substitutes=_substitute_position,
-        adds_up="links",
-        linear_rows=lambda chain: list(enumerate(moving_rows(chain))),
+        "position", "Position of the point", "6.1",
+        formula=lambda w, _: w["point"][moving_rows(w.chain)], substitutes=_substitute_position,
+        details=lambda chain, _: AlongAxes(axes=chain.linear_rows), entry_names=lambda chain, _: chain.linear_rows,
+        objection=_object_to_task, too_long=objection_to_length("position"),
+        adds_up="links", linear_rows=lambda chain: list(enumerate(moving_rows(chain))),
     ),
     Question(
-        name="velocity",
-        title="Cartesian velocity",
-        source="6.2",
-        ask=_ask_velocity,
-        needs=("position",),
-        objection=_object_to_task,
-        too_long=objection_to_length("linear"),
-        result=lambda w, _: apply_matrix(w["linear"][moving_rows(w.chain)], w["joint rates"]),
+        "velocity", "Cartesian velocity", "6.2", needs=("position",),
+        formula=lambda w, _: apply_matrix(w["linear"][moving_rows(w.chain)], w["joint rates"]),
+        reference=lambda chain, _: linear_velocity(chain),
+        details=lambda chain, _: AlongAxes(axes=chain.linear_rows, by_links=is_by_links(chain)),
         entry_names=lambda chain, _: velocities([row for row in chain.task if row[0] == "v"]),
-        labels=lambda chain: tuple(row for row in chain.task if row[0] == "v"),
-        follows=(("position",),),
+        objection=_object_to_task, too_long=objection_to_length("linear"),
     ),
     Question(
-        name="velocity-component",
-        title="One velocity component",
-        source="6.2",
-        ask=_ask_component,
-        needs=("position",),
-        objection=_object_to_task,
-        too_long=objection_to_length("linear"),
-        result=_derived_component,
+        "velocity-component", "One velocity component", "6.2", needs=("position",),
+        formula=_component_formula, reference=_component, answer_type=Expression, details=_details_of_component,
         entry_names=lambda chain, part: [f"v_{{{part.about(AlongAxis).axis}}}"],
-        follows=(("position",),),
+        objection=_object_to_task, too_long=objection_to_length("linear"),
     ),
     Question(
-        name="jacobian",
-        title="Jacobian by differentiation",
-        title_for=_title,
-        source="6.3",
-        ask=_ask_jacobian,
-        needs=("position",),
-        points=2.0,
-        too_long=objection_to_length("jacobian"),
-        result=stage("jacobian"),
-        grid=rates_to(lambda chain: chain.task),
-        substitutes=substitute_stage("jacobian"),
-        follows=(("position",),),
-        adds_up="columns of links",
+        "jacobian", "Jacobian by differentiation", "6.3", needs=("position",), points=2.0, title_for=_title,
+        stage="jacobian", details=lambda chain, _: ForTask(task=chain.task), grid=rates_to(lambda chain: chain.task),
+        too_long=objection_to_length("jacobian"), adds_up="columns of links",
         linear_rows=lambda chain: [(k, "xyz".index(row[1])) for k, row in enumerate(chain.task) if row[0] == "v"],
     ),
     Question(
-        name="determinant",
-        title="Determinant of the Jacobian",
-        source="6.8",
-        ask=_ask_determinant,
-        needs=("jacobian",),
-        objection=objection_unless_square,
-        result=number("determinant"),
-        entry_names=lambda chain, _: [r"\det J"],
-        is_made_of_jacobian=True,
-        is_made_of_minors=True,
-        substitutes=substitute_number("determinant"),
-        follows=(("jacobian",),),
+        "determinant", "Determinant of the Jacobian", "6.8", needs=("jacobian",),
+        stage="determinant", answer_type=Expression, details=lambda chain, _: ForTask(task=chain.task),
+        entry_names=lambda chain, _: [r"\det J"], objection=objection_unless_square,
+        is_made_of_jacobian=True, is_made_of_minors=True,
     ),
 )  # fmt: skip

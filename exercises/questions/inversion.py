@@ -5,9 +5,9 @@ from dataclasses import dataclass
 import numpy as np
 import sympy as sp
 
-from qdot.exercises.answers import Matrix, Number
+from qdot.exercises.answers import Number
 from qdot.exercises.arm.chain import TASK_ROWS, Chain
-from qdot.exercises.arm.derivation import derive, task_velocity
+from qdot.exercises.arm.derivation import task_velocity
 from qdot.exercises.arm.kinematics import NumericChain
 from qdot.exercises.arm.mpmath_kinematics import PreciseArm, Vector, numeric, solve_linear, ten_digits
 from qdot.exercises.common.stream import Stream
@@ -19,9 +19,6 @@ from qdot.exercises.questions.base import (
     joint_rates,
     objection_to_inverse,
     objection_unless_square,
-    stage,
-    substitute_stage,
-    substitute_vector,
 )
 
 POSES = 2000
@@ -29,14 +26,6 @@ POSES = 2000
 
 THREE_DIGITS = 0.005
 """Relative tolerance of a number asked for to three significant digits: rounding 1.004999 to 1.00 moves it by 0.5 %."""
-
-
-def _ask_inverse(chain: Chain, rng: Stream) -> Asked:
-    return Matrix(derive(chain).inverse), Details()
-
-
-def _ask_rates(chain: Chain, rng: Stream) -> Asked:
-    return Matrix(derive(chain).rate_law()), Details()
 
 
 @dataclass(frozen=True)
@@ -149,49 +138,24 @@ def _ask_joint_rates(chain: Chain, rng: Stream) -> Asked:
     return Number(numbers, units, THREE_DIGITS, floor), InSituation(situation=situation)
 
 
+OF_INVERSE = (("jacobian",), ("jacobian", "determinant"))
+OF_RATES = (("inverse-velocity",), ("inverse-jacobian",), *OF_INVERSE)
+"""From which answers the inverse, and joint rates in numbers, are derived."""
+
 QUESTIONS = (
     Question(
-        name="inverse-jacobian",
-        title="Inverse Jacobian",
-        source="appendix",
-        ask=_ask_inverse,
-        needs=("jacobian", "determinant"),
-        points=2.0,
-        objection=objection_unless_square,
-        too_long=objection_to_inverse,
-        result=stage("inverse"),
-        grid=lambda chain: (joint_rates(chain), chain.task),
-        is_made_of_jacobian=True,
-        is_made_of_minors=True,
-        substitutes=substitute_stage("inverse"),
-        follows=(("jacobian",), ("jacobian", "determinant")),
+        "inverse-jacobian", "Inverse Jacobian", "appendix", points=2.0, needs=("jacobian", "determinant"),
+        stage="inverse", grid=lambda chain: (joint_rates(chain), chain.task), objection=objection_unless_square,
+        too_long=objection_to_inverse, is_made_of_jacobian=True, is_made_of_minors=True, follows_from=OF_INVERSE,
     ),
     Question(
-        name="inverse-velocity",
-        title="Inverse velocity",
-        source="6.7",
-        ask=_ask_rates,
-        needs=("jacobian", "inverse-jacobian"),
-        points=2.0,
-        objection=objection_unless_square,
-        too_long=objection_to_inverse,
-        result=stage("rates"),
-        labels=joint_rates,
-        is_made_of_jacobian=True,
-        is_made_of_minors=True,
-        substitutes=substitute_vector("rates"),
-        follows=(("inverse-jacobian",), ("jacobian",), ("jacobian", "determinant")),
+        "inverse-velocity", "Inverse velocity", "6.7", points=2.0, needs=("jacobian", "inverse-jacobian"),
+        stage="rates", labels=joint_rates, objection=objection_unless_square, too_long=objection_to_inverse,
+        is_made_of_jacobian=True, is_made_of_minors=True, follows_from=OF_RATES[1:],
     ),
     Question(
-        name="joint-rates",
-        title="Joint rates at a configuration",
-        source="6.7",
-        ask=_ask_joint_rates,
-        needs=("inverse-velocity",),
-        objection=objection_unless_square,
-        result=stage("rates"),
-        labels=joint_rates,
-        is_made_of_jacobian=True,
-        follows=(("inverse-velocity",), ("inverse-jacobian",), ("jacobian",), ("jacobian", "determinant")),
+        "joint-rates", "Joint rates at a configuration", "6.7", needs=("inverse-velocity",),
+        stage="rates", sample=_ask_joint_rates, labels=joint_rates, objection=objection_unless_square,
+        is_made_of_jacobian=True, follows_from=OF_RATES,
     ),
-)
+)  # fmt: skip

@@ -26,8 +26,20 @@ from qdot.exercises.arm.path import Line, Station
 from qdot.exercises.arm.singularity import singular_set
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.problem.problem import Details, by_name
-from qdot.exercises.questions.base import Asked, Question, joint_rates, objection_unless_square, stage
-from qdot.exercises.questions.inversion import THREE_DIGITS, Configuration, conditioning, sample_lengths, sample_pose
+from qdot.exercises.questions.base import (
+    Asked,
+    Question,
+    joint_rates,
+    objection_unless_square,
+)
+from qdot.exercises.questions.inversion import (
+    OF_RATES,
+    THREE_DIGITS,
+    Configuration,
+    conditioning,
+    sample_lengths,
+    sample_pose,
+)
 from qdot.exercises.questions.redundancy import open_angles, pose_of
 
 STEP = 0.02
@@ -159,7 +171,7 @@ def _object_to_path(chain: Chain) -> str | None:
     return None
 
 
-def _ask_path_rates(chain: Chain, rng: Stream) -> Asked:
+def _ask_path_rates(chain: Chain, rng: Stream) -> Asked | None:
     for attempt in range(2 * TRIES):
         regular, least, most = (REGULAR, 25, 60) if attempt < TRIES else (LESS_REGULAR, 15, 40)
         seam = _sample_seam(chain, rng, least, most, 1.3 * regular)
@@ -170,7 +182,7 @@ def _ask_path_rates(chain: Chain, rng: Stream) -> Asked:
         if stations[-1:] and stations[-1].s > float(line.length) - STEP:
             last = int(20 * float(line.length)) - 1  # in steps of 5 cm
             return _rates_at(chain, seam, sp.Rational(5 * rng.integer(min(3, last), last), 100))
-    raise RuntimeError(f"no line was found that {chain} can follow; please report this")
+    return None
 
 
 def _rates_at(chain: Chain, seam: Seam, s: sp.Rational) -> Asked:
@@ -235,7 +247,7 @@ def _object_to_limit(chain: Chain) -> str | None:
     return refused if refused else None if singular_set(chain) else "it has no singular configuration to come near to"
 
 
-def _ask_path_limit(chain: Chain, rng: Stream) -> Asked:
+def _ask_path_limit(chain: Chain, rng: Stream) -> Asked | None:
     for attempt in range(2 * TRIES):
         seam = _sample_seam_to_singularity(chain, rng, REGULAR if attempt < TRIES else LESS_REGULAR)
         if seam is None:
@@ -248,7 +260,7 @@ def _ask_path_limit(chain: Chain, rng: Stream) -> Asked:
             pose = pose_of(seam, chain)
             details = ToLimit(seam=seam, joint=crossing.joint + 1, limit=crossing.limit, pose=pose)
             return Number(sp.Matrix([s]), ("m",), THREE_DIGITS, 1e-6), details
-    raise RuntimeError(f"no line was found on which a rate of {chain} exceeds a limit; please report this")
+    return None
 
 
 def _sample_seam_to_singularity(chain: Chain, rng: Stream, regular: float) -> Seam | None:
@@ -337,27 +349,13 @@ def _root(
 
 QUESTIONS = (
     Question(
-        name="path-rates",
-        title="Joint rates along a path",
-        source="6.7 on a welding path",
-        ask=_ask_path_rates,
-        needs=("inverse-velocity",),
-        points=2.0,
-        objection=_object_to_path,
-        result=stage("rates"),
-        labels=joint_rates,
-        is_made_of_jacobian=True,
-        follows=(("inverse-velocity",), ("inverse-jacobian",), ("jacobian",), ("jacobian", "determinant")),
+        "path-rates", "Joint rates along a path", "6.7 on a welding path", points=2.0, needs=("inverse-velocity",),
+        stage="rates", sample=_ask_path_rates, labels=joint_rates, objection=_object_to_path,
+        is_made_of_jacobian=True, follows_from=OF_RATES,
     ),
     Question(
-        name="path-limit",
-        title="Where a joint rate exceeds its limit",
-        source="6.7 near a singularity",
-        ask=_ask_path_limit,
-        needs=("path-rates",),
-        points=2.0,
-        objection=_object_to_limit,
-        entry_names=lambda chain, _: ["s"],
+        "path-limit", "Where a joint rate exceeds its limit", "6.7 near a singularity", points=2.0,
+        needs=("path-rates",), sample=_ask_path_limit, entry_names=lambda chain, _: ["s"], objection=_object_to_limit,
         without={
             "diagnosis": "a distance at which a limit is met does not tell one mistake from another",
             "follow-through": "it is searched for along the line, and rates are asked for at one distance only",

@@ -21,7 +21,10 @@ from qdot.exercises.arm.mpmath_kinematics import (
     ten_digits,
 )
 from qdot.exercises.common.stream import Stream
-from qdot.exercises.questions.base import Asked, Question, number
+from qdot.exercises.questions.base import (
+    Asked,
+    Question,
+)
 from qdot.exercises.questions.inversion import THREE_DIGITS, InSituation, Situation, jacobian_at, sample_situation
 from qdot.exercises.questions.redundancy import (
     NOTHING,
@@ -104,25 +107,13 @@ def _ask_condition_number(chain: Chain, rng: Stream) -> Asked:
 
 QUESTIONS = (
     Question(
-        name="manipulability",
-        title="Manipulability at a configuration",
-        source="below 6.8",
-        ask=_ask_manipulability,
-        needs=("jacobian",),
+        "manipulability", "Manipulability at a configuration", "below 6.8", needs=("jacobian",),
+        stage="manipulability", sample=_ask_manipulability, entry_names=lambda chain, _: ["w"],
         objection=_object_to_arm,
-        result=number("manipulability"),
-        entry_names=lambda chain, _: ["w"],
-        follows=(("jacobian",),),
     ),
     Question(
-        name="condition-number",
-        title="Condition number at a configuration",
-        source="below 6.8",
-        ask=_ask_condition_number,
-        needs=("jacobian",),
+        "condition-number", "Condition number at a configuration", "below 6.8", needs=("jacobian",),
+        stage="condition number", sample=_ask_condition_number, entry_names=lambda chain, _: [r"\kappa"],
         objection=_object_to_ratio,
-        result=number("condition number"),
-        entry_names=lambda chain, _: [r"\kappa"],
-        follows=(("jacobian",),),
     ),
 )  # fmt: skip

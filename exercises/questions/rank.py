@@ -24,7 +24,10 @@ from qdot.exercises.arm.meanings import Meaning, Reading, common_kind, read_mean
 from qdot.exercises.arm.singularity import Component, singular_set
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.problem.problem import Details
-from qdot.exercises.questions.base import Asked, Question, stage
+from qdot.exercises.questions.base import (
+    Asked,
+    Question,
+)
 from qdot.exercises.questions.geometry import (
     AtPose,
     Branch,
@@ -40,19 +43,13 @@ from qdot.exercises.questions.geometry import (
 )
 from qdot.exercises.questions.inversion import THREE_DIGITS
 from qdot.exercises.questions.lost_lines import SAMPLES, Motion, lost_motion, parallel_lines
+from qdot.exercises.questions.singular import objection_unless_singular
 
 MOST_ROWS = 4
 """Rows of a Jacobian whose null space is found by hand."""
 
 KINDS = 60
 """Configurations at which the kind of a branch is established."""
-
-
-def _object_unless_singular(chain: Chain) -> str | None:
-    components = singular_set(chain)
-    if components is None:
-        return "its Jacobian has less than full rank everywhere"
-    return None if components else "it has no singular configuration"
 
 
 # --- rank ---
@@ -116,7 +113,7 @@ class OfRank(AtPose):
     facts: RankFacts
 
 
-def _ask_rank(chain: Chain, rng: Stream) -> Asked:
+def _ask_rank(chain: Chain, rng: Stream) -> Asked | None:
     """Draw how much of the rank is lost, none included, then a pose of that kind, exact: rounding gives full rank."""
     for draw in rng.permutation((_regular_pose, _single_pose, _deep_pose)):
         pose = draw(chain, rng)
@@ -126,7 +123,7 @@ def _ask_rank(chain: Chain, rng: Stream) -> Asked:
             facts = RankFacts(_independent_columns(jacobian), _vanishing_conditions(chain, pose))
             answer = Number(sp.Matrix([[rank]]), ("",), 1e-9, 1e-9)
             return answer, OfRank(place=pose, facts=facts, pose=pose.figure)
-    raise RuntimeError(f"no configuration of {chain} has a clear rank; please report this")
+    return None
 
 
 def _independent_columns(jacobian: np.ndarray) -> tuple[int, ...]:
@@ -153,7 +150,7 @@ def _vanishing_conditions(chain: Chain, pose: Pose) -> tuple[tuple[sp.Expr, ...]
 
 
 def _object_to_direction(chain: Chain) -> str | None:
-    refused = _object_unless_singular(chain)
+    refused = objection_unless_singular(chain)
     if refused is not None:
         return refused
     m = len(chain.task)
@@ -209,7 +206,7 @@ class LostInFormulas(Details):
         return dict(self.lost.values)
 
 
-def _ask_direction(chain: Chain, rng: Stream) -> Asked:
+def _ask_direction(chain: Chain, rng: Stream) -> Asked | None:
     """Ask for a formula where the component has joint values and the vector is short, else for numbers at a pose."""
     full = min(len(chain.task), chain.n)
     for branch in rng.permutation(_branches_with_vector(chain)):
@@ -225,7 +222,7 @@ def _ask_direction(chain: Chain, rng: Stream) -> Asked:
                 lambda value: sp.Float(value, 10) if value else sp.S.Zero
             )
             return Direction(numbers, THREE_DIGITS), AtPose(place=pose, pose=pose.figure)
-    raise RuntimeError(f"no singular configuration of {chain} loses one direction; please report this")
+    return None
 
 
 def _lost_at(chain: Chain, component: Component, formula: LostFormula) -> LostAt:
@@ -340,7 +337,7 @@ def _readings(chain: Chain, order: Sequence[Branch]) -> Iterator[tuple[Branch, R
 
 
 def _object_to_meaning(chain: Chain) -> str | None:
-    refused = _object_unless_singular(chain)
+    refused = objection_unless_singular(chain)
     if refused is None and next(_readings(chain, branches(chain)), None) is None:
         return "nothing that can be told at sight is common to a whole component of its singular set"
     return refused
@@ -366,7 +363,7 @@ class OfMeaning(Details):
     asked: MeaningAsked
 
 
-def _ask_meaning(chain: Chain, rng: Stream) -> Asked:
+def _ask_meaning(chain: Chain, rng: Stream) -> Asked | None:
     """Offer the right meaning and kind, the other kind with it, and meanings that do not hold there."""
     full = min(len(chain.task), chain.n)
     for branch, reading in _readings(chain, rng.permutation(branches(chain))):
@@ -387,7 +384,7 @@ def _ask_meaning(chain: Chain, rng: Stream) -> Asked:
         condition = branch.component.conditions[0] if tied else None
         asked = MeaningAsked(values, pose if tied else None, condition, tuple(order))
         return Choice(texts, order.index(offered[0])), OfMeaning(asked=asked)
-    raise RuntimeError(f"no singular configuration of {chain} has a clear meaning; please report this")
+    return None
 
 
 def _kind_with_numbers(chain: Chain, branch: Branch, pose: Pose) -> str | None:
@@ -401,39 +398,19 @@ KIND_WORDS = {"boundary": "a boundary singularity", "internal": "an internal sin
 
 QUESTIONS = (
     Question(
-        name="singularity-meaning",
-        title="Meaning of a singularity",
-        source="below 6.7",
-        ask=_ask_meaning,
-        objection=_object_to_meaning,
+        "singularity-meaning", "Meaning of a singularity", "below 6.7",
+        sample=_ask_meaning, objection=_object_to_meaning,
     ),
     Question(
-        name="rank",
-        title="Rank of the Jacobian",
-        source="6.8",
-        ask=_ask_rank,
-        needs=("jacobian",),
-        objection=_object_unless_singular,
-        entry_names=lambda chain, _: [r"\text{rank}"],
+        "rank", "Rank of the Jacobian", "6.8", needs=("jacobian",), sample=_ask_rank,
+        entry_names=lambda chain, _: [r"\text{rank}"], objection=objection_unless_singular,
         without={"follow-through": "a wrong Jacobian mostly has full rank where J has not"},
     ),
     Question(
-        name="lost-direction",
-        title="Lost direction of motion",
-        source="6.8",
-        ask=_ask_direction,
-        needs=("jacobian",),
-        objection=_object_to_vector,
-        result=stage("lost direction"),
+        "lost-direction", "Lost direction of motion", "6.8", needs=("jacobian",),
+        stage="lost direction", sample=_ask_direction, objection=_object_to_vector, is_made_of_jacobian=True,
         entry_names=lambda chain, _: [f"u_{{{row}}}" for row in range(1, len(chain.task) + 1)],
-        is_made_of_jacobian=True,
         without={"follow-through": "a wrong Jacobian mostly loses no direction where J does"},
     ),
-    Question(
-        name="lost-motion",
-        title="Motion that is lost",
-        source="6.8",
-        ask=_ask_motion,
-        objection=_object_to_motion,
-    ),
-)
+    Question("lost-motion", "Motion that is lost", "6.8", sample=_ask_motion, objection=_object_to_motion),
+)  # fmt: skip

@@ -12,7 +12,6 @@ from functools import lru_cache
 import numpy as np
 import sympy as sp
 
-from qdot.exercises.answers import Matrix
 from qdot.exercises.arm.arithmetic import apply_matrix
 from qdot.exercises.arm.chain import TASK_ROWS, Chain
 from qdot.exercises.arm.conventions import convention_of
@@ -22,8 +21,12 @@ from qdot.exercises.arm.derivation_graph import Working
 from qdot.exercises.arm.kinematics import Z
 from qdot.exercises.arm.trigonometry import count_terms, textbook
 from qdot.exercises.common.stream import Stream
-from qdot.exercises.problem.problem import Details, Part
-from qdot.exercises.questions.base import MOST_TERMS, Asked, Question, velocities
+from qdot.exercises.problem.problem import Details
+from qdot.exercises.questions.base import (
+    MOST_TERMS,
+    Question,
+    velocities,
+)
 
 FURTHEST = 3
 """Frames behind it are too much work by hand."""
@@ -74,23 +77,14 @@ def _collect_rates(vector: sp.Matrix, generic: Chain) -> sp.Matrix:
     return vector.applyfunc(entry)
 
 
-def _velocity(chain: Chain, frame: int) -> sp.Matrix:
-    fill, step = derive(chain).fill, _steps(structure(chain).chain)[frame - 1]
-    return step.v.col_join(step.omega).applyfunc(fill)
-
-
-def _ask(chain: Chain, rng: Stream) -> Asked:
-    fill = derive(chain).fill
-    frame = rng.choice(_frames(chain))
-    steps = tuple(
-        Step(
-            step.number,
-            step.kind,
-            *(matrix.applyfunc(fill) for matrix in (step.rotation, step.origin, step.omega, step.v)),
-        )
-        for step in _steps(structure(chain).chain)[:frame]
+def _details(chain: Chain, rng: Stream) -> FromFrameToFrame:
+    fill, frame = derive(chain).fill, rng.choice(_frames(chain))
+    steps = _steps(structure(chain).chain)[:frame]
+    filled = (
+        Step(step.number, step.kind, *(m.applyfunc(fill) for m in (step.rotation, step.origin, step.omega, step.v)))
+        for step in steps
     )
-    return Matrix(_velocity(chain, frame)), FromFrameToFrame(frame=frame, steps=steps)
+    return FromFrameToFrame(frame=frame, steps=tuple(filled))
 
 
 def _frames(chain: Chain) -> list[int]:
@@ -100,33 +94,29 @@ def _frames(chain: Chain) -> list[int]:
 
 @lru_cache(maxsize=4096)
 def _count_terms(chain: Chain, frame: int) -> int:
-    return count_terms(_velocity(chain, frame))
-
-
-def _object_to_joints(chain: Chain) -> str | None:
-    return None if chain.n > 1 else "it has one joint"
+    step = _steps(structure(chain).chain)[frame - 1]
+    return count_terms(step.v.col_join(step.omega).applyfunc(derive(chain).fill))
 
 
 def _object_to_length(chain: Chain) -> str | None:
     return None if _frames(chain) else "the velocities of its frames are too long to be worked out by hand"
 
 
-def _result(w: Working, part: Part) -> np.ndarray:
-    frame = part.about(FromFrameToFrame).frame
-    return apply_matrix(w.up_to(frame)["tool jacobian"], w["joint rates"][:frame])
+def _formula(w: Working, details: Details) -> np.ndarray:
+    assert isinstance(details, FromFrameToFrame)
+    return apply_matrix(w.up_to(details.frame)["tool jacobian"], w["joint rates"][: details.frame])
+
+
+def _reference(chain: Chain, details: Details) -> sp.Matrix:
+    assert isinstance(details, FromFrameToFrame)
+    return details.steps[-1].v.col_join(details.steps[-1].omega)
 
 
 QUESTIONS = (
     Question(
-        name="own-frame-velocity",
-        title="Velocity of a frame in its own coordinates",
-        source="6.9 and 6.10",
-        ask=_ask,
-        points=2.0,
-        speaks_of=FRAMES_OF_JOINTS,
-        objection=_object_to_joints,
-        too_long=_object_to_length,
-        result=_result,
-        entry_names=lambda chain, _: velocities(TASK_ROWS),
+        "own-frame-velocity", "Velocity of a frame in its own coordinates", "6.9 and 6.10", points=2.0,
+        speaks_of=FRAMES_OF_JOINTS, formula=_formula, reference=_reference, details=_details,
+        entry_names=lambda chain, _: velocities(TASK_ROWS), too_long=_object_to_length,
+        objection=lambda chain: None if chain.n > 1 else "it has one joint",
     ),
-)
+)  # fmt: skip

@@ -26,7 +26,11 @@ from qdot.exercises.arm.mpmath_kinematics import (
 from qdot.exercises.arm.trigonometry import Factored, factor_trig
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.problem.problem import Details
-from qdot.exercises.questions.base import Asked, Question, joint_rates, number, stage
+from qdot.exercises.questions.base import (
+    Asked,
+    Question,
+    joint_rates,
+)
 from qdot.exercises.questions.inversion import THREE_DIGITS, Configuration, InSituation, jacobian_at, sample_situation
 
 TERMS = 12
@@ -72,11 +76,11 @@ def objection_to_mixed_joints(chain: Chain) -> str | None:
     return None
 
 
-# --- det(J J^T) ---
-
-
-def _object_to_gram(chain: Chain) -> str | None:
+def _object_to_least_norm(chain: Chain) -> str | None:
     return objection_unless_redundant(chain) or objection_to_mixed_joints(chain)
+
+
+# --- det(J J^T) ---
 
 
 def _object_to_length(chain: Chain) -> str | None:
@@ -93,12 +97,14 @@ class OfMinors(Details):
     squares: tuple[sp.Expr, ...]
 
 
-def _ask_gram(chain: Chain, rng: Stream) -> Asked:
-    known, values = structure(chain), dict(structure(chain).values)
-    squares = tuple(minor.substitute(values) ** 2 for minor in split_minors(known.chain)[1])
-    return Expression(_generic_gram(known.chain).substitute(values)), OfMinors(
-        shared=_shared_factors(chain), squares=squares
-    )
+def _gram_determinant(chain: Chain) -> sp.Expr:
+    return _generic_gram(structure(chain).chain).substitute(dict(structure(chain).values))
+
+
+def _details_of_gram(chain: Chain, rng: Stream) -> OfMinors:
+    values = dict(structure(chain).values)
+    squares = tuple(minor.substitute(values) ** 2 for minor in split_minors(structure(chain).chain)[1])
+    return OfMinors(shared=_shared_factors(chain), squares=squares)
 
 
 def _shared_factors(chain: Chain) -> sp.Expr:
@@ -142,10 +148,6 @@ def _count_leaves(expression: sp.Expr) -> int:
 
 
 # --- least-norm joint rates ---
-
-
-def _object_to_norm(chain: Chain) -> str | None:
-    return objection_unless_redundant(chain) or objection_to_mixed_joints(chain)
 
 
 def pose_of(configuration: Configuration, chain: Chain) -> dict[str, float]:
@@ -239,42 +241,19 @@ def self_motion(chain: Chain) -> sp.Matrix:
 
 QUESTIONS = (
     Question(
-        name="gram-determinant",
-        title="det(J Jᵀ) of a redundant arm",
-        source="6.8 for m < n",
-        ask=_ask_gram,
-        needs=("jacobian",),
-        points=2.0,
-        objection=_object_to_gram,
-        too_long=_object_to_length,
-        result=number("gram determinant"),
-        entry_names=lambda chain, _: [r"\det(J J^T)"],
-        is_made_of_jacobian=True,
-        is_made_of_minors=True,
-        follows=(("jacobian",),),
+        "gram-determinant", "det(J Jᵀ) of a redundant arm", "6.8 for m < n", points=2.0, needs=("jacobian",),
+        stage="gram determinant", written={"gram determinant": _gram_determinant}, answer_type=Expression,
+        details=_details_of_gram, entry_names=lambda chain, _: [r"\det(J J^T)"],
+        objection=_object_to_least_norm, too_long=_object_to_length, is_made_of_jacobian=True, is_made_of_minors=True,
     ),
     Question(
-        name="least-norm-rates",
-        title="Joint rates of least norm",
-        source="6.7 for m < n",
-        ask=_ask_least_norm,
-        needs=("jacobian",),
-        objection=_object_to_norm,
-        result=lambda w, _: apply_matrix(w["pseudo-inverse"], w["wanted velocity"]),
-        labels=joint_rates,
-        is_made_of_jacobian=True,
-        follows=(("jacobian",),),
+        "least-norm-rates", "Joint rates of least norm", "6.7 for m < n", needs=("jacobian",),
+        formula=lambda w, _: apply_matrix(w["pseudo-inverse"], w["wanted velocity"]), sample=_ask_least_norm,
+        labels=joint_rates, objection=_object_to_least_norm, is_made_of_jacobian=True,
     ),
     Question(
-        name="self-motion",
-        title="Self-motion of a redundant arm",
-        source="6.4 for m < n",
-        ask=_ask_self_motion,
-        needs=("jacobian",),
-        objection=_object_to_motion,
-        result=stage("self-motion"),
-        labels=joint_rates,
+        "self-motion", "Self-motion of a redundant arm", "6.4 for m < n", needs=("jacobian",),
+        stage="self-motion", sample=_ask_self_motion, labels=joint_rates, objection=_object_to_motion,
         is_made_of_jacobian=True,
-        follows=(("jacobian",),),
     ),
 )  # fmt: skip

@@ -20,7 +20,11 @@ from qdot.exercises.arm.normalized_arm import first_joint_moves_all, normalize_a
 from qdot.exercises.arm.singularity import Component, singular_set
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.problem.problem import Details, by_name
-from qdot.exercises.questions.base import Asked, Question, number
+from qdot.exercises.questions.base import (
+    Asked,
+    Question,
+    stage_formula,
+)
 from qdot.exercises.questions.inversion import conditioning, sample_lengths, sample_pose, well_conditioned
 
 OPTIONS = {
@@ -34,17 +38,18 @@ def _ask_conditions(chain: Chain, rng: Stream) -> Asked:
     return ConditionSet(singular_set(chain) or ()), Details()
 
 
-def _has_singularities(chain: Chain) -> str | None:
+def objection_unless_singular(chain: Chain) -> str | None:
+    """Return the objection to an arm without singular configurations, or with nothing else."""
     components = singular_set(chain)
     if components is None:
         return "its Jacobian has less than full rank everywhere"
     return None if components else "it has no singular configuration"
 
 
-def _has_sure_kinds(chain: Chain) -> str | None:
+def _object_to_kinds(chain: Chain) -> str | None:
     if not kind_is_sure(chain):
         return "boundary or internal can't be established for its task"
-    return _has_singularities(chain)
+    return objection_unless_singular(chain)
 
 
 @dataclass(frozen=True)
@@ -89,7 +94,7 @@ class OfKind(Details):
         return by_name(self.place.joints)
 
 
-def _ask_type(chain: Chain, rng: Stream) -> Asked:
+def _ask_type(chain: Chain, rng: Stream) -> Asked | None:
     """Draw the right answer first, then a place of that kind; the kind is established by computation."""
     components = singular_set(chain) or ()
     for kind in rng.permutation(tuple(OPTIONS)):
@@ -97,7 +102,7 @@ def _ask_type(chain: Chain, rng: Stream) -> Asked:
         if place is not None:
             order = rng.permutation(tuple(OPTIONS))
             return Choice(tuple(OPTIONS[k] for k in order), order.index(kind)), OfKind(place=place, type=kind)
-    raise RuntimeError(f"no configuration of {chain} could be classified; please report this")
+    return None
 
 
 def _sample_place(chain: Chain, components: tuple[Component, ...], kind: str, rng: Stream) -> Place | None:
@@ -208,22 +213,12 @@ def _kinds_of_pose(chain: Chain, values: tuple[sp.Expr, ...]) -> frozenset[str |
 
 QUESTIONS = (
     Question(
-        name="singular-angles",
-        title="Singular configurations",
-        source="6.8",
-        ask=_ask_conditions,
-        needs=("determinant", "jacobian"),
-        points=2.0,
-        objection=_has_singularities,
-        follows=(("determinant",), ("jacobian",)),
-        vanishes=number("determinant"),
+        "singular-angles", "Singular configurations", "6.8", points=2.0, needs=("determinant", "jacobian"),
+        sample=_ask_conditions, objection=objection_unless_singular, follows_from=(("determinant",), ("jacobian",)),
+        vanishes=stage_formula("determinant"),
         without={"platforms": "conditions are asked as a choice of configurations there (`singular-configurations`)"},
     ),
     Question(
-        name="singularity-type",
-        title="Type of singularity",
-        source="below 6.7",
-        ask=_ask_type,
-        objection=_has_sure_kinds,
+        "singularity-type", "Type of singularity", "below 6.7", sample=_ask_type, objection=_object_to_kinds,
     ),
 )  # fmt: skip

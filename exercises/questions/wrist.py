@@ -10,28 +10,23 @@ from functools import lru_cache
 import numpy as np
 import sympy as sp
 
-from qdot.exercises.answers import Matrix
 from qdot.exercises.arm.appearance import wrist_centre
 from qdot.exercises.arm.arithmetic import determinant
 from qdot.exercises.arm.chain import TASK_ROWS, Chain
 from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.arm.conventions.base import FRAMES
 from qdot.exercises.arm.derivation import derive, structure
-from qdot.exercises.arm.derivation_graph import Working
 from qdot.exercises.arm.kinematics import Z, frame_behind, frames_and_point
 from qdot.exercises.arm.trigonometry import Factored, are_identical, factor_trig, substitute, textbook
 from qdot.exercises.arm.vectors import rot_x, rot_z
 from qdot.exercises.common.stream import Stream
-from qdot.exercises.problem.problem import Details, Part
+from qdot.exercises.problem.problem import Details
 from qdot.exercises.questions.base import (
     MOST_TERMS,
-    Asked,
     Question,
     first_three,
     joint_rates,
     objection_unless_square,
-    stage,
-    substitute_stage,
 )
 
 
@@ -148,20 +143,12 @@ def _wrap_angle(angle: sp.Expr) -> sp.Expr:
     return sp.pi - sp.Mod(sp.pi - angle, 2 * sp.pi) if angle.is_number else angle
 
 
-def _ask_arm_block(chain: Chain, rng: Stream) -> Asked:
-    return Matrix(arm_block(chain)), Details()
-
-
-def _ask_wrist_block(chain: Chain, rng: Stream) -> Asked:
+def _details_of_wrist(chain: Chain, rng: Stream) -> WristAxes:
     convention = convention_of(chain)
     first = convention.frame_on_axis(4)
     turns = tuple(convention.rotation(row) for row in convention.rows[first:][:2])
     block = wrist_block(chain)
-    return Matrix(block), WristAxes(rotations=turns, inner=turns[1][:, 2], z_4=block[:, 1], z_5=block[:, 2])
-
-
-def _ask_determinants(chain: Chain, rng: Stream) -> Asked:
-    return Matrix(block_determinants(chain)), ByBlocks(blocks=blocks(chain))
+    return WristAxes(rotations=turns, inner=turns[1][:, 2], z_4=block[:, 1], z_5=block[:, 2])
 
 
 @lru_cache(maxsize=1024)
@@ -190,54 +177,25 @@ def objection_to_long_block(chain: Chain) -> str | None:
     return f"its arm block has {count} terms, too many to be worked out by hand" if count > MOST_TERMS else None
 
 
-# --- out of a derivation ---
-
-
-def _derived_determinants(w: Working, part: Part) -> np.ndarray:
-    return np.stack([determinant(w["arm block"]), determinant(w["wrist block"])])
-
-
 QUESTIONS = (
     Question(
-        name="arm-block",
-        speaks_of=FRAMES,
-        title="Arm block of the Jacobian",
-        source="6.12",
-        ask=_ask_arm_block,
-        points=2.0,
-        objection=objection_unless_partitioned,
-        too_long=objection_to_long_block,
-        result=stage("arm block"),
-        grid=lambda chain: (TASK_ROWS[:3], joint_rates(chain)[:3]),
-        substitutes=substitute_stage("arm block"),
-        adds_up="columns of links",
-        linear_rows=first_three,
+        "arm-block", "Arm block of the Jacobian", "6.12", points=2.0, speaks_of=FRAMES,
+        stage="arm block", grid=lambda chain: (TASK_ROWS[:3], joint_rates(chain)[:3]),
+        objection=objection_unless_partitioned, too_long=objection_to_long_block,
+        adds_up="columns of links", linear_rows=first_three,
     ),
     Question(
-        name="wrist-block",
-        speaks_of=FRAMES,
-        title="Wrist block of the Jacobian",
-        source="6.12",
-        ask=_ask_wrist_block,
-        objection=objection_unless_partitioned,
-        result=stage("wrist block"),
-        grid=lambda chain: (TASK_ROWS[3:], joint_rates(chain)[3:]),
-        substitutes=substitute_stage("wrist block"),
+        "wrist-block", "Wrist block of the Jacobian", "6.12", speaks_of=FRAMES,
+        stage="wrist block", written={"wrist block": wrist_block}, details=_details_of_wrist,
+        grid=lambda chain: (TASK_ROWS[3:], joint_rates(chain)[3:]), objection=objection_unless_partitioned,
     ),
     Question(
-        name="block-determinants",
-        speaks_of=FRAMES,
-        title="Determinants of the blocks",
-        source="6.8",
-        ask=_ask_determinants,
+        "block-determinants", "Determinants of the blocks", "6.8", points=2.0, speaks_of=FRAMES,
         needs=("arm-block", "wrist-block"),
-        points=2.0,
-        objection=objection_unless_partitioned,
-        too_long=objection_to_long_block,
-        result=_derived_determinants,
+        formula=lambda w, _: np.stack([determinant(w["arm block"]), determinant(w["wrist block"])]),
+        reference=lambda chain, _: block_determinants(chain), details=lambda chain, _: ByBlocks(blocks=blocks(chain)),
         entry_names=lambda chain, _: [r"\det J_{11}", r"\det J_{22}"],
-        is_made_of_jacobian=True,
-        is_made_of_minors=True,
-        follows=(("arm-block", "wrist-block"),),
+        objection=objection_unless_partitioned, too_long=objection_to_long_block,
+        is_made_of_jacobian=True, is_made_of_minors=True,
     ),
 )  # fmt: skip

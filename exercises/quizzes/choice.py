@@ -1,7 +1,7 @@
 """One right option out of four: which is the position, the Jacobian, a column of it, its determinant, …"""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 
 import sympy as sp
@@ -10,10 +10,10 @@ from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.derivation import derive
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.questions import QUESTIONS
-from qdot.exercises.questions.base import Asked, Question
+from qdot.exercises.questions.base import Asked
 from qdot.exercises.questions.screws import SOURCE
 from qdot.exercises.questions.statics import load_symbols
-from qdot.exercises.quizzes.asking import Ask, short_question
+from qdot.exercises.quizzes.asking import ShortQuestion
 from qdot.exercises.quizzes.options import Options, choice_of
 from qdot.exercises.quizzes.wrong import Subject, four_options
 from qdot.exercises.quizzes.wrong_sets import four_sets
@@ -26,6 +26,7 @@ class AboutSubject(Options):
     subject: Subject
 
 
+Ask = Callable[[Chain, Stream], Asked | None]
 Subjects = Callable[[Chain], list[Subject]]
 """What a question could be about on an arm."""
 
@@ -87,23 +88,27 @@ def _ask_sets(chain: Chain, rng: Stream) -> Asked | None:
 NO_FOUR = "there are no four options that are short and go together"
 
 
-def _formula_choice(name: str, title: str, source: str, base: str, subjects: Subjects) -> Question:
-    ask = _make_ask(subjects)
-    return short_question(name, title, source, ask, "choice", base, NO_FOUR, (base,), template="formula-choice")
-
-
-def _screw_choice(name: str, title: str, base: str, first: int) -> Question:
-    ask = _make_ask(_screw_columns(base, first))
-
+def _object_to_screws(name: str, base: str, ask: Ask) -> Callable[[Chain], str | None]:
     @lru_cache(maxsize=2048)
     def object_to_arm(chain: Chain) -> str | None:
         """Look at the arm itself: its structure does not determine where it is at home."""
         by_axes = QUESTIONS[base].objects(chain) is None
         return NO_FOUR if by_axes and ask(chain, Stream(f"quiz/{name}")) is None else None
 
-    return short_question(
-        name, title, SOURCE, ask, "choice", base, NO_FOUR, (base,), sense=object_to_arm, template="screw-choice"
-    )
+    return object_to_arm
+
+
+def _formula_choice(name: str, title: str, source: str, base: str, subjects: Subjects) -> ShortQuestion:
+    return ShortQuestion(
+        name, title, source, sample=_make_ask(subjects), form="choice", about=base, otherwise=NO_FOUR, shows=(base,),
+        template="formula-choice", speaks_of=QUESTIONS[base].speaks_of,
+    )  # fmt: skip
+
+
+def _screw_choice(name: str, title: str, base: str, first: int) -> ShortQuestion:
+    choice = _formula_choice(name, title, SOURCE, base, _screw_columns(base, first))
+    ask = _make_ask(_screw_columns(base, first))
+    return replace(choice, template="screw-choice", objection=_object_to_screws(name, base, ask))
 
 
 CHOICES = (
@@ -121,8 +126,8 @@ CHOICES = (
     _formula_choice("torque-choice", "Which joint torque?", "dual of 6.4", "joint-torques", _moving_torques),
     _screw_choice("screw-choice", "Which screw?", "home-screws", 1),
     _screw_choice("space-column-choice", "Which column of the space Jacobian?", "space-jacobian", 2),
-    short_question(
-        "singular-angles-choice", "Where is it singular?", "6.8", _ask_sets, "choice", "singular-angles", NO_FOUR,
-        ("singular-angles",),
+    ShortQuestion(
+        "singular-angles-choice", "Where is it singular?", "6.8", sample=_ask_sets, form="choice",
+        about="singular-angles", otherwise=NO_FOUR, shows=("singular-angles",),
     ),
 )  # fmt: skip

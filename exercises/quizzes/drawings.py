@@ -10,7 +10,7 @@ from qdot.exercises.arm.singularity import singular_set
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.questions.base import Asked
 from qdot.exercises.questions.geometry import AtPose, evaluate_precisely, regular_pose, shown_pose
-from qdot.exercises.quizzes.asking import short_question
+from qdot.exercises.quizzes.asking import ShortQuestion
 from qdot.exercises.quizzes.options import Places
 from qdot.exercises.quizzes.places import pose_words, regular_poses, singular_poses, take_distinct, with_random_lengths
 
@@ -88,13 +88,14 @@ def _ask_which_drawing(chain: Chain, rng: Stream) -> Asked | None:
 
 
 DRAWN = (
-    short_question(
-        "true-or-false", "True or false?", "6.12", _ask_true_or_false, "true or false", "jacobian",
-        "nothing can be said of its configurations",
-        undiagnosed="one of two answers tells of no way to it",
+    ShortQuestion(
+        "true-or-false", "True or false?", "6.12", sample=_ask_true_or_false, form="true or false", about="jacobian",
+        otherwise="nothing can be said of its configurations",
+        without={"diagnosis": "one of two answers tells of no way to it"},
     ),
-    short_question(
-        "singular-drawing", "Which drawing shows a singular configuration?", "6.8", _ask_which_drawing, "choice",
-        "singular-angles", "it has no four configurations to choose from", ("singular-angles",),
+    ShortQuestion(
+        "singular-drawing", "Which drawing shows a singular configuration?", "6.8", sample=_ask_which_drawing,
+        form="choice", about="singular-angles", otherwise="it has no four configurations to choose from",
+        shows=("singular-angles",),
     ),
 )  # fmt: skip

@@ -10,7 +10,7 @@ from qdot.exercises.arm.derivation import derive, structure
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.problem.problem import Details
 from qdot.exercises.questions.base import Asked, objection_unless_square
-from qdot.exercises.quizzes.asking import short_question
+from qdot.exercises.quizzes.asking import NO_STACK, ShortQuestion
 from qdot.exercises.quizzes.options import OfferedOption, Options, Places
 from qdot.exercises.quizzes.places import pose_words, regular_poses, singular_poses, take_distinct, with_random_lengths
 from qdot.exercises.quizzes.wrong import LONGEST, Subject, all_differ, wrong_forms
@@ -158,18 +158,19 @@ def _ways_to_write(generic: Chain, formula: sp.Expr, quantity: Quantity | None =
 
 
 SELECTIONS = (
-    short_question(
-        "singular-configurations", "Which of these are singular?", "6.8", _ask_configurations, "selection",
-        "singular-angles", "it has no five configurations to choose from", ("singular-angles",), points=1.0,
+    ShortQuestion(
+        "singular-configurations", "Which of these are singular?", "6.8", points=1.0, sample=_ask_configurations,
+        form="selection", about="singular-angles", otherwise="it has no five configurations to choose from",
+        shows=("singular-angles",), without=NO_STACK,
     ),
-    short_question(
-        "dependence", "On which joints does it depend?", "6.4", _ask_dependence, "selection",
-        "jacobian", "what could be asked about depends on all joints, or on none",
-        undiagnosed="the letters of joints tell of no way to them",
+    ShortQuestion(
+        "dependence", "On which joints does it depend?", "6.4", sample=_ask_dependence, form="selection",
+        about="jacobian", otherwise="what could be asked about depends on all joints, or on none",
+        without={**NO_STACK, "diagnosis": "the letters of joints tell of no way to them"},
     ),
-    short_question(
-        "equal-forms", "Which of these are the same?", "6.4", _ask_forms, "selection",
-        "jacobian", "no result of it is short and can be written in several ways", ("jacobian", "determinant"),
-        points=1.0,
+    ShortQuestion(
+        "equal-forms", "Which of these are the same?", "6.4", points=1.0, sample=_ask_forms, form="selection",
+        about="jacobian", otherwise="no result of it is short and can be written in several ways",
+        shows=("jacobian", "determinant"), without=NO_STACK,
     ),
 )  # fmt: skip

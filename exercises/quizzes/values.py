@@ -13,7 +13,7 @@ from qdot.exercises.common.stream import Stream
 from qdot.exercises.questions.base import Asked
 from qdot.exercises.questions.geometry import DIGITS, AtPose, Pose, evaluate_precisely, regular_pose
 from qdot.exercises.questions.inversion import THREE_DIGITS
-from qdot.exercises.quizzes.asking import short_question
+from qdot.exercises.quizzes.asking import ShortQuestion
 
 SLOW = 0.05
 """Least speed that is asked for, in m/s."""
@@ -69,15 +69,17 @@ def _object_to_line(chain: Chain) -> str | None:
     return None if moving >= 2 else "its point moves along a line, or not at all"
 
 
+NO_DIAGNOSIS = {"diagnosis": "short questions in numbers are not held against the catalogue yet"}
+
 VALUES = (
-    short_question(
-        "determinant-value", "Determinant in a configuration", "6.8", _ask_determinant, "number", "determinant",
-        "no regular configuration was found", sense=_object_to_units, entry_names=lambda *_: [r"\det J"],
-        undiagnosed="short questions in numbers are not held against the catalogue yet",
+    ShortQuestion(
+        "determinant-value", "Determinant in a configuration", "6.8", sample=_ask_determinant, form="number",
+        about="determinant", otherwise="no regular configuration was found", objection=_object_to_units,
+        entry_names=lambda *_: [r"\det J"], without=NO_DIAGNOSIS,
     ),
-    short_question(
-        "speed", "Speed of the point", "6.4", _ask_speed, "number", "jacobian",
-        "no configuration was found where it moves", sense=_object_to_line, entry_names=lambda *_: ["|v_P|"],
-        undiagnosed="short questions in numbers are not held against the catalogue yet",
+    ShortQuestion(
+        "speed", "Speed of the point", "6.4", sample=_ask_speed, form="number", about="jacobian",
+        otherwise="no configuration was found where it moves", objection=_object_to_line,
+        entry_names=lambda *_: ["|v_P|"], without=NO_DIAGNOSIS,
     ),
 )  # fmt: skip

@@ -230,16 +230,16 @@ class _Context:
     def worked_out(self, part: Part, own: Own) -> "Rows | np.ndarray | None":
         """Return the answer that follows from earlier ones; None where that is too long, or there is none."""
         question = QUESTIONS[part.kind]
-        derived = question.vanishes or question.result
+        derived = question.vanishes or question.formula
         if derived is None or (question.is_long and any(len(rows) > MOST_ROWS for rows in own.values())):
             return None
         try:
             if part.answer.is_in_numbers:
                 values = sample_configurations(self.chain, part, self.domain, 1, Stream(self.seed))
                 given = {name: _at(rows, values) for name, rows in own.items()}
-                return derived(_with(numbers(self.chain, values), given), part)[..., 0].ravel().astype(float)
+                return derived(_with(numbers(self.chain, values), given), part.details)[..., 0].ravel().astype(float)
             given = {name: Trees.matrix(rows) for name, rows in own.items()}
-            rows = Trees.rows(derived(_with(trees(self.chain), given), part))
+            rows = Trees.rows(derived(_with(trees(self.chain), given), part.details))
             return rows if sum(size_of(entry) for row in rows for entry in row) <= 20 * LONGEST else None
         except ReadError:
             return None
