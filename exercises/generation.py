@@ -118,23 +118,25 @@ def applicable_questions(chain: Chain, among: Mapping[str, Question] = QUESTIONS
     return tuple(name for name, question in among.items() if question.refusal(chain) is None)
 
 
-def questions_of(family: str | Family, convention: str = "") -> tuple[str, ...]:
-    """Return the names of the questions that can be asked of every arm of a family, or of some of a varied one.
+def _known_family(family: str | Family) -> Family:
+    return family_named(family) if isinstance(family, str) else family
 
-    Of registered families as they tell their arms, they are listed (`families.listing`), as finding them out takes a
-    second for each.
-    """
-    known = family_named(family) if isinstance(family, str) else family
-    if convention:
-        return find_questions(known, convention)
-    if FAMILIES.get(known.name) is known and known.name in listing():
-        return listing()[known.name].questions
-    return find_questions(known)
+
+def _listed(family: Family) -> FamilyListing | None:
+    """Return what is listed of a registered family, as finding it out takes seconds; None of any other family."""
+    return listing().get(family.name) if FAMILIES.get(family.name) is family else None
+
+
+def questions_of(family: str | Family, convention: str = "") -> tuple[str, ...]:
+    """Return the names of the questions that can be asked of every arm of a family, or of some of a varied one."""
+    known = _known_family(family)
+    entry = _listed(known)
+    return find_questions(known, convention) if entry is None or convention else entry.questions
 
 
 def short_quiz(family: str | Family, convention: str = "") -> tuple[str, ...]:
     """Return a quiz for a family's arms: a short question of each form, as far as one can be asked."""
-    known = family_named(family) if isinstance(family, str) else family
+    known = _known_family(family)
     identities = (ProblemId(known.name, seed, convention=convention) for seed in range(QUIZ_LOOKED_AT))
     arms = [sample_chain(identity, known) for identity in identities]
     chosen: dict[str, str] = {}
@@ -178,8 +180,8 @@ def _sampled_arms(family: Family) -> tuple[Chain, ...]:
 
 def listing_of(family: str | Family, convention: str = "") -> FamilyListing:
     """Return what is listed of a registered family; of a robot, or of a new one, it is found out here."""
-    known = family_named(family) if isinstance(family, str) else family
-    entry = (None if known.robot else listing().get(known.name)) or find_out(known)
+    known = _known_family(family)
+    entry = _listed(known) or find_out(known)
     return replace(entry, questions=find_questions(known, convention)) if convention else entry
 
 
@@ -210,18 +212,19 @@ def check_questions(
     convention: str = "",
 ) -> None:
     """Raise QdotError where a question is unknown, asked twice, or can't be asked of the family's arms."""
-    known = family_named(family) if isinstance(family, str) else family
+    known = _known_family(family)
     _check_names(questions)
     if FAMILIES.get(known.name) is known:
         for name in questions:
             if (reason := ASKED[name].objection_to_convention(convention or CONVENTIONS[0])) is not None:
                 raise QdotError(f"question {name!r} can't be asked of {known.name}: {reason}")
-    if FAMILIES.get(known.name) is known and known.name in listing() and not convention:
-        can_be_asked = listing()[known.name].questions
-        if not known.varied and band is None and variation in STEPS and set(questions) <= set(can_be_asked):
+    entry = None if convention else _listed(known)
+    if entry is not None:
+        missing = [name for name in questions if name not in entry.questions]
+        if not known.varied and band is None and variation in STEPS and not missing:
             return  # what is listed, for arms of every step, need not be derived
-        for name in questions if known.varied else ():
-            if name in QUESTIONS and name not in can_be_asked:
+        for name in missing:
+            if known.varied and name in QUESTIONS:
                 raise QdotError(
                     f"question {name!r} can be asked of no arm of {known.name}; "
                     f"`qdot families {known.name}` lists what can"
@@ -297,22 +300,10 @@ def _parts(identity: ProblemId, chain: Chain, points: Sequence[float] | None) ->
     return tuple(parts)
 
 
-def student_problem_id(
-    secret: str,
-    student: str,
-    slot: str,
-    family: str,
-    questions: Sequence[str],
-    band: tuple[int, int] | None = None,
-    variation: str = DEFAULT,
-    convention: str = "",
-    twist_order: str = "",
-) -> ProblemId:
-    """Return the problem of one student in one slot of an assignment; without the secret it can't be guessed.
+def student_problem_id(secret: str, student: str, slot: str, problem: ProblemId) -> ProblemId:
+    """Return the problem of one student in one slot of an assignment: `problem` with a seed of the student's own.
 
-    It depends on nobody else, so that a student who joins later changes no other problem.
+    Without the secret it can't be guessed. It depends on nobody else, so that a student who joins later changes no
+    other problem.
     """
-    seed = derive_seed(secret, student, slot, family)
-    return ProblemId(
-        family, seed, tuple(questions), band=band, variation=variation, convention=convention, twist_order=twist_order
-    )
+    return replace(problem, seed=derive_seed(secret, student, slot, problem.family))

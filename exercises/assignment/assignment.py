@@ -167,9 +167,13 @@ class Slot:
     def identity(self, secret: str, student: str, draw: int = 1) -> ProblemId:
         """Return the identity of a student's problem in this slot; draws after the first have different seeds."""
         place = self.name if draw == 1 else f"{self.name}/{draw}"
-        return student_problem_id(
-            secret, student, place, self.family.name, self.questions, self.band, self.variation, self.convention,
-            self.twist_order,
+        return student_problem_id(secret, student, place, self.identity_of_seed(0))
+
+    def identity_of_seed(self, seed: int) -> ProblemId:
+        """Return the identity of the problem of this slot with a given seed."""
+        return ProblemId(
+            self.family.name, seed, self.questions, band=self.band, variation=self.variation,
+            convention=self.convention, twist_order=self.twist_order,
         )  # fmt: skip
 
     def problem(self, secret: str, student: str, draw: int = 1) -> Problem:
@@ -178,11 +182,7 @@ class Slot:
 
     def problem_with(self, seed: int) -> Problem:
         """Return the problem of this slot with a given seed."""
-        identity = ProblemId(
-            self.family.name, seed, self.questions, band=self.band, variation=self.variation,
-            convention=self.convention, twist_order=self.twist_order,
-        )  # fmt: skip
-        made = generate(identity, points=self.points, family=self.family)
+        made = generate(self.identity_of_seed(seed), points=self.points, family=self.family)
         allowed, credit = dict(self.decimals), dict(self.credit)
         return replace(
             made,

@@ -95,9 +95,6 @@ def objection_to_point(chain: Chain) -> str | None:
     return None if chain.point.frame == chain.n else f"its point moves with frame {chain.point.frame}, not the last"
 
 
-DUTIES = ("diagnosis", "follow-through", "platforms", "STACK")
-"""What is done with the answers to every question, or is told why it can't be (`Question.without`)."""
-
 Formula = Callable[[Working, Details], np.ndarray]
 """An answer as a formula over the stages of a derivation, in any arithmetic: (rows, columns, …), or (rows, …)."""
 
@@ -223,9 +220,8 @@ class Question:
     this one is derived, in the order in which that is tried; unless given, they are those that it `needs`. The
     conditions of a set are where the result that `vanishes` does.
 
-    It is asked of arms whose convention has what it `speaks_of`, one of ASKED_OF; of all arms if that is empty.
-    `without` gives the reason for each of the DUTIES that it lacks; a test finds the gaps without a reason. `title_for`
-    returns the title for an arm for which `title` would be wrong, such as a Jacobian without differentiation.
+    It is asked of arms whose convention has what it `speaks_of`, one of ASKED_OF; of all arms if that is empty. Where
+    `title` would be wrong, as for a Jacobian without differentiation, `title_for` returns the right one.
     """
 
     name: str
@@ -257,10 +253,9 @@ class Question:
     adds_up: Literal["", "links", "columns of links"] = ""
     linear_rows: Callable[[Chain], Sequence[tuple[int, int]]] = no_rows
     last_row: tuple[str, ...] = ()
-    follows_from: tuple[tuple[str, ...], ...] = ()
+    follows_from: tuple[tuple[str, ...], ...] | None = None
     vanishes: Formula | None = None
     speaks_of: str = ""
-    without: Mapping[str, str] = field(default_factory=dict, hash=False)
     title_for: Callable[[Chain], str] | None = None
 
     def __post_init__(self) -> None:
@@ -286,8 +281,9 @@ class Question:
     @property
     def follows(self) -> tuple[tuple[str, ...], ...]:
         """The questions from whose answers this one is derived, in the order in which that is tried."""
-        is_followed = bool(self.needs) and "follow-through" not in self.without
-        return self.follows_from or ((self.needs,) if is_followed else ())
+        if self.follows_from is not None:
+            return self.follows_from
+        return (self.needs,) if self.needs else ()
 
     def heading(self, chain: Chain) -> str:
         """Return the title over the question where it is asked of an arm."""

@@ -18,10 +18,7 @@ from qdot.exercises.arm.mpmath_kinematics import determinant, four_digits, numer
 from qdot.exercises.arm.singularity import singular_set
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.problem.problem import Details
-from qdot.exercises.questions.base import (
-    Asked,
-    Question,
-)
+from qdot.exercises.questions.base import Asked, Question
 from qdot.exercises.questions.differentiation import ForTask
 from qdot.exercises.questions.geometry import (
     AtPose,

@@ -12,13 +12,7 @@ from qdot.exercises.arm.derivation import derive
 from qdot.exercises.arm.derivation_graph import Change, Working
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.problem.problem import Details, OneOfSeveral, Part
-from qdot.exercises.questions.base import (
-    Question,
-    objection_to_length,
-    objection_unless_square,
-    rates_to,
-    velocities,
-)
+from qdot.exercises.questions.base import Question, objection_to_length, objection_unless_square, rates_to, velocities
 
 
 def moving_rows(chain: Chain) -> list[int]:

@@ -26,12 +26,7 @@ from qdot.exercises.arm.path import Line, Station
 from qdot.exercises.arm.singularity import singular_set
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.problem.problem import Details, by_name
-from qdot.exercises.questions.base import (
-    Asked,
-    Question,
-    joint_rates,
-    objection_unless_square,
-)
+from qdot.exercises.questions.base import Asked, Question, joint_rates, objection_unless_square
 from qdot.exercises.questions.inversion import (
     OF_RATES,
     THREE_DIGITS,
@@ -356,9 +351,6 @@ QUESTIONS = (
     Question(
         "path-limit", "Where a joint rate exceeds its limit", "6.7 near a singularity", points=2.0,
         needs=("path-rates",), sample=_ask_path_limit, entry_names=lambda chain, _: ["s"], objection=_object_to_limit,
-        without={
-            "diagnosis": "a distance at which a limit is met does not tell one mistake from another",
-            "follow-through": "it is searched for along the line, and rates are asked for at one distance only",
-        },
+        follows_from=(),
     ),
 )  # fmt: skip

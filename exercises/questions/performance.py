@@ -21,10 +21,7 @@ from qdot.exercises.arm.mpmath_kinematics import (
     ten_digits,
 )
 from qdot.exercises.common.stream import Stream
-from qdot.exercises.questions.base import (
-    Asked,
-    Question,
-)
+from qdot.exercises.questions.base import Asked, Question
 from qdot.exercises.questions.inversion import THREE_DIGITS, InSituation, Situation, jacobian_at, sample_situation
 from qdot.exercises.questions.redundancy import (
     NOTHING,

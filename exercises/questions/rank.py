@@ -12,22 +12,13 @@ from qdot.exercises.answers import Choice, Direction, Number
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.classification import representative_samples
 from qdot.exercises.arm.derivation import derive, structure
-from qdot.exercises.arm.directions import (
-    Line,
-    LostFormula,
-    clear_rank,
-    lost_formula,
-    value_sets,
-)
+from qdot.exercises.arm.directions import Line, LostFormula, clear_rank, lost_formula, value_sets
 from qdot.exercises.arm.kinds import kind_at, kind_is_sure
 from qdot.exercises.arm.meanings import Meaning, Reading, common_kind, read_meanings
 from qdot.exercises.arm.singularity import Component, singular_set
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.problem.problem import Details
-from qdot.exercises.questions.base import (
-    Asked,
-    Question,
-)
+from qdot.exercises.questions.base import Asked, Question
 from qdot.exercises.questions.geometry import (
     AtPose,
     Branch,
@@ -396,6 +387,7 @@ def _kind_with_numbers(chain: Chain, branch: Branch, pose: Pose) -> str | None:
 KIND_WORDS = {"boundary": "a boundary singularity", "internal": "an internal singularity"}
 
 
+# No rank or lost direction follows from a wrong Jacobian, which mostly has full rank where J has not.
 QUESTIONS = (
     Question(
         "singularity-meaning", "Meaning of a singularity", "below 6.7",
@@ -403,14 +395,13 @@ QUESTIONS = (
     ),
     Question(
         "rank", "Rank of the Jacobian", "6.8", needs=("jacobian",), sample=_ask_rank,
-        entry_names=lambda chain, _: [r"\text{rank}"], objection=objection_unless_singular,
-        without={"follow-through": "a wrong Jacobian mostly has full rank where J has not"},
+        entry_names=lambda chain, _: [r"\text{rank}"], objection=objection_unless_singular, follows_from=(),
     ),
     Question(
         "lost-direction", "Lost direction of motion", "6.8", needs=("jacobian",),
         stage="lost direction", sample=_ask_direction, objection=_object_to_vector, is_made_of_jacobian=True,
         entry_names=lambda chain, _: [f"u_{{{row}}}" for row in range(1, len(chain.task) + 1)],
-        without={"follow-through": "a wrong Jacobian mostly loses no direction where J does"},
+        follows_from=(),
     ),
     Question("lost-motion", "Motion that is lost", "6.8", sample=_ask_motion, objection=_object_to_motion),
 )  # fmt: skip

@@ -22,11 +22,7 @@ from qdot.exercises.arm.kinematics import Z
 from qdot.exercises.arm.trigonometry import count_terms, textbook
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.problem.problem import Details
-from qdot.exercises.questions.base import (
-    MOST_TERMS,
-    Question,
-    velocities,
-)
+from qdot.exercises.questions.base import MOST_TERMS, Question, velocities
 
 FURTHEST = 3
 """Frames behind it are too much work by hand."""

@@ -26,11 +26,7 @@ from qdot.exercises.arm.mpmath_kinematics import (
 from qdot.exercises.arm.trigonometry import Factored, factor_trig
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.problem.problem import Details
-from qdot.exercises.questions.base import (
-    Asked,
-    Question,
-    joint_rates,
-)
+from qdot.exercises.questions.base import Asked, Question, joint_rates
 from qdot.exercises.questions.inversion import THREE_DIGITS, Configuration, InSituation, jacobian_at, sample_situation
 
 TERMS = 12

@@ -20,11 +20,7 @@ from qdot.exercises.arm.normalized_arm import first_joint_moves_all, normalize_a
 from qdot.exercises.arm.singularity import Component, singular_set
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.problem.problem import Details, by_name
-from qdot.exercises.questions.base import (
-    Asked,
-    Question,
-    stage_formula,
-)
+from qdot.exercises.questions.base import Asked, Question, stage_formula
 from qdot.exercises.questions.inversion import conditioning, sample_lengths, sample_pose, well_conditioned
 
 OPTIONS = {
@@ -216,7 +212,6 @@ QUESTIONS = (
         "singular-angles", "Singular configurations", "6.8", points=2.0, needs=("determinant", "jacobian"),
         sample=_ask_conditions, objection=objection_unless_singular, follows_from=(("determinant",), ("jacobian",)),
         vanishes=stage_formula("determinant"),
-        without={"platforms": "conditions are asked as a choice of configurations there (`singular-configurations`)"},
     ),
     Question(
         "singularity-type", "Type of singularity", "below 6.7", sample=_ask_type, objection=_object_to_kinds,

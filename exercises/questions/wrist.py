@@ -21,13 +21,7 @@ from qdot.exercises.arm.trigonometry import Factored, are_identical, factor_trig
 from qdot.exercises.arm.vectors import rot_x, rot_z
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.problem.problem import Details
-from qdot.exercises.questions.base import (
-    MOST_TERMS,
-    Question,
-    first_three,
-    joint_rates,
-    objection_unless_square,
-)
+from qdot.exercises.questions.base import MOST_TERMS, Question, first_three, joint_rates, objection_unless_square
 
 
 @lru_cache(maxsize=1024)

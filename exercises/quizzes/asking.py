@@ -4,13 +4,11 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 from qdot.exercises.arm.chain import Chain
+from qdot.exercises.arm.conventions.base import SCREWS
 from qdot.exercises.arm.derivation import structure
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.questions import QUESTIONS
 from qdot.exercises.questions.base import Asked, Question
-
-NO_STACK = {"STACK": "STACK has no input for several letters"}
-"""Why questions whose answers are several letters are not asked there."""
 
 
 @dataclass(frozen=True)
@@ -39,7 +37,9 @@ class ShortQuestion(Question):
         """Return why it makes no sense, or finds nothing to ask."""
         if refused := QUESTIONS[self.about].objects(chain) or self.objection(chain):
             return refused
-        return self.otherwise if _find(self, structure(chain).chain) is None else None
+        # The structure of an arm does not determine where its screws are at home.
+        arms = (chain, structure(chain).chain) if self.speaks_of == SCREWS else (structure(chain).chain,)
+        return self.otherwise if any(_find(self, arm) is None for arm in arms) else None
 
 
 @lru_cache(maxsize=20_000)

@@ -91,7 +91,6 @@ DRAWN = (
     ShortQuestion(
         "true-or-false", "True or false?", "6.12", sample=_ask_true_or_false, form="true or false", about="jacobian",
         otherwise="nothing can be said of its configurations",
-        without={"diagnosis": "one of two answers tells of no way to it"},
     ),
     ShortQuestion(
         "singular-drawing", "Which drawing shows a singular configuration?", "6.8", sample=_ask_which_drawing,

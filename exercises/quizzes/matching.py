@@ -7,7 +7,7 @@ from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.derivation import derive, structure
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.questions.base import Asked
-from qdot.exercises.quizzes.asking import NO_STACK, ShortQuestion
+from qdot.exercises.quizzes.asking import ShortQuestion
 from qdot.exercises.quizzes.options import OfferedOption, Options
 from qdot.exercises.quizzes.wrong import Subject, all_differ, four_options
 
@@ -60,6 +60,6 @@ MATCHINGS = (
     ShortQuestion(
         "match-columns", "Which column belongs to which joint?", "6.12", points=1.0, sample=_ask_columns,
         form="matching", about="jacobian", otherwise="columns of its Jacobian are many, or long, or the same",
-        shows=("jacobian",), without=NO_STACK,
+        shows=("jacobian",),
     ),
 )  # fmt: skip

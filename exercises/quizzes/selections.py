@@ -10,7 +10,7 @@ from qdot.exercises.arm.derivation import derive, structure
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.problem.problem import Details
 from qdot.exercises.questions.base import Asked, objection_unless_square
-from qdot.exercises.quizzes.asking import NO_STACK, ShortQuestion
+from qdot.exercises.quizzes.asking import ShortQuestion
 from qdot.exercises.quizzes.options import OfferedOption, Options, Places
 from qdot.exercises.quizzes.places import pose_words, regular_poses, singular_poses, take_distinct, with_random_lengths
 from qdot.exercises.quizzes.wrong import LONGEST, Subject, all_differ, wrong_forms
@@ -161,16 +161,15 @@ SELECTIONS = (
     ShortQuestion(
         "singular-configurations", "Which of these are singular?", "6.8", points=1.0, sample=_ask_configurations,
         form="selection", about="singular-angles", otherwise="it has no five configurations to choose from",
-        shows=("singular-angles",), without=NO_STACK,
+        shows=("singular-angles",),
     ),
     ShortQuestion(
         "dependence", "On which joints does it depend?", "6.4", sample=_ask_dependence, form="selection",
         about="jacobian", otherwise="what could be asked about depends on all joints, or on none",
-        without={**NO_STACK, "diagnosis": "the letters of joints tell of no way to them"},
     ),
     ShortQuestion(
         "equal-forms", "Which of these are the same?", "6.4", points=1.0, sample=_ask_forms, form="selection",
         about="jacobian", otherwise="no result of it is short and can be written in several ways",
-        shows=("jacobian", "determinant"), without=NO_STACK,
+        shows=("jacobian", "determinant"),
     ),
 )  # fmt: skip

@@ -69,17 +69,15 @@ def _object_to_line(chain: Chain) -> str | None:
     return None if moving >= 2 else "its point moves along a line, or not at all"
 
 
-NO_DIAGNOSIS = {"diagnosis": "short questions in numbers are not held against the catalogue yet"}
-
 VALUES = (
     ShortQuestion(
         "determinant-value", "Determinant in a configuration", "6.8", sample=_ask_determinant, form="number",
         about="determinant", otherwise="no regular configuration was found", objection=_object_to_units,
-        entry_names=lambda *_: [r"\det J"], without=NO_DIAGNOSIS,
+        entry_names=lambda *_: [r"\det J"],
     ),
     ShortQuestion(
         "speed", "Speed of the point", "6.4", sample=_ask_speed, form="number", about="jacobian",
         otherwise="no configuration was found where it moves", objection=_object_to_line,
-        entry_names=lambda *_: ["|v_P|"], without=NO_DIAGNOSIS,
+        entry_names=lambda *_: ["|v_P|"],
     ),
 )  # fmt: skip
