@@ -25,12 +25,12 @@ from qdot.exercises.questions.geometry import (
     Pose,
     distinct_lengths,
     evaluate_precisely,
+    find_singular_pose,
     jacobian_at,
     nearest_integer,
     pose_of,
     precise_lost_direction,
     regular_pose,
-    shown_pose,
 )
 from qdot.exercises.questions.inversion import sample_pose
 
@@ -252,13 +252,7 @@ def _tasks_for(chain: Chain, use: str) -> tuple[tuple[str, ...], ...]:
 
 
 def _pose_for(chain: Chain, use: str, rng: Stream) -> Pose | None:
-    if use != "singular":
-        return regular_pose(chain, rng, 0.06, use == "regular")
-    for component in rng.permutation(singular_set(chain) or ()):
-        pose = shown_pose(chain, (component,), rng)
-        if pose is not None:
-            return pose
-    return None
+    return find_singular_pose(chain, rng) if use == "singular" else regular_pose(chain, rng, 0.06, use == "regular")
 
 
 # --- what a singularity costs ---
@@ -307,22 +301,14 @@ def _object_to_cost(chain: Chain) -> str | None:
 
 @lru_cache(maxsize=1024)
 def _has_cost(chain: Chain) -> bool:
-    return _cost_pose(chain, Stream("cost")) is not None
-
-
-def _cost_pose(chain: Chain, rng: Stream) -> Pose | None:
-    for component in rng.permutation(singular_set(chain) or ()):
-        pose = shown_pose(chain, (component,), rng, len(chain.task) - 1)
-        if pose is not None:
-            return pose
-    return None
+    return find_singular_pose(chain, Stream("cost"), 1) is not None
 
 
 def _ask_cost(chain: Chain, rng: Stream) -> Asked | None:
     """Draw whether three velocities can be produced and one not, or one can and three not."""
     possible = rng.choice((True, False))
     for _ in range(20):
-        pose = _cost_pose(chain, rng)
+        pose = find_singular_pose(chain, rng, 1)
         if pose is None:
             continue
         jacobian = evaluate_precisely(chain, pose, derive(chain).jacobian)

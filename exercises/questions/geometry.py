@@ -4,7 +4,7 @@ A pose is exact: joint values of the component, or the value of one joint for wh
 solved. What is no simple number is shown rounded; references are worked out at the exact pose, with 30 digits.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import lru_cache
 
@@ -19,6 +19,8 @@ from qdot.exercises.arm.directions import CLEAR, Values, clear_rank, task_rows, 
 from qdot.exercises.arm.kinematics import NumericChain
 from qdot.exercises.arm.singularity import Component, singular_set
 from qdot.exercises.common.stream import Stream
+from qdot.exercises.formula.expression import read
+from qdot.exercises.formula.program import compile_program, evaluate
 from qdot.exercises.problem.problem import Details
 from qdot.exercises.questions.inversion import Configuration, lengths_in_table, sample_pose
 
@@ -107,6 +109,11 @@ def sample_of(chain: Chain, pose: Pose) -> Sample:
     return Sample(arm, np.array([float(sp.N(pose.joints[q])) for q in chain.q]))
 
 
+def full_rank(chain: Chain) -> int:
+    """Return the rank of the task Jacobian where the arm is not singular."""
+    return min(len(chain.task), chain.n)
+
+
 def jacobian_at(chain: Chain, pose: Pose) -> np.ndarray:
     """Return the task Jacobian at a pose, (m, n), in floating point."""
     sample = sample_of(chain, pose)
@@ -150,31 +157,38 @@ def regular_pose(
     """
     components = singular_set(chain) or () if misleading else ()
     roots = [solution for component in components for solution in component.solutions or ()]
-    for tried in range(60):
+    for attempt in range(60):
         lengths, joints = distinct_lengths(chain, rng), sample_pose(chain, rng)
-        if roots and tried < 30:
-            joint, values = rng.choice(roots)
-            shift = rng.choice((sp.pi / 2, -sp.pi / 2)) if joint.name.startswith("theta") else sp.Rational(1, 10)
-            value = rng.choice(values).xreplace(lengths)
-            joints[joint] = rng.choice((-value, value + shift, shift - value))
+        if roots and attempt < 30:
+            joints |= false_root(roots, lengths, rng)
         if not all(_is_real(value) for value in joints.values()):
             continue
         pose = pose_of(chain, lengths, {q: wrap_angle(chain, q, value) for q, value in joints.items()})
-        if not (exact and pose.about) and clear_rank(jacobian_at(chain, pose), clear) == min(len(chain.task), chain.n):
+        if not (exact and pose.about) and clear_rank(jacobian_at(chain, pose), clear) == full_rank(chain):
             return pose
     return None
+
+
+def false_root(
+    roots: Sequence[tuple[sp.Symbol, tuple[sp.Expr, ...]]], lengths: Mapping[sp.Symbol, sp.Expr], rng: Stream
+) -> dict[sp.Symbol, sp.Expr]:
+    """Return a joint with what an error of a sign or of a right angle makes of a value at which the arm is singular."""
+    joint, values = rng.choice(roots)
+    shift = rng.choice((sp.pi / 2, -sp.pi / 2)) if joint.name.startswith("theta") else sp.Rational(1, 10)
+    value = rng.choice(values).xreplace(dict(lengths))
+    return {joint: rng.choice((-value, value + shift, shift - value))}
 
 
 def singular_pose(
     chain: Chain,
     components: Sequence[Component],
     rng: Stream,
-    rank: int | None = None,
+    lost: int | None = None,
     wide: bool = False,
     exact: bool = False,
     symbolic: bool = False,
 ) -> Pose | None:
-    """Draw a pose that lies on all of `components` at once and has a clear rank (`rank` if told), or None.
+    """Sample a pose on all of `components` at once whose rank is clearly less than full, by `lost` if given; or None.
 
     With `wide`, open lengths differ by up to a factor of 12. With `exact`, no joint value is shown rounded;
     with `symbolic`, too, they may be formulas.
@@ -187,15 +201,23 @@ def singular_pose(
         pose = pose_of(chain, lengths, joints, symbolic)
         if exact and pose.about:
             continue
-        is_clear = clear_rank(jacobian_at(chain, pose), CLEAR / 5 if wide else CLEAR)
-        if is_clear is not None and is_clear < min(len(chain.task), chain.n) and rank in (None, is_clear):
+        rank = clear_rank(jacobian_at(chain, pose), CLEAR / 5 if wide else CLEAR)
+        if rank is not None and rank < full_rank(chain) and lost in (None, full_rank(chain) - rank):
             return pose
     return None
 
 
-def shown_pose(chain: Chain, components: Sequence[Component], rng: Stream, rank: int | None = None) -> Pose | None:
-    """Draw a singular pose to be told: an exact one if there is one, else with a joint value rounded; or None."""
-    return singular_pose(chain, components, rng, rank, exact=True) or singular_pose(chain, components, rng, rank)
+def shown_pose(chain: Chain, components: Sequence[Component], rng: Stream, lost: int | None = None) -> Pose | None:
+    """Sample a singular pose to be shown: an exact one if there is one, else with a joint value rounded; or None."""
+    return singular_pose(chain, components, rng, lost, exact=True) or singular_pose(chain, components, rng, lost)
+
+
+def find_singular_pose(
+    chain: Chain, rng: Stream, lost: int | None = None, sample: Callable[..., Pose | None] = shown_pose
+) -> Pose | None:
+    """Return a singular pose on the first component, in random order, on which one is found."""
+    poses = (sample(chain, (component,), rng, lost) for component in rng.permutation(singular_set(chain) or ()))
+    return next((pose for pose in poses if pose is not None), None)
 
 
 def distinct_lengths(chain: Chain, rng: Stream) -> dict[sp.Symbol, sp.Rational]:
@@ -216,8 +238,8 @@ def _wide_lengths(chain: Chain, rng: Stream) -> dict[sp.Symbol, sp.Rational]:
 @lru_cache(maxsize=1024)
 def singular_samples(chain: Chain, component: Component, count: int) -> tuple[Sample, ...]:
     """Return configurations of a component where one direction is lost, of very different lengths; often `count`."""
-    stream, full = Stream(f"samples/{component.pieces()}"), min(len(chain.task), chain.n)
-    poses = (singular_pose(chain, (component,), stream, full - 1, wide=True) for _ in range(count))
+    stream = Stream(f"samples/{component.pieces()}")
+    poses = (singular_pose(chain, (component,), stream, 1, wide=True) for _ in range(count))
     return tuple(sample_of(chain, pose) for pose in poses if pose is not None)
 
 
@@ -331,31 +353,18 @@ def _sample_exact_joints_on(
         else [sp.Rational(k, 20) for k in range(2, 17)]
         for q in tied
     }
-    grid = np.meshgrid(*(np.array([float(value) for value in steps[q]]) for q in tied), indexing="ij")
-    known = {symbol: np.asarray(float(sp.N(value))) for symbol, value in {**lengths, **fixed}.items()}
-    at = known | dict(zip(tied, grid, strict=True))
-    apart = np.max([np.abs(_evaluate(condition, at)) * np.ones_like(grid[0]) for condition in conditions], axis=0)
-    places = np.argwhere(apart < 1e-9)
+    grid = np.meshgrid(*([float(value) for value in steps[q]] for q in tied), indexing="ij")
+    values = {symbol.name: np.full(grid[0].size, float(sp.N(value))) for symbol, value in {**lengths, **fixed}.items()}
+    values |= {q.name: axis.ravel() for q, axis in zip(tied, grid, strict=True)}
+    programs = compile_program([read(str(condition)) for condition in conditions])
+    apart = np.abs(evaluate(programs, values, grid[0].size)[0]).max(axis=0)
+    places = np.argwhere(apart.reshape(grid[0].shape) < 1e-9)
     if not len(places):
         return None
     place = rng.choice(places.tolist())
     joints = {**fixed, **{q: steps[q][index] for q, index in zip(tied, place, strict=True)}}
     exact = {**lengths, **joints}
     return joints if all(abs(sp.N(c.xreplace(exact), DIGITS)) < sp.Float("1e-20") for c in conditions) else None
-
-
-def _evaluate(expression: sp.Expr, at: Mapping[sp.Symbol, np.ndarray]) -> np.ndarray:
-    """Return the numbers that an expression has at places, all at once."""
-    if expression.is_Symbol:
-        return at[expression]
-    if expression.is_number:
-        return np.asarray(float(expression))
-    parts = [_evaluate(part, at) for part in expression.args]
-    if expression.is_Add or expression.is_Mul:
-        return np.asarray((np.sum if expression.is_Add else np.prod)(np.broadcast_arrays(*parts), axis=0))
-    if expression.is_Pow:
-        return np.asarray(parts[0] ** parts[1])
-    return np.asarray({sp.sin: np.sin, sp.cos: np.cos}[expression.func](parts[0]))
 
 
 def _zeros(condition: sp.Expr, joint: sp.Symbol, turns: bool) -> list[sp.Expr]:

@@ -45,6 +45,11 @@ class Configuration:
         """All numbers by their names, in floating point."""
         return {str(symbol): float(sp.N(value.xreplace(self.lengths))) for symbol, value in self.values.items()}
 
+    @property
+    def figure(self) -> dict[str, float]:
+        """The joint values for a figure."""
+        return {q.name: float(value) for q, value in self.joints.items()}
+
 
 @dataclass(frozen=True)
 class Situation(Configuration):

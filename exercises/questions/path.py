@@ -35,7 +35,7 @@ from qdot.exercises.questions.inversion import (
     sample_lengths,
     sample_pose,
 )
-from qdot.exercises.questions.redundancy import open_angles, pose_of
+from qdot.exercises.questions.redundancy import open_angles
 
 STEP = 0.02
 """Distance of the places at which a line is looked at (m)."""
@@ -186,7 +186,7 @@ def _rates_at(chain: Chain, seam: Seam, s: sp.Rational) -> Asked:
     rates = [slope * line.arm.number(seam.speed) for slope in line.slopes(q)]
     units = tuple("rad/s" if joint.kind == "R" else "m/s" for joint in chain.joints)
     floor = 0.001 * float(max(map(abs, rates)))
-    details = AtDistance(seam=seam, distance=s, pose=pose_of(seam, chain))
+    details = AtDistance(seam=seam, distance=s, pose=seam.figure)
     return Number(sp.Matrix(list(map(ten_digits, rates))), units, THREE_DIGITS, floor), details
 
 
@@ -252,7 +252,7 @@ def _ask_path_limit(chain: Chain, rng: Stream) -> Asked | None:
         if crossings:
             crossing = rng.choice(crossings)
             s = ten_digits(_exact_crossing(chain, seam, crossing))
-            pose = pose_of(seam, chain)
+            pose = seam.figure
             details = ToLimit(seam=seam, joint=crossing.joint + 1, limit=crossing.limit, pose=pose)
             return Number(sp.Matrix([s]), ("m",), THREE_DIGITS, 1e-6), details
     return None

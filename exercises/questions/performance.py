@@ -28,7 +28,6 @@ from qdot.exercises.questions.redundancy import (
     jacobian_somewhere,
     objection_to_mixed_joints,
     open_angles,
-    pose_of,
 )
 
 
@@ -85,7 +84,7 @@ def _details(chain: Chain, situation: Situation, power: int | None = None) -> Me
         gram=round_matrix(gram(jacobian_at(chain, situation))),
         eigenvalues=tuple(map(four_digits, squares)),
         power=power,
-        pose=pose_of(situation, chain),
+        pose=situation.figure,
     )
 
 

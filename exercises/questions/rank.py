@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import lru_cache, partial
 from itertools import combinations
 
 import numpy as np
@@ -24,6 +24,8 @@ from qdot.exercises.questions.geometry import (
     Branch,
     Pose,
     branches,
+    find_singular_pose,
+    full_rank,
     jacobian_at,
     precise_lost_direction,
     regular_pose,
@@ -49,44 +51,34 @@ KINDS = 60
 @lru_cache(maxsize=1024)
 def _deep_sets(generic: Chain) -> tuple[tuple[int, ...], ...]:
     """Return which components of a structure, together, take more than one from the rank."""
-    components, full = singular_set(generic) or (), min(len(generic.task), generic.n)
-    deep = []
-    for size in (1, 2, 3):
-        for chosen in combinations(range(len(components)), size):
-            for rank in range(full - 2, -1, -1):
-                if singular_pose(generic, [components[i] for i in chosen], Stream(f"deep/{chosen}"), rank):
-                    deep.append(chosen)
-                    break
-    return tuple(deep)
+    components = singular_set(generic) or ()
+
+    def loses_more_than_one(chosen: tuple[int, ...]) -> bool:
+        on = [components[i] for i in chosen]
+        lost_counts = range(2, full_rank(generic) + 1)
+        return any(singular_pose(generic, on, Stream(f"deep/{chosen}"), lost) for lost in lost_counts)
+
+    sets = (chosen for size in (1, 2, 3) for chosen in combinations(range(len(components)), size))
+    return tuple(filter(loses_more_than_one, sets))
 
 
 def _deep_pose(chain: Chain, rng: Stream) -> Pose | None:
-    """Draw a pose at which more than one is taken from the rank."""
+    """Sample a pose at which more than one is taken from the rank."""
     generic, fill = structure(chain).chain, derive(chain).fill
     known = singular_set(generic) or ()
     arm_components = {component.conditions: component for component in singular_set(chain) or ()}
-    full = min(len(chain.task), chain.n)
     for chosen in rng.permutation(_deep_sets(generic)):
         here = [arm_components.get(tuple(map(fill, known[i].conditions))) for i in chosen]
         components = [component for component in here if component is not None]
         if len(components) == len(chosen):
             pose = singular_pose(chain, components, rng, exact=True, symbolic=True)
-            if pose is not None and (clear_rank(jacobian_at(chain, pose)) or 0) < full - 1:
+            if pose is not None and (clear_rank(jacobian_at(chain, pose)) or 0) < full_rank(chain) - 1:
                 return pose
     return None
 
 
-def _single_pose(chain: Chain, rng: Stream) -> Pose | None:
-    full = min(len(chain.task), chain.n)
-    for component in rng.permutation(singular_set(chain) or ()):
-        pose = singular_pose(chain, (component,), rng, full - 1, exact=True, symbolic=True)
-        if pose is not None:
-            return pose
-    return None
-
-
-def _regular_pose(chain: Chain, rng: Stream) -> Pose | None:
-    return regular_pose(chain, rng, exact=True)
+_regular_pose = partial(regular_pose, exact=True)
+_single_pose = partial(find_singular_pose, lost=1, sample=partial(singular_pose, exact=True, symbolic=True))
 
 
 @dataclass(frozen=True)
@@ -171,8 +163,7 @@ def _branches_with_vector(chain: Chain) -> list[Branch]:
 @lru_cache(maxsize=1024)
 def loses_one_direction(generic: Chain, component: Component) -> bool:
     """Tell whether a structure loses exactly one direction on a component, and can be placed there in numbers."""
-    full = min(len(generic.task), generic.n)
-    return singular_pose(generic, (component,), Stream("one"), full - 1) is not None
+    return singular_pose(generic, (component,), Stream("one"), 1) is not None
 
 
 @dataclass(frozen=True)
@@ -199,7 +190,6 @@ class LostInFormulas(Details):
 
 def _ask_direction(chain: Chain, rng: Stream) -> Asked | None:
     """Ask for a formula where the component has joint values and the vector is short, else for numbers at a pose."""
-    full = min(len(chain.task), chain.n)
     for branch in rng.permutation(_branches_with_vector(chain)):
         formula = lost_formula(structure(chain).chain, branch.generic)
         if formula is not None:
@@ -207,7 +197,7 @@ def _ask_direction(chain: Chain, rng: Stream) -> Asked | None:
             if all(entry == 0 or entry.could_extract_minus_sign() for entry in direction):
                 direction = -direction
             return Direction(direction), LostInFormulas(lost=_lost_at(chain, branch.component, formula))
-        pose = shown_pose(chain, (branch.component,), rng, full - 1)
+        pose = shown_pose(chain, (branch.component,), rng, 1)
         if pose is not None:
             numbers = precise_lost_direction(chain, pose).applyfunc(
                 lambda value: sp.Float(value, 10) if value else sp.S.Zero
@@ -356,9 +346,8 @@ class OfMeaning(Details):
 
 def _ask_meaning(chain: Chain, rng: Stream) -> Asked | None:
     """Offer the right meaning and kind, the other kind with it, and meanings that do not hold there."""
-    full = min(len(chain.task), chain.n)
     for branch, reading in _readings(chain, rng.permutation(branches(chain))):
-        pose = shown_pose(chain, (branch.component,), rng, full - 1)
+        pose = shown_pose(chain, (branch.component,), rng, 1)
         if pose is None:
             continue
         kind = _kind_with_numbers(chain, branch, pose)

@@ -27,7 +27,7 @@ from qdot.exercises.arm.trigonometry import Factored, factor_trig
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.problem.problem import Details
 from qdot.exercises.questions.base import Asked, Question, joint_rates
-from qdot.exercises.questions.inversion import THREE_DIGITS, Configuration, InSituation, jacobian_at, sample_situation
+from qdot.exercises.questions.inversion import THREE_DIGITS, InSituation, jacobian_at, sample_situation
 
 TERMS = 12
 """Terms that a person can be asked to handle in det(J J^T); half of them in a self-motion."""
@@ -146,11 +146,6 @@ def _count_leaves(expression: sp.Expr) -> int:
 # --- least-norm joint rates ---
 
 
-def pose_of(configuration: Configuration, chain: Chain) -> dict[str, float]:
-    """Return the joint values by name, for the figure."""
-    return {q.name: float(configuration.joints[q]) for q in chain.q}
-
-
 @dataclass(frozen=True, kw_only=True)
 class LeastNorm(InSituation):
     """About rates J^T w: J J^T, and the weights w that solve J J^T w = v."""
@@ -171,7 +166,7 @@ def _ask_least_norm(chain: Chain, rng: Stream) -> Asked:
         situation=situation,
         gram=round_matrix(gram(jacobian)),
         weights=round_matrix([[weight] for weight in weights]),
-        pose=pose_of(situation, chain),
+        pose=situation.figure,
     )
     return Number(sp.Matrix(list(map(ten_digits, rates))), (unit,) * chain.n, THREE_DIGITS, floor), details
 
@@ -204,7 +199,7 @@ def _ask_self_motion(chain: Chain, rng: Stream) -> Asked:
     situation = sample_situation(chain, rng)
     jacobian = jacobian_at(chain, situation)
     numbers = sp.Matrix(list(map(ten_digits, null_vector(jacobian))))
-    return Direction(numbers, THREE_DIGITS), InSituation(situation=situation, pose=pose_of(situation, chain))
+    return Direction(numbers, THREE_DIGITS), InSituation(situation=situation, pose=situation.figure)
 
 
 def null_vector(jacobian: list[Vector]) -> Vector:

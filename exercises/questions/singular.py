@@ -21,6 +21,7 @@ from qdot.exercises.arm.singularity import Component, singular_set
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.problem.problem import Details, by_name
 from qdot.exercises.questions.base import Asked, Question, stage_formula
+from qdot.exercises.questions.geometry import false_root
 from qdot.exercises.questions.inversion import conditioning, sample_lengths, sample_pose, well_conditioned
 
 OPTIONS = {
@@ -127,13 +128,10 @@ def _sample_regular_place(chain: Chain, components: tuple[Component, ...], rng: 
         for joint, values in component.solutions or ()
         if not any(value.has(sp.acos, sp.asin, sp.atan) and value.free_symbols for value in values)
     ]
-    for tried in range(200):
+    for attempt in range(200):
         joints = sample_pose(chain, rng)
-        if roots and tried < 150:  # where no slip is far enough from the root, any regular pose does
-            joint, values = rng.choice(roots)
-            shift = rng.choice((sp.pi / 2, -sp.pi / 2)) if joint.name.startswith("theta") else sp.Rational(1, 10)
-            value = rng.choice(values)
-            joints[joint] = rng.choice((-value, value + shift, shift - value))
+        if roots and attempt < 150:  # where no error leads far enough from the root, any regular pose will do
+            joints |= false_root(roots, {}, rng)
         clear = _is_well_conditioned(chain, joints, rng) and not _may_become_singular(chain, joints)
         if clear and _kinds_over_lengths(chain, joints) == {"regular"}:
             return Place(joints)

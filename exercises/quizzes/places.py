@@ -18,6 +18,7 @@ from qdot.exercises.problem.problem import Part
 from qdot.exercises.questions.geometry import (
     Pose,
     distinct_lengths,
+    full_rank,
     jacobian_at,
     pose_of,
     regular_pose,
@@ -112,7 +113,7 @@ def regular_pose_at(chain: Chain, joints: dict[sp.Symbol, sp.Expr]) -> Pose | No
     if any(value.free_symbols or not sp.N(value).is_real for value in joints.values()):
         return None
     pose = pose_of(chain, {}, {q: wrap_angle(chain, q, value) for q, value in joints.items()})
-    return pose if clear_rank(jacobian_at(chain, pose), clearness(chain)) == min(len(chain.task), chain.n) else None
+    return pose if clear_rank(jacobian_at(chain, pose), clearness(chain)) == full_rank(chain) else None
 
 
 def take_distinct(candidates: Iterator[PoseAndBlame], count: int, excluded: Sequence[Pose] = ()) -> list[PoseAndBlame]:
