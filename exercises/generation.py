@@ -7,7 +7,7 @@ from functools import cache, partial
 from itertools import count, islice
 
 from qdot.exercises.arm.chain import CONVENTIONS, Chain
-from qdot.exercises.arm.difficulty import describe_band, difficulty, step
+from qdot.exercises.arm.difficulty import HARDEST, describe_band, difficulty, step
 from qdot.exercises.arm.library import robots
 from qdot.exercises.common.errors import QdotError, unknown
 from qdot.exercises.common.stream import Stream, derive_seed
@@ -66,15 +66,16 @@ def sample_chain(identity: ProblemId, family: Family | None = None, attempt: int
         return in_convention(family.structures(stream, axes, identity.band, accepts))
     quizzes = [name for name in identity.questions if name in QUIZZES]
     arms = map(in_convention, _sample_arms(family, stream, axes))
-    if identity.band is None:
-        return _first_askable(arms, quizzes)
-    low, high = identity.band
+    low, high = identity.band or (0, HARDEST)
     seen: dict[Chain, int] = {}
-    for chain in islice(arms, DRAWS):
-        if chain in seen:
-            break
-        seen[chain] = step(chain)
-        if low <= seen[chain] <= high and (len(seen) > QUIZ_DRAWS or _objection(chain, quizzes) is None):
+    for number, chain in enumerate(islice(arms, DRAWS)):
+        if identity.band is not None:
+            if chain in seen:
+                break
+            seen[chain] = step(chain)
+            if not low <= seen[chain] <= high:
+                continue
+        if number >= QUIZ_DRAWS or _objection(chain, quizzes) is None:
             return chain
     steps = describe_band(min(seen.values()), max(seen.values()))
     raise QdotError(
@@ -93,16 +94,6 @@ def _sample_arms(family: Family, stream: Stream, axes: tuple[str, ...]) -> Itera
     yield family.sample(stream, axes)
     for again in count(1):
         yield family.sample(stream.part(f"draw {again}"), axes)
-
-
-def _first_askable(arms: Iterator[Chain], quizzes: Sequence[str]) -> Chain:
-    """Return the first arm drawn that has something to ask for the short questions, which is up to its numbers too."""
-    chain = next(arms)
-    for another in islice(arms, QUIZ_DRAWS):
-        if _objection(chain, quizzes) is None:
-            break
-        chain = another
-    return chain
 
 
 def _objection(chain: Chain, questions: Sequence[str]) -> str | None:

@@ -30,15 +30,11 @@ class FamilyListing:
 @cache
 def listing() -> dict[str, FamilyListing]:
     """Return what is listed, by the family's name."""
-    if not LISTING.is_file():
-        return {}
     content = json.loads(LISTING.read_text(encoding="utf-8"))
     return {
         name: FamilyListing(
-            entry["kinds"],
-            (entry["steps"][0], entry["steps"][1]),
-            tuple(entry["questions"]),
+            entry["kinds"], (min(entry["steps"]), max(entry["steps"])), tuple(entry["questions"]),
             tuple(entry["by_variation"]),
         )
         for name, entry in content.items()
-    }
+    }  # fmt: skip

@@ -141,8 +141,8 @@ def substitute_columns(name: str, **also: Change) -> Substitution:
     return lambda rows: {name: lambda _, right: np.concatenate([rows.swapaxes(0, 1), right[rows.shape[1] :]]), **also}
 
 
-def no_names(chain: Chain, *_: object) -> tuple[str, ...]:
-    """Return no names: entries are told by row and column."""
+def nothing(*_: object) -> tuple[()]:
+    """Return no names: entries are called by row and column."""
     return ()
 
 
@@ -158,16 +158,6 @@ def no_grid(chain: Chain) -> Grid:
 def rates_to(rows: Callable[[Chain], Sequence[str]]) -> Callable[[Chain], Grid]:
     """Return the grid of a Jacobian to these components, whose columns belong to the joint rates."""
     return lambda chain: (rows(chain), joint_rates(chain))
-
-
-def no_rows(chain: Chain) -> tuple[tuple[int, int], ...]:
-    """Return no rows."""
-    return ()
-
-
-def first_three(chain: Chain) -> list[tuple[int, int]]:
-    """Return the three linear rows of a Jacobian of six rows, each with its axis."""
-    return [(axis, axis) for axis in range(3)]
 
 
 _OF_LATEX = str.maketrans("", "", "\\{}_")
@@ -244,14 +234,14 @@ class Question:
     form: str = ""
     shows: tuple[str, ...] = ()
     template: str = ""
-    labels: Callable[[Chain], tuple[str, ...]] = no_names
-    entry_names: Callable[[Chain, Part], Sequence[str]] = no_names
-    columns: Callable[[Chain], tuple[str, ...]] = no_names
+    labels: Callable[[Chain], tuple[str, ...]] = nothing
+    entry_names: Callable[[Chain, Part], Sequence[str]] = nothing
+    columns: Callable[[Chain], tuple[str, ...]] = nothing
     grid: Callable[[Chain], Grid] = no_grid
     is_made_of_jacobian: bool = False
     is_made_of_minors: bool = False
     adds_up: Literal["", "links", "columns of links"] = ""
-    linear_rows: Callable[[Chain], Sequence[tuple[int, int]]] = no_rows
+    linear_rows: Callable[[Chain], Sequence[tuple[int, int]]] = nothing
     last_row: tuple[str, ...] = ()
     follows_from: tuple[tuple[str, ...], ...] | None = None
     vanishes: Formula | None = None

@@ -332,14 +332,7 @@ def _root(
         q = joints
         return abs(line.slopes(q)[crossing.joint]) * speed - limit
 
-    a, b = (context.mpf(end) for end in ends)
-    at_a, at_b = excess(a), excess(b)
-    for _ in range(60):
-        if abs(b - a) < 2.0**10 * context.eps or at_a == at_b:
-            break
-        a, b, at_a = b, b - at_b * (b - a) / (at_b - at_a), at_b
-        at_b = excess(b)
-    return b, q
+    return context.findroot(excess, [context.mpf(end) for end in ends]), q
 
 
 QUESTIONS = (

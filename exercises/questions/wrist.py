@@ -21,7 +21,7 @@ from qdot.exercises.arm.trigonometry import Factored, are_identical, factor_trig
 from qdot.exercises.arm.vectors import rot_x, rot_z
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.problem.problem import Details
-from qdot.exercises.questions.base import MOST_TERMS, Question, first_three, joint_rates, objection_unless_square
+from qdot.exercises.questions.base import MOST_TERMS, Question, joint_rates, objection_unless_square
 
 
 @lru_cache(maxsize=1024)
@@ -176,7 +176,7 @@ QUESTIONS = (
         "arm-block", "Arm block of the Jacobian", "6.12", points=2.0, speaks_of=FRAMES,
         stage="arm block", grid=lambda chain: (TASK_ROWS[:3], joint_rates(chain)[:3]),
         objection=objection_unless_partitioned, too_long=objection_to_long_block,
-        adds_up="columns of links", linear_rows=first_three,
+        adds_up="columns of links", linear_rows=lambda _: [(axis, axis) for axis in range(3)],
     ),
     Question(
         "wrist-block", "Wrist block of the Jacobian", "6.12", speaks_of=FRAMES,

@@ -4,7 +4,7 @@ Some are stored with the options that they produced. Others are found where one 
 where a derivation with a mistake in it gives the option. For the rest, the option itself shows the mistake.
 """
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -84,21 +84,16 @@ def _is_near(values: np.ndarray, expected: np.ndarray) -> bool:
 
 
 def _blames_by_choice(problem: Problem, part: Part, index: int) -> Blames:
-    return tuple(
-        Blame.of(CATALOGUE[name], words.items()) for name, words in _mistakes_of_choosing(problem, part, index)
-    )
-
-
-def _mistakes_of_choosing(problem: Problem, part: Part, index: int) -> Iterator[tuple[str, Mapping[str, str]]]:
-    """Yield the mistake, and its words, that choosing the option shows, whatever led to it."""
+    """Return the mistake that choosing the option shows, whatever led to it."""
     answer, details = part.answer, part.details
     if answer.matched:
-        yield "column-of-other-joint", {}
-    elif isinstance(details, Places):
-        yield "regular-taken-for-singular", {}
-    elif isinstance(details, OfQuantity):
-        yield "joint-without-effect", {"joint": str(problem.chain.q[index])}
-    elif isinstance(details, PoseStatement):
+        return (Blame("column-of-other-joint", ()),)
+    if isinstance(details, Places):
+        return (Blame("regular-taken-for-singular", ()),)
+    if isinstance(details, OfQuantity):
+        return (Blame("joint-without-effect", (("joint", str(problem.chain.q[index])),)),)
+    if isinstance(details, PoseStatement):
         is_true = answer.offered[answer.right[0]] == TRUE_FALSE[0]
         of_singular = "singular-taken-for-regular" if is_true else "regular-taken-for-singular"
-        yield of_singular if details.said == "singular" else "motion-turned-round", {}
+        return (Blame(of_singular if details.said == "singular" else "motion-turned-round", ()),)
+    return ()

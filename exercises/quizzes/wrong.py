@@ -24,7 +24,7 @@ from qdot.exercises.formula.expression import read
 from qdot.exercises.formula.identity import READABLE, Domain
 from qdot.exercises.formula.program import compile_program, evaluate
 from qdot.exercises.mistakes import screws
-from qdot.exercises.mistakes.catalogue import Wrong, wrong_answers
+from qdot.exercises.mistakes.catalogue import wrong_answers
 from qdot.exercises.problem.problem import Part
 from qdot.exercises.questions import QUESTIONS
 from qdot.exercises.questions.results import result
@@ -113,12 +113,9 @@ def _variants(generic: Chain, subject: Subject) -> tuple[_Variant, ...]:
         ):
             continue
         if all(differ(values, known_values) for known_values in (right, *(variant.values for variant in variants))):
-            variants.append(_Variant(Blame.of(wrong.mistake, wrong.slip.words.items()), values, _changes(wrong)))
+            blame = Blame.of(wrong.mistake, wrong.slip.words.items())
+            variants.append(_Variant(blame, values, wrong.working.changes))
     return tuple(variants)
-
-
-def _changes(wrong: Wrong) -> tuple[tuple[str, Change], ...]:
-    return wrong.working.changes
 
 
 def differ(a: np.ndarray, b: np.ndarray) -> bool:
@@ -261,9 +258,8 @@ def all_differ(chain: Chain, options: list[sp.Matrix]) -> bool:
     names = {symbol.name for option in options for symbol in option.free_symbols}
     drawn = Domain(domain_of(chain).roles).sample(names, READABLE + POINTS, Stream("quiz"))
     count = POINTS + READABLE
-    values = evaluate(programs, drawn or {"one": np.ones(count)}, count)[0].reshape(len(options), -1, count)[
-        :, :, READABLE:
-    ]
+    outcomes = evaluate(programs, drawn or {"one": np.ones(count)}, count)[0]
+    values = outcomes.reshape(len(options), -1, count)[:, :, READABLE:]
     return bool(np.isfinite(values).all()) and all(differ(a, b) for a, b in combinations(values, 2))
 
 
