@@ -1,4 +1,4 @@
-"""From an identity to a problem: the same id gives the same problem, byte for byte, for as long as its engine lives."""
+"""Generate problems: the same id gives the same problem, byte for byte, as long as the engine is the same."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
@@ -22,7 +22,7 @@ ATTEMPTS = 8
 """Arms of a varied family, and for short questions, that are tried before what finds nothing to ask is given up."""
 
 DRAWS = 200
-"""Arms drawn before a family is said to have none in the band of difficulty asked for."""
+"""Arms that are sampled before qdot reports that a family has none in a band of difficulty."""
 
 SHORT_QUIZ = (
     "singular-angles-choice", "column-choice", "determinant-choice", "vector-choice", "singular-configurations",
@@ -31,10 +31,10 @@ SHORT_QUIZ = (
 """Of these, the first of each form makes a quiz."""
 
 QUIZ_DRAWS, QUIZ_LOOKED_AT = 12, 2
-"""Arms of a family drawn before a short question is given up, and those looked at before one is put into a quiz."""
+"""Arms that are sampled before a short question is given up, and examined before one is put into a quiz."""
 
 LOOKED_AT, LOOKED_AT_VARIED = 8, 120
-"""Arms of a family from which its difficulty is told, and of one that draws structures, where hard ones are rarer."""
+"""Arms from which the difficulty of a family is found out, more if structures are sampled: hard ones are rarer."""
 
 
 def family_named(name: str) -> Family:
@@ -50,10 +50,10 @@ def family_named(name: str) -> Family:
 
 
 def sample_chain(identity: ProblemId, family: Family | None = None, attempt: int = 0) -> Chain:
-    """Return the arm of a problem; `family` is given where it is no registered one (an instructor's own robot).
+    """Return the arm of a problem; `family` is given if it is not registered (an instructor's own robot).
 
-    Attempts after the first draw another arm, for a varied family whose first one had nothing to give a question.
-    Raises QdotError for a family or engine that this version does not know, and where no arm is in the identity's band.
+    Attempts after the first sample another arm, if a question found nothing to ask of the first one.
+    Raises QdotError for a family or engine that this version does not know, and if no arm is in the identity's band.
     """
     family = family or family_named(identity.family)
     if identity.engine != ENGINE:
@@ -84,7 +84,7 @@ def sample_chain(identity: ProblemId, family: Family | None = None, attempt: int
 
 
 def _in_convention(chain: Chain, convention: str, twist_order: str = "") -> Chain:
-    """Return an arm as it is told in a convention, with its twists in an order; its own, if none is named."""
+    """Return an arm as it is presented in a convention, with its twists in an order; its own, if none is named."""
     presented = replace(chain, convention=convention) if convention else chain
     return replace(presented, twist_order=twist_order) if twist_order else presented
 
@@ -97,7 +97,7 @@ def _sample_arms(family: Family, stream: Stream, axes: tuple[str, ...]) -> Itera
 
 
 def _objection(chain: Chain, questions: Sequence[str]) -> str | None:
-    """Return why one of the questions can't be asked of an arm, or None; unknown ones are for others to tell."""
+    """Return why one of the questions can't be asked of an arm, or None; unknown ones are reported elsewhere."""
     for name in questions:
         if name in ASKED and (refused := ASKED[name].refusal(chain)) is not None:
             return f"question {name!r} can't be asked of {chain.name}: {refused}"
@@ -105,7 +105,7 @@ def _objection(chain: Chain, questions: Sequence[str]) -> str | None:
 
 
 def applicable_questions(chain: Chain, among: Mapping[str, Question] = QUESTIONS) -> tuple[str, ...]:
-    """Return the names of the questions that can be asked of an arm, in the chapter's order; others if told."""
+    """Return the names of the questions that can be asked of an arm, in the chapter's order; or of `among`."""
     return tuple(name for name, question in among.items() if question.refusal(chain) is None)
 
 
@@ -151,10 +151,10 @@ def find_questions(family: Family, convention: str = "") -> tuple[str, ...]:
 
 @cache
 def _sampled_arms(family: Family) -> tuple[Chain, ...]:
-    """Return the arms from which is found out what is told of a family.
+    """Return the arms from which the questions and the difficulty of a family are found out.
 
-    Where structures are drawn, it is one arm of each of so many structures, all kinds of problems before a second of
-    any: what of these can be asked nothing can't be asked of the others, as those of a kind lose rank alike.
+    If structures are sampled, it is one arm of each of so many structures, all classes before a second of any: what
+    can't be asked of these can't be asked of the others, as all of a class lose rank alike.
     """
     if family.structures is None:
         return tuple(sample_chain(ProblemId(family.name, seed), family) for seed in range(LOOKED_AT))
@@ -254,10 +254,10 @@ def generate(
 ) -> Problem:
     """Return the problem of an identity or a text FAMILY/SEED, with these `questions`; without any, all that apply.
 
-    `points` gives the points of each part, else those of the question; `family` as in `sample_chain`. Each part draws
-    from a stream of its own, so that a part is the same whatever else is asked of the arm. Lengths are in metres,
-    angles in radians, everything in the base frame. Raises QdotError for a family or question that is none, and where
-    a question can't be asked of the arm.
+    `points` gives the points of each part, else those of the question; `family` as in `sample_chain`. Each part has
+    its own stream, so that it does not depend on what else is asked of the arm. Lengths are in metres,
+    angles in radians, everything in the base frame. Raises QdotError for a family or question that is none, and for
+    a question that can't be asked of the arm.
 
     >>> generate("planar-2r/7", ["position", "jacobian"])
     Problem(planar-2r/7: position, jacobian)

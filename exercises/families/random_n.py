@@ -1,10 +1,10 @@
-"""random-2, random-3, random-4: arms whose very structure is drawn, from all clean structures there are.
+"""random-2, random-3, random-4: arms whose structure is sampled, too, from all clean structures.
 
-A class of structures that are the same problem is drawn with equal chances, then a structure of that class, then, along
-the axes of variation, what leaves the problem what it is: numbers for lengths, zeros of the joints, mirror images, a
-place for the base and how it is turned, the rows of the task going with it, whether the table or the point of interest
-has the last length. One length that no condition depends on stays open, if there is one; the others are numbers for
-which every condition of the singular set can hold.
+A class of structures that are the same problem is sampled with equal chances, then one of its structures. Then the axes
+of variation change what leaves the problem the same: numbers for lengths, zeros of the joints, mirror images, where the
+base stands and how it is rotated (with the rows of the task), and whether the table or the point of interest has the
+last length. One length that no condition depends on stays open, if there is one; the others are numbers for which every
+condition of the singular set can hold.
 """
 
 from collections.abc import Callable, Collection
@@ -44,7 +44,7 @@ Accepts = Callable[[Chain], bool]
 Values = dict[sp.Symbol, sp.Rational]
 
 TRIES, ROUNDS, NUMBERS = 400, 4, 60
-"""Arms drawn in all, arms of one structure, and draws of numbers for one arm, before there is said to be none."""
+"""Samples before qdot gives up: arms in all, arms of one structure, and numbers for one arm."""
 INVERSE = (sp.atan, sp.acos, sp.asin)
 POSES, CLEARLY = 400, 0.02
 """A condition can hold if it takes both signs at so many poses, on either side by that part of its largest value."""
@@ -89,10 +89,10 @@ def _near_band(alike: tuple[Structure, ...], low: int, high: int) -> tuple[Struc
 
 
 def _sample_arm(structure: Structure, rng: Stream, axes: Collection[str]) -> Chain | None:
-    """Return an arm of a structure; None where no numbers drawn let every condition hold."""
-    turning = rng.part("senses")
-    turns = tuple(sign(turning) for _ in structure.rows) if "senses" in axes else ()
-    chain = chain_of(structure.rows, structure.task, f"random-{len(structure.rows)}", turns)
+    """Return an arm of a structure; None if no sampled numbers let every condition hold."""
+    sense_stream = rng.part("senses")
+    senses = tuple(sign(sense_stream) for _ in structure.rows) if "senses" in axes else ()
+    chain = chain_of(structure.rows, structure.task, f"random-{len(structure.rows)}", senses)
     if "lengths" in axes:
         values = _sample_lengths(chain, rng.part("lengths"), clean_roots="tool" not in axes)
         if values is None:
@@ -116,10 +116,10 @@ def _sample_lengths(chain: Chain, rng: Stream, clean_roots: bool) -> Values | No
     free = [s for s in chain.parameters if not any(condition.has(s) for condition in conditions)]
     kept = rng.choice(free) if free else None
     for _ in range(NUMBERS):
-        drawn = {symbol: rng.choice(LENGTHS) for symbol in chain.parameters if symbol != kept}
-        values = {symbol: metres(length) for symbol, length in drawn.items()}
+        sampled = {symbol: rng.choice(LENGTHS) for symbol in chain.parameters if symbol != kept}
+        values = {symbol: metres(length) for symbol, length in sampled.items()}
         clean = not clean_roots or not any(root.xreplace(values).has(*INVERSE) for root in roots)
-        if are_apart([*drawn.values()]) and clean and _can_hold(conditions, chain, values):
+        if are_apart([*sampled.values()]) and clean and _can_hold(conditions, chain, values):
             return values
     return None
 

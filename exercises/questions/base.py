@@ -31,7 +31,7 @@ ASKED_OF = {
 """Of which arms a question is asked that speaks of what not every convention has."""
 
 Asked = tuple[Answer, Details]
-"""The answer, and what the wording needs beside it."""
+"""The answer, and what the wording needs in addition."""
 
 
 def no_objection(chain: Chain) -> str | None:
@@ -40,7 +40,7 @@ def no_objection(chain: Chain) -> str | None:
 
 
 def no_details(chain: Chain, rng: Stream) -> Details:
-    """Return nothing but the answer to tell of a question."""
+    """Return no details: the wording needs nothing but the answer."""
     return Details()
 
 
@@ -151,7 +151,7 @@ Grid = tuple[Sequence[str], Sequence[str]]
 
 
 def no_grid(chain: Chain) -> Grid:
-    """Return nothing: rows and columns are not told apart by what they belong to."""
+    """Return no names for rows and columns."""
     return (), ()
 
 
@@ -187,7 +187,7 @@ class Question:
       other formula, `formula` and `substitutes` say how it comes out of the stages and which stages it replaces.
     - `written`: stages as people read them, in addition to those of `reference.WRITTEN`; the reference is the formula
       over these. `reference` gives it where people read it in another form.
-    - `answer_type` is Matrix, also for a vector, or Expression; `details` is what the wording needs beside the answer.
+    - `answer_type` is Matrix, also for a vector, or Expression; `details` is what the wording needs in addition.
 
     Any other answer comes from `sample`, which returns None if it finds nothing to ask. It may have a `formula`, too,
     so that a mistake in the derivation shows in the answer: without one, only mistakes made with the answer itself are
@@ -195,7 +195,7 @@ class Question:
 
     `objection` returns why it makes no sense for an arm, `too_long` why it is too much by hand, or None. A short
     question of a quiz has a `form`, and shows the answers to the questions named in `shows`, which are therefore not
-    asked beside it. The `template` is the one of its name, unless given.
+    asked with it. The `template` is the one of its name, unless given.
 
     A student may write the entries of an answer under `labels`, and the columns of a matrix under `columns`;
     `entry_names` are the names of the entries in LaTeX, and `grid` names the rows and columns. If it
@@ -254,7 +254,7 @@ class Question:
             object.__setattr__(self, "substitutes", stage_substitution(self.stage, self.row_order))
 
     def ask(self, chain: Chain, rng: Stream) -> Asked:
-        """Return the answer, and what the wording needs beside it. Raises RuntimeError if there is nothing to ask."""
+        """Return the answer, and what the wording needs in addition. Raises RuntimeError if there is nothing to ask."""
         if self.sample is not None:
             asked = self.sample(chain, rng)
             if asked is None:

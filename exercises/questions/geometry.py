@@ -44,7 +44,7 @@ class Pose(Configuration):
 
     @property
     def figure(self) -> dict[str, float]:
-        """The joint values for a drawing."""
+        """The joint values for a figure."""
         return {q.name: float(sp.Float(sp.N(value, DIGITS), 10)) for q, value in self.joints.items()}
 
 
@@ -145,13 +145,13 @@ def precise_lost_direction(chain: Chain, pose: Pose) -> sp.Matrix:
     return sp.Matrix([sp.S.Zero if abs(value) < sp.Float("1e-12") else value for value in entries])
 
 
-# --- drawing ---
+# --- sampling ---
 
 
 def regular_pose(
     chain: Chain, rng: Stream, clear: float = 0.1, misleading: bool = True, exact: bool = False
 ) -> Pose | None:
-    """Draw a pose of full rank; with `misleading` one that looks singular: what a slip makes of a root.
+    """Sample a pose of full rank; with `misleading`, one that an error makes seem singular.
 
     With `exact`, no joint value is shown rounded.
     """
@@ -223,16 +223,16 @@ def find_singular_pose(
 def distinct_lengths(chain: Chain, rng: Stream) -> dict[sp.Symbol, sp.Rational]:
     """Draw a number for each length that the table leaves open, none equal to another: that is a case of its own."""
     taken = lengths_in_table(chain)
-    drawn = rng.permutation(range(6, max(17, 6 + len(chain.parameters) + len(taken))))
-    steps = [step for step in drawn if sp.Rational(step, 20) not in taken]
+    shuffled = rng.permutation(range(6, max(17, 6 + len(chain.parameters) + len(taken))))
+    steps = [step for step in shuffled if sp.Rational(step, 20) not in taken]
     return {symbol: sp.Rational(step, 20) for symbol, step in zip(chain.parameters, steps, strict=False)}
 
 
 def _wide_lengths(chain: Chain, rng: Stream) -> dict[sp.Symbol, sp.Rational]:
-    """Draw lengths of very different size, no two of which are near each other."""
+    """Sample lengths of very different size, no two of which are nearly equal."""
     sizes = [12 * 13**i // 10**i for i in range(max(10, len(chain.parameters)))]
-    drawn = zip(chain.parameters, rng.permutation(sizes), strict=False)
-    return {symbol: sp.Rational(size + rng.below(2), 100) for symbol, size in drawn}
+    pairs = zip(chain.parameters, rng.permutation(sizes), strict=False)
+    return {symbol: sp.Rational(size + rng.below(2), 100) for symbol, size in pairs}
 
 
 @lru_cache(maxsize=1024)
@@ -307,7 +307,7 @@ def _sample_joints_on(
             fixed.update({q: wrap_angle(chain, q, value.xreplace(dict(lengths))) for q, value in values.items()})
     if not all(_is_real(value) for value in fixed.values()):
         return None
-    drawn = sample_pose(chain, rng)
+    sampled = sample_pose(chain, rng)
     for component in components:
         if component.solutions is not None:
             continue
@@ -318,14 +318,14 @@ def _sample_joints_on(
         if not free:
             return None
         last = rng.choice(free)
-        known = {**lengths, **drawn, **fixed}
+        known = {**lengths, **sampled, **fixed}
         known.pop(last)
         zeros = _zeros(condition.xreplace(known), last, chain.joints[chain.q.index(last)].kind == "R")
         if not zeros:
             return None
-        fixed.update({q: drawn[q] for q in free})
+        fixed.update({q: sampled[q] for q in free})
         fixed[last] = rng.choice(zeros)
-    return {**drawn, **fixed}
+    return {**sampled, **fixed}
 
 
 def _sample_exact_joints_on(

@@ -22,7 +22,7 @@ from qdot.exercises.questions.base import (
 )
 
 POSES = 2000
-"""Poses drawn before an arm is said to have none that is well conditioned."""
+"""Poses that are sampled before qdot reports that an arm has none that is well conditioned."""
 
 THREE_DIGITS = 0.005
 """Relative tolerance of a number asked for to three significant digits: rounding 1.004999 to 1.00 moves it by 0.5 %."""
@@ -85,7 +85,7 @@ def sample_pose(chain: Chain, rng: Stream) -> dict[sp.Symbol, sp.Expr]:
 
 
 def sample_lengths(chain: Chain, rng: Stream) -> dict[sp.Symbol, sp.Rational]:
-    """Draw a number for each length that the table leaves open: no two lengths are equal, as the statement says."""
+    """Sample a number for each length that the table leaves open; no two are equal, as the statement promises."""
     taken = lengths_in_table(chain)
     lengths: dict[sp.Symbol, sp.Rational] = {}
     for symbol in chain.parameters:
@@ -128,7 +128,7 @@ def jacobian_at(chain: Chain, situation: Situation) -> list[Vector]:
 def well_conditioned(chain: Chain) -> float:
     """Return the least sigma_min/sigma_max of a pose given in numbers; few poses are better with many joints.
 
-    Where metres and radians are counted together the quotient says less, and a smaller one will do.
+    If the task has metres and radians, the quotient means less, and a smaller one will do.
     """
     kinds = {row[0] for row in chain.task}
     return 0.15 if chain.n <= BY_HAND and len(kinds) == 1 else 0.04

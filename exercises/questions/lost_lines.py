@@ -14,7 +14,7 @@ SAMPLES = 8
 """Configurations at which lines are tried."""
 
 CLEARLY_OFF = float(np.cos(np.radians(13.7)))
-"""Cosine of the least angle between a wrong line and the lost direction. Joints are drawn in steps of 5 degrees, so
+"""Cosine of the least angle between a wrong line and the lost direction. Joints are sampled in steps of 5 degrees, so
 that an angle of 15 degrees occurs, which rounding puts on one side on one machine and on the other side on another."""
 
 

@@ -45,7 +45,7 @@ REGULAR, LESS_REGULAR, CLOSE = 0.15, 0.05, 0.03
 such line; and along a line that leads to a singularity."""
 
 TRIES = 1000
-"""Lines drawn before a less regular one is good enough."""
+"""Lines that are sampled before a less regular one is good enough."""
 
 
 @dataclass(frozen=True)
@@ -60,7 +60,7 @@ class Seam(Configuration):
         return Line(chain, self.lengths, self.joints, tuple(self.target.values()), context)
 
     def at(self, chain: Chain, s: sp.Expr) -> "Place":
-        """Return the worked numbers at the distance s from A, four digits; angles in degrees, as the start is told."""
+        """Return the worked numbers at the distance s from A, four digits; angles in degrees, as in the prompt."""
         turning = [joint.kind == "R" for joint in chain.joints]
         return _worked_place(self.line(chain, PRECISE), self.line(chain), sp.sympify(s), self.speed, turning)
 

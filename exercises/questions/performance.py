@@ -32,7 +32,7 @@ from qdot.exercises.questions.redundancy import (
 
 
 def _object_to_arm(chain: Chain) -> str | None:
-    """Return the objection to arms whose w is always zero, always the same, or of no unit that can be said."""
+    """Return the objection to arms whose w is always zero, always the same, or without a common unit."""
     m, n = len(chain.task), chain.n
     if n < m:
         return f"it has {n} joints for the {m} rows {', '.join(chain.task)}: J J^T is singular everywhere"

@@ -98,8 +98,8 @@ class OfRank(AtPose):
 
 def _ask_rank(chain: Chain, rng: Stream) -> Asked | None:
     """Draw how much of the rank is lost, none included, then a pose of that kind, exact: rounding gives full rank."""
-    for draw in rng.permutation((_regular_pose, _single_pose, _deep_pose)):
-        pose = draw(chain, rng)
+    for sample in rng.permutation((_regular_pose, _single_pose, _deep_pose)):
+        pose = sample(chain, rng)
         if pose is not None:
             jacobian = jacobian_at(chain, pose)
             rank = clear_rank(jacobian)
@@ -178,7 +178,7 @@ class LostAt:
 
 @dataclass(frozen=True, kw_only=True)
 class LostInFormulas(Details):
-    """About a direction that is lost at joint values, whatever the others are."""
+    """About a direction that is lost at given joint values, for any values of the other joints."""
 
     lost: LostAt
 
@@ -294,7 +294,7 @@ def lost_direction_where(chain: Chain, where: Where) -> tuple[LostAt, sp.Matrix]
 
 @lru_cache(maxsize=1024)
 def reading_of(generic: Chain, component: Component) -> Reading | None:
-    """Return what all configurations of a branch of a structure look like; None where nothing is told."""
+    """Return what all configurations of a branch of a structure look like; None if no phrase fits."""
     more = representative_samples(generic, component.pieces())
     meanings = read_meanings(generic, singular_samples(generic, component, SAMPLES), more)
     if meanings is None or (len(meanings.wrong) < 2 and kind_of(generic, component) is None):
@@ -309,7 +309,7 @@ def kind_of(generic: Chain, component: Component) -> str | None:
 
 
 def _readings(chain: Chain, order: Sequence[Branch]) -> Iterator[tuple[Branch, Reading]]:
-    """Yield the branches that can be told at sight, in the order given, each when it is asked for."""
+    """Yield the branches whose look a phrase describes, in the order given, each when it is asked for."""
     generic = structure(chain).chain
     for branch in order:
         reading = reading_of(generic, branch.generic)

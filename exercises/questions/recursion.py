@@ -1,6 +1,6 @@
 """Velocities from frame to frame, each in its own coordinates: what courses with a modified table work out (Craig).
 
-With R = R_{i-1,i}^T and P_i the origin of frame i in frame i-1, each vector in the frame that stands before it:
+With R = R_{i-1,i}^T and P_i the origin of frame i in frame i-1, each vector in the frame written before it:
 
     i_omega_i = R i-1_omega_i-1 + qd_i z,   i_v_i = R (i-1_v_i-1 + i-1_omega_i-1 x P_i)           revolute
     i_omega_i = R i-1_omega_i-1,            i_v_i = R (i-1_v_i-1 + i-1_omega_i-1 x P_i) + qd_i z   prismatic

@@ -1,4 +1,4 @@
-"""Arms told by their axes at home: screws, the pose by exponentials, Jacobian and twist in the space and body frame.
+"""Arms described by their axes: screws, pose by exponentials, Jacobian and twist in the space and body frame.
 
 Notation of Lynch and Park: twists are worked out as (omega, v), and asked for in the order of the arm. The screw of
 joint i at home is S_i = (omega_i, -omega_i x q_i) of a revolute joint, (0, v_i) of a prismatic one. The space frame {s}
@@ -43,7 +43,7 @@ from qdot.exercises.questions.transforms import pose_formula
 
 SOURCE = "product of exponentials"
 DECIMALS = 3
-"""Of a twist that is told in numbers."""
+"""Of a twist that is given in numbers."""
 MOST_JOINTS = 4
 """Up to so many joints the pose is multiplied out by hand."""
 
@@ -82,7 +82,7 @@ class InSpace(Details):
 class InNumbers(Details):
     """About a twist in numbers: where the arm is, its rates, the twist (omega, v) in {b} that they give, 6 x 1.
 
-    The twist is rounded to three decimals, and what is asked follows from it as it is told.
+    The twist is rounded to three decimals, and what is asked follows from the rounded one.
     """
 
     place: Configuration
@@ -205,7 +205,7 @@ def _from_last_frame(generic: Chain, frames: Sequence[Frame], point: sp.Matrix) 
 
 
 def _is_oblique(chain: Chain) -> bool:
-    """Whether axes stand at odd angles to each other, or lie so at home that the table turns by odd ones there.
+    """Tell whether axes are at odd angles to each other, or have odd angles in the table at home.
 
     As symbols in the place of these angles, they make thousands of terms of what is short in numbers.
     """
@@ -215,7 +215,7 @@ def _is_oblique(chain: Chain) -> bool:
 
 
 def rotate_back(axis: Axis, angle: sp.Expr, vectors: sp.Matrix) -> sp.Matrix:
-    """Return vectors, 3 x k, turned about a direction by an angle the other way, multiplied out."""
+    """Return vectors, 3 x k, rotated back about a direction by an angle, multiplied out."""
     cross = hat(axis.direction)
     turn = sp.eye(3) - sp.sin(angle) * cross + (1 - sp.cos(angle)) * cross**2
     return (turn.applyfunc(sp.expand) * vectors).applyfunc(sp.expand)
@@ -224,7 +224,7 @@ def rotate_back(axis: Axis, angle: sp.Expr, vectors: sp.Matrix) -> sp.Matrix:
 def _column_seen_from_body(chain: Chain, number: int) -> sp.Matrix:
     """Return a column of the body Jacobian, 6 x 1: its screw at home about P, moved back by the joints behind it.
 
-    About a point on the axis of a joint, omega and the velocity of that point are only turned by it, so that every
+    About a point on the axis of a joint, omega and the velocity of that point are only rotated by it, so that every
     joint's sine and cosine occurs once in each product.
     """
     axes, place = axes_of(chain)

@@ -67,7 +67,7 @@ class Place:
 
 
 def components_at(chain: Chain, place: Place) -> list[tuple[Component, Component]]:
-    """Return the components on which a place lies, each with the part of it that has the place's joint values."""
+    """Return the components that contain a place, each with the part of it that has the place's joint values."""
     components = []
     for component in singular_set(chain) or ():
         if place.condition is not None:
@@ -121,7 +121,7 @@ def _sample_place(chain: Chain, components: tuple[Component, ...], kind: str, rn
 
 
 def _sample_regular_place(chain: Chain, components: tuple[Component, ...], rng: Stream) -> Place:
-    """Draw a pose that looks like a singular one: what a slip of a sign or of a right angle makes of a root."""
+    """Sample a regular pose that an error of a sign or of a right angle makes seem singular."""
     roots = [
         (joint, values)
         for component in components
@@ -156,7 +156,7 @@ def _is_well_conditioned(chain: Chain, joints: dict[sp.Symbol, sp.Expr], rng: St
 
 
 def _sample_poses(chain: Chain, component: Component, rng: Stream) -> Iterator[dict[sp.Symbol, sp.Expr]]:
-    """Yield singular poses of a component: its values, with the other joints drawn anew each time."""
+    """Yield singular poses of a component: its values, with the other joints sampled anew each time."""
     assert component.solutions is not None
     joints = [joint for joint, _ in component.solutions]
     combinations = [
@@ -172,7 +172,7 @@ _MORE_LENGTHS = 20
 
 
 def _tried_lengths(chain: Chain) -> Iterator[dict[sp.Symbol, sp.Rational]]:
-    """Yield open lengths: each of the tried ones in turn, then lengths drawn between a twentieth and six."""
+    """Yield open lengths: each of the tried ones in turn, then lengths sampled between a twentieth and six."""
     count = len(_TRIED_LENGTHS) if chain.parameters else 1
     for first in range(count):
         yield {s: _TRIED_LENGTHS[(first + 2 * i) % count] for i, s in enumerate(chain.parameters)}

@@ -28,7 +28,7 @@ from qdot.exercises.questions.base import MOST_TERMS, Question, joint_rates, obj
 def _wrist_axes(generic: Chain) -> sp.Matrix:
     """Return the axes of joints 4 to 6 of a structure in the coordinates of the frame on the first of them (3 x 3)."""
     axes = [frame_behind(generic.joints[3:i]).rotation * Z for i in (3, 4, 5)]
-    for joint in generic.joints[3 : convention_of(generic).frame_on_axis(4)]:  # joint 4, if that frame turns with it
+    for joint in generic.joints[3 : convention_of(generic).frame_on_axis(4)]:  # joint 4, if that frame rotates with it
         axes = [rot_z(-joint.theta) * axis for axis in axes]
     return sp.Matrix.hstack(*axes).applyfunc(lambda entry: textbook(sp.expand(entry)))
 

@@ -53,7 +53,7 @@ def _columns(chain: Chain, base: str) -> list[Subject]:
 
 
 def _columns_but_first(chain: Chain, base: str) -> list[Subject]:
-    """Return the columns but the first, which nobody gets wrong in three ways."""
+    """Return all columns except the first, for which there are no three mistakes."""
     return _columns(chain, base)[1:]
 
 

@@ -29,7 +29,7 @@ THREE_DECIMALS = 6e-4
 def blames_for(problem: Problem, part: Part, stream: Stream) -> list[Blames]:
     """Return the mistakes behind each option if it is wrong; for matches, if it is assigned to another item.
 
-    `stream` draws the configuration at which an option in numbers is evaluated, where the question has none.
+    `stream` samples the configuration at which an option in numbers is evaluated, if the question has none.
     """
     answer = part.answer
     blames = {**_blames_by_derivation(problem, part, stream), **_blames_by_meaning(problem, part)}
@@ -84,7 +84,7 @@ def _is_near(values: np.ndarray, expected: np.ndarray) -> bool:
 
 
 def _blames_by_choice(problem: Problem, part: Part, index: int) -> Blames:
-    """Return the mistake that choosing the option shows, whatever led to it."""
+    """Return the mistake that the choice of an option shows by itself."""
     answer, details = part.answer, part.details
     if answer.matched:
         return (Blame("column-of-other-joint", ()),)

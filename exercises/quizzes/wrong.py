@@ -87,8 +87,8 @@ def _base_part(generic: Chain, base: str) -> Part:
 def _sample_values(generic: Chain, base: str) -> Mapping[str, np.ndarray]:
     symbols = _base_part(generic, base).symbols
     names = {*domain_of(generic).roles, *(rate.name for rate in generic.rates), *generic.task, *symbols}
-    drawn = Domain(domain_of(generic).roles).sample(names, READABLE + POINTS, Stream(f"quiz/{base}"))
-    return {name: values[READABLE:] for name, values in drawn.items()}
+    sampled = Domain(domain_of(generic).roles).sample(names, READABLE + POINTS, Stream(f"quiz/{base}"))
+    return {name: values[READABLE:] for name, values in sampled.items()}
 
 
 @lru_cache(maxsize=512)
@@ -165,7 +165,7 @@ def _write_answer(generic: Chain, subject: Subject, numbers: tuple[int, ...]) ->
     except (ValueError, BasePolynomialError):  # no trigonometric polynomial
         return None
     if not subject.is_quotient and any(sp.fraction(entry)[1].free_symbols for entry in tidy):
-        return None  # nobody divides where the right answer does not
+        return None  # a student would not divide where the right answer does not
     return tidy if _fits(tidy) else None
 
 
@@ -256,9 +256,9 @@ def all_differ(chain: Chain, options: list[sp.Matrix]) -> bool:
     """Tell whether options are different functions on this arm, whose lengths may be given, and equal."""
     programs = compile_program([read(str(entry)) for option in options for entry in option])
     names = {symbol.name for option in options for symbol in option.free_symbols}
-    drawn = Domain(domain_of(chain).roles).sample(names, READABLE + POINTS, Stream("quiz"))
+    sampled = Domain(domain_of(chain).roles).sample(names, READABLE + POINTS, Stream("quiz"))
     count = POINTS + READABLE
-    outcomes = evaluate(programs, drawn or {"one": np.ones(count)}, count)[0]
+    outcomes = evaluate(programs, sampled or {"any": np.ones(count)}, count)[0]
     values = outcomes.reshape(len(options), -1, count)[:, :, READABLE:]
     return bool(np.isfinite(values).all()) and all(differ(a, b) for a, b in combinations(values, 2))
 
