@@ -3,12 +3,12 @@
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import KW_ONLY, dataclass, field
 from functools import lru_cache
-from typing import Literal
+from typing import Literal, TypeVar
 
 import numpy as np
 import sympy as sp
 
-from qdot.exercises.answers import Answer, Expression, Matrix
+from qdot.exercises.answers import Answer, Choice, Expression, Matrix
 from qdot.exercises.arm.arithmetic import apply_matrix
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.conventions import REGISTRY
@@ -19,6 +19,8 @@ from qdot.exercises.arm.trigonometry import count_terms
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.problem.problem import Details, Part
 from qdot.exercises.questions.reference import Written, reference_working
+
+Option = TypeVar("Option")
 
 BY_HAND = 3
 """Up to so many joints an inverse is written out."""
@@ -139,6 +141,14 @@ def times_rates(name: str, row_order: RowOrder | None = None) -> Formula:
 def substitute_columns(name: str, **also: Change) -> Substitution:
     """Return how the columns of an answer replace the first vectors of a stage; `also` are more changes."""
     return lambda rows: {name: lambda _, right: np.concatenate([rows.swapaxes(0, 1), right[rows.shape[1] :]]), **also}
+
+
+def shuffle_options(
+    options: Sequence[Option], right: Option, rng: Stream, words: Callable[[Option], str] = str
+) -> tuple[Choice, list[Option]]:
+    """Return the choice between options in random order, described by `words`, and this order."""
+    order = rng.permutation(options)
+    return Choice(tuple(map(words, order)), order.index(right)), order
 
 
 def nothing(*_: object) -> tuple[()]:

@@ -9,16 +9,15 @@ from itertools import combinations
 import numpy as np
 import sympy as sp
 
-from qdot.exercises.answers import Choice, Number
+from qdot.exercises.answers import Number
 from qdot.exercises.arm.chain import TASK_ROWS, Chain
 from qdot.exercises.arm.derivation import derive
 from qdot.exercises.arm.derivation_graph import Working
 from qdot.exercises.arm.directions import lost_direction
 from qdot.exercises.arm.mpmath_kinematics import determinant, four_digits, numeric, round_matrix
-from qdot.exercises.arm.singularity import singular_set
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.problem.problem import Details
-from qdot.exercises.questions.base import Asked, Question
+from qdot.exercises.questions.base import Asked, Question, shuffle_options
 from qdot.exercises.questions.differentiation import ForTask
 from qdot.exercises.questions.geometry import (
     AtPose,
@@ -33,6 +32,7 @@ from qdot.exercises.questions.geometry import (
     regular_pose,
 )
 from qdot.exercises.questions.inversion import sample_pose
+from qdot.exercises.questions.singular import objection_unless_singular
 
 DIFFERENT = 0.2
 """Share of the larger one by which two options differ at least."""
@@ -109,21 +109,19 @@ def _ask_effect(chain: Chain, rng: Stream) -> Asked | None:
     for _ in range(60):
         lengths, joints = distinct_lengths(chain, rng), sample_pose(chain, rng)
         pose = pose_of(chain, lengths, joints)
-        geometric = evaluate_precisely(chain, pose, derive(chain).geometric)
-        shown = geometric.extract(indices, list(range(chain.n)))
+        shown = evaluate_precisely(chain, pose, derive(chain).geometric)[indices, :]
         moving = [i for i in range(chain.n) if _size_of(shown.col(i)) > 0.1]
         if not moving:
             continue
         joint = rng.choice(moving)
         right = _round_vector(shown.col(joint))
         wrong: list[Numbers] = []
-        for vector in rng.permutation(_wrong_vectors(chain, pose, joint, shown, geometric, indices)):
+        for vector in rng.permutation(_wrong_vectors(chain, pose, joint, shown, [row for row in indices if row < 3])):
             candidate = _round_vector(vector)
             if all(_differ(candidate, known) for known in (right, *wrong)):
                 wrong.append(candidate)
         if len(wrong) >= 3:
-            order = rng.permutation([right, *wrong[:3]])
-            answer = Choice(tuple(vector_words(vector) for vector in order), order.index(right))
+            answer, _ = shuffle_options([right, *wrong[:3]], right, rng, vector_words)
             return answer, OfJoint(effect=Effect(joint + 1, pose, rows), pose=pose.figure)
     return None
 
@@ -134,25 +132,19 @@ def _effect_formula(w: Working, details: Details) -> np.ndarray:
     return np.asarray(w["geometric"][[TASK_ROWS.index(row) for row in effect.rows], effect.joint - 1])
 
 
-def _wrong_vectors(
-    chain: Chain, pose: Pose, joint: int, shown: sp.Matrix, geometric: sp.Matrix, rows: list[int]
-) -> list[sp.Matrix]:
+def _wrong_vectors(chain: Chain, pose: Pose, joint: int, shown: sp.Matrix, linear: list[int]) -> list[sp.Matrix]:
     """Return what mistakes make of a column: sign, another column, p* itself, p* from the next origin, next frame."""
     column = shown.col(joint)
     vectors = [-column, *(shown.col(i) for i in range(chain.n) if i != joint)]
-    if rows[0] < 3:
-        derivation = derive(chain)
+    if linear:
+        derivation, is_revolute = derive(chain), chain.joints[joint].kind == "R"
         z, p_star = evaluate_precisely(chain, pose, derivation.z), evaluate_precisely(chain, pose, derivation.p_star)
-        linear = [row for row in rows if row < 3]
         vectors.append(p_star.col(joint).extract(linear, [0]))
-        if chain.joints[joint].kind == "R" and joint + 1 < chain.n:
-            vectors.append(z.col(joint).cross(p_star.col(joint + 1)).extract(linear, [0]))
-        if chain.joints[joint].kind == "P":
-            vectors.append(z.col(joint).cross(p_star.col(joint)).extract(linear, [0]))
-    rotated = [-column[1], column[0], *column[2:]]  # a quarter turn too far
-    vectors.append(sp.Matrix(rotated))
-    vectors.append(sp.Matrix([column[1], column[0], *column[2:]]))
-    vectors.append(sp.Matrix([column[0], -column[1], *column[2:]]))
+        origin = joint + is_revolute
+        if origin < chain.n:
+            vectors.append(z.col(joint).cross(p_star.col(origin)).extract(linear, [0]))
+    x, y, *rest = column
+    vectors += [sp.Matrix(entries) for entries in ([-y, x, *rest], [y, x, *rest], [x, -y, *rest])]
     return [vector for vector in vectors if _size_of(vector) > 0.05]
 
 
@@ -214,14 +206,13 @@ class ForUse(AtPose):
 
 
 def _ask_use(chain: Chain, rng: Stream) -> Asked | None:
-    """Draw the answer first, then a task and a pose that have it."""
+    """Choose the answer first, then a task and a pose that have it."""
     for use in rng.permutation(tuple(USES)):
         for task in rng.permutation(_tasks_for(chain, use))[:6]:
             asked = chain.with_task(*task)
             pose = _pose_for(asked, use, rng)
             if pose is not None:
-                order = rng.permutation(tuple(USES))
-                answer = Choice(tuple(USES[name] for name in order), order.index(use))
+                answer, _ = shuffle_options(tuple(USES), use, rng, USES.__getitem__)
                 return answer, _use_details(asked, use, pose)
     return None
 
@@ -286,11 +277,8 @@ class OfCost(Details):
 
 
 def _object_to_cost(chain: Chain) -> str | None:
-    components = singular_set(chain)
-    if components is None:
-        return "its Jacobian has less than full rank everywhere"
-    if not components:
-        return "it has no singular configuration"
+    if refused := objection_unless_singular(chain):
+        return refused
     m = len(chain.task)
     if m > chain.n:
         return f"its task counts {m} components, more than its {chain.n} joints can give anywhere"
@@ -305,7 +293,7 @@ def _has_cost(chain: Chain) -> bool:
 
 
 def _ask_cost(chain: Chain, rng: Stream) -> Asked | None:
-    """Draw whether three velocities can be produced and one not, or one can and three not."""
+    """Choose at random whether three velocities can be produced and one not, or one can and three not."""
     possible = rng.choice((True, False))
     for _ in range(20):
         pose = find_singular_pose(chain, rng, 1)
@@ -316,19 +304,12 @@ def _ask_cost(chain: Chain, rng: Stream) -> Asked | None:
         assert lost is not None
         chosen = _velocities(jacobian, lost, possible, rng)
         if chosen is not None:
-            order = rng.permutation(chosen)
-            answer = Choice(tuple(vector_words(vector) for vector in order), order.index(chosen[0]))
+            answer, order = shuffle_options(chosen, chosen[0], rng, vector_words)
             shown = _round_vector(precise_lost_direction(chain, pose))
             products = [sum(a * b for a, b in zip(vector, shown, strict=True)) for vector in order]
             lettered = tuple((letter, _round_to(value, 2)) for letter, value in zip("ABCD", products, strict=True))
             return answer, OfCost(cost=Cost(pose, possible, shown, lettered), pose=pose.figure)
     return None
-
-
-def _orient(vector: np.ndarray) -> np.ndarray:
-    """Return a vector whose first clear entry is positive."""
-    first = next(value for value in vector if abs(value) > 1e-3)
-    return vector if first > 0 else -vector
 
 
 def _velocities(jacobian: sp.Matrix, lost: np.ndarray, possible: bool, rng: Stream) -> list[Numbers] | None:
@@ -354,7 +335,9 @@ def _velocities(jacobian: sp.Matrix, lost: np.ndarray, possible: bool, rng: Stre
 def _velocity_along(lost: np.ndarray, size: float, rng: Stream) -> sp.Matrix:
     """Return a velocity along the lost direction, in whole hundredths of its length."""
     factor = rng.choice((1, -1)) * sp.Rational(round(100 * max(size, 0.2)), 100)
-    return factor * sp.Matrix([sp.Rational(round(float(value) * 10**6), 10**6) for value in _orient(lost)])
+    first = next(value for value in lost if abs(value) > 1e-3)
+    oriented = lost if first > 0 else -lost
+    return factor * sp.Matrix([sp.Rational(round(float(value) * 10**6), 10**6) for value in oriented])
 
 
 def _has_clear_share(velocity: Numbers, lost: np.ndarray, can: bool) -> bool:

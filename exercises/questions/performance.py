@@ -23,12 +23,7 @@ from qdot.exercises.arm.mpmath_kinematics import (
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.questions.base import Asked, Question
 from qdot.exercises.questions.inversion import THREE_DIGITS, InSituation, Situation, jacobian_at, sample_situation
-from qdot.exercises.questions.redundancy import (
-    NOTHING,
-    jacobian_somewhere,
-    objection_to_mixed_joints,
-    open_angles,
-)
+from qdot.exercises.questions.redundancy import NOTHING, jacobian_somewhere, objection_to_mixed_joints, open_angles
 
 
 def _object_to_arm(chain: Chain) -> str | None:

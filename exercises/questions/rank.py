@@ -8,7 +8,7 @@ from itertools import combinations
 import numpy as np
 import sympy as sp
 
-from qdot.exercises.answers import Choice, Direction, Number
+from qdot.exercises.answers import Direction, Number
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.classification import representative_samples
 from qdot.exercises.arm.derivation import derive, structure
@@ -18,7 +18,7 @@ from qdot.exercises.arm.meanings import Meaning, Reading, common_kind, read_mean
 from qdot.exercises.arm.singularity import Component, singular_set
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.problem.problem import Details
-from qdot.exercises.questions.base import Asked, Question
+from qdot.exercises.questions.base import Asked, Question, shuffle_options
 from qdot.exercises.questions.geometry import (
     AtPose,
     Branch,
@@ -274,8 +274,7 @@ def _ask_motion(chain: Chain, rng: Stream) -> Asked:
     for line in rng.permutation(motion.wrong):
         if len(chosen) < 4 and not any(parallel[line, chosen_line] for chosen_line in chosen):
             chosen.append(line)
-    order = rng.permutation(chosen)
-    answer = Choice(tuple(line.words for line in order), order.index(chosen[0]))
+    answer, order = shuffle_options(chosen, chosen[0], rng, lambda line: line.words)
     return answer, OfMotion(asked=MotionAsked(where, motion.moving, motion.held, tuple(order)))
 
 
@@ -357,13 +356,12 @@ def _ask_meaning(chain: Chain, rng: Stream) -> Asked | None:
             offered.append((reading.right, kinds[kind == "boundary"]))
         others = rng.permutation(reading.wrong)[: 4 - len(offered)]
         offered += [(false, None if kind is None else rng.choice(kinds)) for false in others]
-        order = rng.permutation(offered)
-        texts = tuple(m.words if k is None else f"{m.words}; {KIND_WORDS[k]}" for m, k in order)
+        answer, order = shuffle_options(offered, offered[0], rng, _meaning_words)
         tied = branch.component.solutions is None
         values = () if tied else value_sets(branch.component)[0]
         condition = branch.component.conditions[0] if tied else None
         asked = MeaningAsked(values, pose if tied else None, condition, tuple(order))
-        return Choice(texts, order.index(offered[0])), OfMeaning(asked=asked)
+        return answer, OfMeaning(asked=asked)
     return None
 
 
@@ -371,6 +369,11 @@ def _kind_with_numbers(chain: Chain, branch: Branch, pose: Pose) -> str | None:
     """Return the kind of a branch, unless the arm's own numbers make it another one."""
     kind = kind_of(structure(chain).chain, branch.generic)
     return kind if kind is not None and kind == kind_at(chain, sample_of(chain, pose)) else None
+
+
+def _meaning_words(option: tuple[Meaning, str | None]) -> str:
+    meaning, kind = option
+    return meaning.words if kind is None else f"{meaning.words}; {KIND_WORDS[kind]}"
 
 
 KIND_WORDS = {"boundary": "a boundary singularity", "internal": "an internal singularity"}

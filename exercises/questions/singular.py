@@ -8,7 +8,7 @@ from itertools import product
 import numpy as np
 import sympy as sp
 
-from qdot.exercises.answers import Choice, ConditionSet
+from qdot.exercises.answers import ConditionSet
 from qdot.exercises.arm.axes import Sample
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.classification import classify
@@ -20,7 +20,7 @@ from qdot.exercises.arm.normalized_arm import first_joint_moves_all, normalize_a
 from qdot.exercises.arm.singularity import Component, singular_set
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.problem.problem import Details, by_name
-from qdot.exercises.questions.base import Asked, Question, stage_formula
+from qdot.exercises.questions.base import Asked, Question, shuffle_options, stage_formula
 from qdot.exercises.questions.geometry import false_root
 from qdot.exercises.questions.inversion import conditioning, sample_lengths, sample_pose, well_conditioned
 
@@ -92,13 +92,13 @@ class OfKind(Details):
 
 
 def _ask_type(chain: Chain, rng: Stream) -> Asked | None:
-    """Draw the right answer first, then a place of that kind; the kind is established by computation."""
+    """Choose the right answer first, then a place of that kind; the kind is established by computation."""
     components = singular_set(chain) or ()
     for kind in rng.permutation(tuple(OPTIONS)):
         place = _sample_place(chain, components, kind, rng)
         if place is not None:
-            order = rng.permutation(tuple(OPTIONS))
-            return Choice(tuple(OPTIONS[k] for k in order), order.index(kind)), OfKind(place=place, type=kind)
+            answer, _ = shuffle_options(tuple(OPTIONS), kind, rng, OPTIONS.__getitem__)
+            return answer, OfKind(place=place, type=kind)
     return None
 
 

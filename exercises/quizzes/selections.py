@@ -71,11 +71,14 @@ class EqualForms(Options):
     quantity: Quantity
 
 
+def _determinants(chain: Chain) -> list[Quantity]:
+    return [] if objection_unless_square(chain) else [Quantity("determinant")]
+
+
 def quantities(chain: Chain) -> list[Quantity]:
     """Return the results that can be asked about on an arm."""
-    asked = [] if objection_unless_square(chain) else [Quantity("determinant")]
-    asked += [Quantity("position", "xyz".index(axis)) for axis in chain.linear_rows]
-    return asked + [Quantity("column", None, column) for column in range(chain.n)]
+    coordinates = [Quantity("position", "xyz".index(axis)) for axis in chain.linear_rows]
+    return [*_determinants(chain), *coordinates, *(Quantity("column", None, column) for column in range(chain.n))]
 
 
 def joints_of(chain: Chain, quantity: Quantity) -> tuple[int, ...]:
@@ -84,16 +87,11 @@ def joints_of(chain: Chain, quantity: Quantity) -> tuple[int, ...]:
     return tuple(index for index, q in enumerate(chain.q) if q in free)
 
 
-def _partial_quantities(chain: Chain) -> list[Quantity]:
-    """Return the results that depend on some joints, but not on all."""
-    return [quantity for quantity in quantities(chain) if 0 < len(joints_of(chain, quantity)) < chain.n]
-
-
 def _ask_dependence(chain: Chain, rng: Stream) -> Asked | None:
-    telling = _partial_quantities(chain)
-    if not telling:
+    partial_quantities = [quantity for quantity in quantities(chain) if 0 < len(joints_of(chain, quantity)) < chain.n]
+    if not partial_quantities:
         return None
-    quantity = rng.choice(telling)
+    quantity = rng.choice(partial_quantities)
     return Selection(tuple(q.name for q in chain.q), joints_of(chain, quantity)), OfQuantity(quantity=quantity)
 
 
@@ -112,13 +110,12 @@ def _ask_forms(chain: Chain, rng: Stream) -> Asked | None:
 
 
 def _short_quantities(chain: Chain) -> list[Quantity]:
+    def is_short(quantity: Quantity) -> bool:
+        formula = quantity.of(chain)[0]
+        return bool(formula.has(sp.sin, sp.cos)) and len(str(formula)) <= LONGEST
+
     entries = [Quantity("column", row, column) for row in range(len(chain.task)) for column in range(chain.n)]
-    asked = ([] if objection_unless_square(chain) else [Quantity("determinant")]) + entries
-    return [
-        quantity
-        for quantity in asked
-        if quantity.of(chain)[0].has(sp.sin, sp.cos) and len(str(quantity.of(chain)[0])) <= LONGEST
-    ]
+    return [*filter(is_short, [*_determinants(chain), *entries])]
 
 
 def _five_options(chain: Chain, quantity: Quantity, rng: Stream) -> list[OfferedOption] | None:
@@ -126,7 +123,7 @@ def _five_options(chain: Chain, quantity: Quantity, rng: Stream) -> list[Offered
     generic = structure(chain).chain
     right = _ways_to_write(generic, quantity.of(generic)[0], quantity)
     base = "determinant" if quantity.name == "determinant" else "jacobian"
-    subject = Subject(base, *((None, None) if base == "determinant" else (quantity.column, quantity.row)))
+    subject = Subject(base, quantity.column, quantity.row)
     wrong = [
         (way, blame) for formula, blame in wrong_forms(generic, subject) for way in _ways_to_write(generic, formula)
     ]
@@ -138,11 +135,8 @@ def _five_options(chain: Chain, quantity: Quantity, rng: Stream) -> list[Offered
         chosen = [OfferedOption(fill(way)) for way in rng.permutation(right)[:many]]
         others = [OfferedOption(fill(way), (blame,)) for way, blame in rng.permutation(wrong)[: OPTIONS - many]]
         texts = {option.text for option in (*chosen, *others)}
-        are_distinct = all(
-            all_differ(chain, [sp.Matrix([chosen[0].shown]), sp.Matrix([wrong_option.shown])])
-            for wrong_option in others
-        )
-        if len(texts) == OPTIONS and are_distinct:
+        right_one, *wrong_ones = (sp.Matrix([option.shown]) for option in (chosen[0], *others))
+        if len(texts) == OPTIONS and all(all_differ(chain, [right_one, wrong_one]) for wrong_one in wrong_ones):
             return [*chosen, *others]
     return None
 
