@@ -22,7 +22,7 @@ from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.arm.conventions.base import SCREWS
 from qdot.exercises.arm.derivation import derive, structure
 from qdot.exercises.arm.derivation_graph import Working
-from qdot.exercises.arm.kinematics import Frame, frames_and_point
+from qdot.exercises.arm.kinematics import frames_and_point
 from qdot.exercises.arm.mpmath_kinematics import numeric, ten_digits
 from qdot.exercises.arm.standard_table import axes_of
 from qdot.exercises.arm.trigonometry import count_terms, textbook, without_brackets
@@ -191,17 +191,12 @@ def _body_matrices(generic: Chain, home: tuple[tuple[sp.Symbol, sp.Expr], ...]) 
     last, at_home = frames[-1].rotation, frames[-1].rotation.xreplace(dict(home))
     rotation = _tidy(last * at_home.T)
     columns = []
-    for joint, seen in zip(generic.joints, _from_last_frame(generic, frames, point), strict=True):
-        z, arm = at_home * seen.rotation[:, 2], at_home * seen.origin
+    for joint, frame in zip(generic.joints, frames, strict=False):  # seen from the last frame, then from {b}
+        z = at_home * _tidy(last.T * frame.rotation[:, 2])
+        arm = at_home * _tidy(last.T * (point - frame.origin))
         linear, angular = (z.cross(arm), z) if joint.kind == "R" else (z, sp.zeros(3, 1))
         columns.append(angular.col_join(linear))
     return rotation, _tidy(sp.Matrix.hstack(*columns)), _tidy(hat(point) * rotation)
-
-
-def _from_last_frame(generic: Chain, frames: Sequence[Frame], point: sp.Matrix) -> list[Frame]:
-    """Return axis frames in the coordinates of the last one, and the vector from each to P there."""
-    turn = frames[-1].rotation.T
-    return [Frame(_tidy(turn * frame.rotation), _tidy(turn * (point - frame.origin))) for frame in frames[: generic.n]]
 
 
 def _is_oblique(chain: Chain) -> bool:

@@ -6,14 +6,12 @@ from functools import lru_cache
 import numpy as np
 import sympy as sp
 
-from qdot.exercises.answers import ConditionSet
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.directions import clear_rank, task_rows
 from qdot.exercises.arm.kinematics import NumericChain
 from qdot.exercises.arm.lengths import with_lengths
 from qdot.exercises.arm.singularity import Component, singular_set
 from qdot.exercises.common.stream import Stream
-from qdot.exercises.mistakes.catalogue import mistaken_answers
 from qdot.exercises.problem.problem import Part
 from qdot.exercises.questions.geometry import (
     Pose,
@@ -26,7 +24,8 @@ from qdot.exercises.questions.geometry import (
     wrap_angle,
 )
 from qdot.exercises.questions.inversion import sample_pose
-from qdot.exercises.quizzes.options import SHOWS_ITSELF, Blame, Places
+from qdot.exercises.quizzes.options import Blame, Places
+from qdot.exercises.quizzes.wrong_sets import wrong_sets
 
 CLEAR = 0.12
 """Ratio of the least singular value of a regular pose to the largest, large enough to be clear to the eye."""
@@ -80,18 +79,12 @@ def regular_poses(chain: Chain, rng: Stream) -> Iterator[PoseAndBlame]:
 
 def _falsely_singular(chain: Chain) -> list[tuple[Component, Blame]]:
     right = singular_set(chain) or ()
-    part = Part("singular-angles", "singular-angles", ConditionSet(right))
-    places = []
-    for mistake, variant in mistaken_answers(chain, part):
-        answer = variant.answer
-        if not mistake.rare and mistake.name not in SHOWS_ITSELF and isinstance(answer, ConditionSet):
-            new = [
-                component
-                for component in answer.components
-                if component not in right and component.solutions is not None
-            ]
-            places += [(component, Blame.of(mistake, variant.words.items())) for component in new]
-    return places
+    return [
+        (component, option.behind[0])
+        for option in wrong_sets(chain, right)
+        for component in option.shown
+        if component not in right and component.solutions is not None
+    ]
 
 
 def _regular_pose_with(chain: Chain, component: Component, rng: Stream) -> Pose | None:

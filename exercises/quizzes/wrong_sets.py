@@ -60,10 +60,10 @@ def _score(options: list[OfferedOption], wanted: int) -> Score | None:
 
 
 def _sets_of_four(chain: Chain, right: Components, rng: Stream) -> Iterator[list[OfferedOption]]:
-    first = _wrong_sets(chain, right)
+    first = wrong_sets(chain, right)
     pairs = rng.permutation(list(combinations(first, 2)))
     for wrong_set, second_set in pairs:
-        for both in _wrong_sets(chain, _components(wrong_set)):
+        for both in wrong_sets(chain, _components(wrong_set)):
             if both.behind == second_set.behind:
                 blames = (*wrong_set.behind, *second_set.behind)
                 yield [OfferedOption(right), wrong_set, second_set, OfferedOption(both.shown, blames)]
@@ -77,14 +77,14 @@ def _components(option: OfferedOption) -> Components:
 
 
 @lru_cache(maxsize=4096)
-def _wrong_sets(chain: Chain, components: Components) -> tuple[OfferedOption, ...]:
+def wrong_sets(chain: Chain, components: Components) -> tuple[OfferedOption, ...]:
     """Return the singular set with each mistake."""
     part = Part("singular-angles", "singular-angles", ConditionSet(components))
-    wrong_sets = []
-    for mistake, variant in mistaken_answers(chain, part):
-        if not mistake.rare and mistake.name not in SHOWS_ITSELF and isinstance(variant.answer, ConditionSet):
-            wrong_sets.append(OfferedOption(variant.answer.components, (Blame.of(mistake, variant.words.items()),)))
-    return tuple(wrong_sets)
+    return tuple(
+        OfferedOption(variant.answer.components, (Blame.of(mistake, variant.words.items()),))
+        for mistake, variant in mistaken_answers(chain, part)
+        if not mistake.rare and mistake.name not in SHOWS_ITSELF and isinstance(variant.answer, ConditionSet)
+    )
 
 
 def all_differ(chain: Chain, options: list[OfferedOption]) -> bool:
