@@ -339,9 +339,9 @@ def _sample_exact_joints_on(
     fixed = _sample_joints_on(chain, solved, lengths, rng)
     if fixed is None:
         return None
-    values = {q for component in solved for q, _ in component.solutions or ()}
+    solved_joints = {q for component in solved for q, _ in component.solutions or ()}
     conditions = [c for component in components if component.solutions is None for c in component.conditions]
-    tied = [q for q in chain.q if q not in values and any(condition.has(q) for condition in conditions)]
+    tied = [q for q in chain.q if q not in solved_joints and any(condition.has(q) for condition in conditions)]
     if not conditions:
         return fixed
     if not 0 < len(tied) <= MOST_TIED:

@@ -1,6 +1,6 @@
 """Rank, lost direction and meaning of a singular configuration (null space of J transposed; 6.8)."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import lru_cache, partial
 from itertools import combinations
@@ -97,8 +97,9 @@ class OfRank(AtPose):
 
 
 def _ask_rank(chain: Chain, rng: Stream) -> Asked | None:
-    """Draw how much of the rank is lost, none included, then a pose of that kind, exact: rounding gives full rank."""
-    for sample in rng.permutation((_regular_pose, _single_pose, _deep_pose)):
+    """Choose how much of the rank is lost, if any, then sample an exact pose of that kind: rounding gives full rank."""
+    samplers: tuple[Callable[[Chain, Stream], Pose | None], ...] = (_regular_pose, _single_pose, _deep_pose)
+    for sample in rng.permutation(samplers):
         pose = sample(chain, rng)
         if pose is not None:
             jacobian = jacobian_at(chain, pose)
