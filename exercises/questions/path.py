@@ -59,10 +59,28 @@ class Seam(Configuration):
         """Return the line in numbers of an arithmetic."""
         return Line(chain, self.lengths, self.joints, tuple(self.target.values()), context)
 
+    def joints_on(self, chain: Chain, s: sp.Expr) -> Vector:
+        """Return the joint values at the distance s from A, on the branch on which the arm starts."""
+        end, line = float(s), self.line(chain, PRECISE)
+        *_, last = self.line(chain).follow(end / max(1, round(end / STEP)) if end else 1.0, 1e-3, end)
+        q = line.joints_at(line.arm.number(s), [PRECISE.mpf(value) for value in last.joints])
+        assert q is not None
+        return q
+
     def at(self, chain: Chain, s: sp.Expr) -> "Place":
         """Return the worked numbers at the distance s from A, four digits; angles in degrees, as in the prompt."""
-        turning = [joint.kind == "R" for joint in chain.joints]
-        return _worked_place(self.line(chain, PRECISE), self.line(chain), sp.sympify(s), self.speed, turning)
+        line, q = self.line(chain, PRECISE), self.joints_on(chain, sp.sympify(s))
+        distance, jacobian = line.arm.number(sp.sympify(s)), line.arm.task_jacobian(q)
+        sigma = PRECISE.svd_r(PRECISE.matrix(jacobian), compute_uv=False)
+        return Place(
+            sp.Float(PRECISE.nstr(distance, 5), 10),
+            _column(line.point(distance)),
+            _column([PRECISE.degrees(v) if joint.kind == "R" else v for v, joint in zip(q, chain.joints, strict=True)]),
+            round_matrix(jacobian),
+            four_digits(determinant(jacobian)),
+            _column([slope * line.arm.number(self.speed) for slope in line.slopes(q)]),
+            four_digits(min(sigma) / max(sigma)),
+        )
 
     def start(self, chain: Chain) -> sp.Matrix:
         """Return A, four digits."""
@@ -95,30 +113,6 @@ class Place:
     conditioning: sp.Float
 
 
-def _worked_place(line: Line, rough: Line, s: sp.Expr, speed: sp.Rational, turning: Sequence[bool]) -> Place:
-    q, distance = joints_on(line, rough, s), line.arm.number(s)
-    jacobian = line.arm.task_jacobian(q)
-    sigma = PRECISE.svd_r(PRECISE.matrix(jacobian), compute_uv=False)
-    return Place(
-        sp.Float(PRECISE.nstr(distance, 5), 10),
-        _column(line.point(distance)),
-        _column([PRECISE.degrees(value) if turns else value for value, turns in zip(q, turning, strict=True)]),
-        round_matrix(jacobian),
-        four_digits(determinant(jacobian)),
-        _column([slope * line.arm.number(speed) for slope in line.slopes(q)]),
-        four_digits(min(sigma) / max(sigma)),
-    )
-
-
-def joints_on(line: Line, rough: Line, s: sp.Expr) -> Vector:
-    """Return the joint values at s on the branch on which the arm starts; `rough` is the same line in floats."""
-    end = float(s)
-    *_, last = rough.follow(end / max(1, round(end / STEP)) if end else 1.0, 1e-3, end)
-    q = line.joints_at(line.arm.number(s), [PRECISE.mpf(value) for value in last.joints])
-    assert q is not None
-    return q
-
-
 def _column(values: Vector) -> sp.Matrix:
     return round_matrix([[value] for value in values])
 
@@ -146,7 +140,7 @@ class AtDistance(OnPath):
     def given_values(self, chain: Chain) -> dict[str, float]:
         """Return the lengths, the joint values at the distance, and the velocity along the line."""
         seam, line = self.seam, self.seam.line(chain, PRECISE)
-        joints = joints_on(line, seam.line(chain), self.distance)
+        joints = seam.joints_on(chain, self.distance)
         values = {symbol.name: float(value) for symbol, value in seam.lengths.items()}
         values |= {q.name: float(value) for q, value in zip(chain.q, joints, strict=True)}
         return values | {row: float(u) * float(seam.speed) for row, u in zip(chain.task, line.unit, strict=True)}
@@ -182,8 +176,7 @@ def _ask_path_rates(chain: Chain, rng: Stream) -> Asked | None:
 
 def _rates_at(chain: Chain, seam: Seam, s: sp.Rational) -> Asked:
     line = seam.line(chain, PRECISE)
-    q = joints_on(line, seam.line(chain), s)
-    rates = [slope * line.arm.number(seam.speed) for slope in line.slopes(q)]
+    rates = [slope * line.arm.number(seam.speed) for slope in line.slopes(seam.joints_on(chain, s))]
     units = tuple("rad/s" if joint.kind == "R" else "m/s" for joint in chain.joints)
     floor = 0.001 * float(max(map(abs, rates)))
     details = AtDistance(seam=seam, distance=s, pose=seam.figure)
