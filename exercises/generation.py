@@ -62,7 +62,7 @@ def sample_chain(identity: ProblemId, family: Family | None = None, attempt: int
     stream = Stream(f"qdot/{identity.engine}/{identity.family_and_seed}/arm" + (f"/{attempt}" if attempt else ""))
     axes = axes_of(identity.variation)
     if family.structures is not None:
-        accepts = lambda chain: not _objection(in_convention(chain), identity.questions)  # noqa: E731
+        accepts = lambda chain: not _object_to_questions(in_convention(chain), identity.questions)  # noqa: E731
         return in_convention(family.structures(stream, axes, identity.band, accepts))
     quizzes = [name for name in identity.questions if name in QUIZZES]
     arms = map(in_convention, _sample_arms(family, stream, axes))
@@ -75,7 +75,7 @@ def sample_chain(identity: ProblemId, family: Family | None = None, attempt: int
             seen[chain] = step(chain)
             if not low <= seen[chain] <= high:
                 continue
-        if number >= QUIZ_DRAWS or _objection(chain, quizzes) is None:
+        if number >= QUIZ_DRAWS or _object_to_questions(chain, quizzes) is None:
             return chain
     steps = describe_band(min(seen.values()), max(seen.values()))
     raise QdotError(
@@ -96,7 +96,7 @@ def _sample_arms(family: Family, stream: Stream, axes: tuple[str, ...]) -> Itera
         yield family.sample(stream.part(f"draw {again}"), axes)
 
 
-def _objection(chain: Chain, questions: Sequence[str]) -> str | None:
+def _object_to_questions(chain: Chain, questions: Sequence[str]) -> str | None:
     """Return why one of the questions can't be asked of an arm, or None; unknown ones are reported elsewhere."""
     for name in questions:
         if name in ASKED and (refused := ASKED[name].refusal(chain)) is not None:
@@ -109,25 +109,25 @@ def applicable_questions(chain: Chain, among: Mapping[str, Question] = QUESTIONS
     return tuple(name for name, question in among.items() if question.refusal(chain) is None)
 
 
-def _known_family(family: str | Family) -> Family:
+def _find_family(family: str | Family) -> Family:
     return family_named(family) if isinstance(family, str) else family
 
 
-def _listed(family: Family) -> FamilyListing | None:
+def _look_up_listing(family: Family) -> FamilyListing | None:
     """Return what is listed of a registered family, as finding it out takes seconds; None of any other family."""
     return listing().get(family.name) if FAMILIES.get(family.name) is family else None
 
 
 def questions_of(family: str | Family, convention: str = "") -> tuple[str, ...]:
     """Return the names of the questions that can be asked of every arm of a family, or of some of a varied one."""
-    known = _known_family(family)
-    entry = _listed(known)
+    known = _find_family(family)
+    entry = _look_up_listing(known)
     return find_questions(known, convention) if entry is None or convention else entry.questions
 
 
 def short_quiz(family: str | Family, convention: str = "") -> tuple[str, ...]:
     """Return a quiz for a family's arms: a short question of each form, as far as one can be asked."""
-    known = _known_family(family)
+    known = _find_family(family)
     identities = (ProblemId(known.name, seed, convention=convention) for seed in range(QUIZ_LOOKED_AT))
     arms = [sample_chain(identity, known) for identity in identities]
     chosen: dict[str, str] = {}
@@ -171,8 +171,8 @@ def _sampled_arms(family: Family) -> tuple[Chain, ...]:
 
 def listing_of(family: str | Family, convention: str = "") -> FamilyListing:
     """Return what is listed of a registered family; of a robot, or of a new one, it is found out here."""
-    known = _known_family(family)
-    entry = _listed(known) or find_out(known)
+    known = _find_family(family)
+    entry = _look_up_listing(known) or find_out(known)
     return replace(entry, questions=find_questions(known, convention)) if convention else entry
 
 
@@ -182,10 +182,10 @@ def find_out(family: Family) -> FamilyListing:
     arms = _sampled_arms(family)
     steps = [step(arm) for arm in arms]
     kinds = "" if family.varied else "".join(joint.kind for joint in arms[0].joints)
-    return FamilyListing(kinds, (min(steps), max(steps)), find_questions(family), _difficulty_by_variation(family))
+    return FamilyListing(kinds, (min(steps), max(steps)), find_questions(family), _measure_steps(family))
 
 
-def _difficulty_by_variation(family: Family) -> tuple[int, ...]:
+def _measure_steps(family: Family) -> tuple[int, ...]:
     """Return the difficulty of an arm at each step of variation; all arms of a family have that of a step's.
 
     A robot of a file has no such steps.
@@ -203,13 +203,13 @@ def check_questions(
     convention: str = "",
 ) -> None:
     """Raise QdotError where a question is unknown, asked twice, or can't be asked of the family's arms."""
-    known = _known_family(family)
+    known = _find_family(family)
     _check_names(questions)
     if FAMILIES.get(known.name) is known:
         for name in questions:
             if (reason := ASKED[name].objection_to_convention(convention or CONVENTIONS[0])) is not None:
                 raise QdotError(f"question {name!r} can't be asked of {known.name}: {reason}")
-    entry = None if convention else _listed(known)
+    entry = None if convention else _look_up_listing(known)
     if entry is not None:
         missing = [name for name in questions if name not in entry.questions]
         if not known.varied and band is None and variation in STEPS and not missing:
@@ -239,7 +239,7 @@ def _check_names(questions: Sequence[str]) -> None:
 
 
 def _check_can_be_asked(chain: Chain, questions: Sequence[str], family: Family, convention: str) -> None:
-    objection = _objection(chain, questions)
+    objection = _object_to_questions(chain, questions)
     if objection is not None:
         option = f" --convention {convention}" if convention else ""
         raise QdotError(f"{objection}; `qdot families {family.robot or family.name}{option}` lists what can")
@@ -271,14 +271,14 @@ def generate(
         chain = sample_chain(identity, family, attempt)
         _check_can_be_asked(chain, identity.questions, known, identity.convention)
         try:
-            return Problem(identity, chain, _parts(identity, chain, points))
+            return Problem(identity, chain, _ask_parts(identity, chain, points))
         except RuntimeError:
             if not again or attempt == ATTEMPTS - 1:
                 raise
     raise AssertionError("a loop of at least one attempt ended without a result")
 
 
-def _parts(identity: ProblemId, chain: Chain, points: Sequence[float] | None) -> tuple[Part, ...]:
+def _ask_parts(identity: ProblemId, chain: Chain, points: Sequence[float] | None) -> tuple[Part, ...]:
     """Return the parts of a problem. Raises RuntimeError where a question finds nothing to ask of the arm."""
     names = identity.questions or applicable_questions(chain)
     parts = []

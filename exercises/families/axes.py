@@ -162,7 +162,7 @@ def place_point(chain: Chain, rng: Stream, bend: sp.Expr = sp.S.Zero) -> Chain:
     if rng.below(2):
         return replace(chain, tool=Point(n, (sp.S.Zero, bend, sp.S.Zero)) if bend != 0 else None)
     joints, point = (
-        _point_on_slide(rng, chain.joints) if chain.joints[-1].kind == "P" else _point_on_link(rng, chain.joints, bend)
+        _place_on_slide(rng, chain.joints) if chain.joints[-1].kind == "P" else _place_on_link(rng, chain.joints, bend)
     )
     return replace(chain, joints=joints, tool=point)
 
@@ -189,18 +189,18 @@ def choose_frame(chain: Chain, rng: Stream, frames: Sequence[int]) -> Chain:
     return replace(chain, tool=None if frame == chain.n else Point(frame))
 
 
-def _point_on_link(rng: Stream, joints: tuple[Joint, ...], bend: sp.Expr) -> tuple[tuple[Joint, ...], Point]:
+def _place_on_link(rng: Stream, joints: tuple[Joint, ...], bend: sp.Expr) -> tuple[tuple[Joint, ...], Point]:
     """Give a_n to P, along x_n or y_n, either way; without one, d_n along z_n."""
     n, last = len(joints), joints[-1]
     if last.a == 0:
-        return (*joints[:-1], replace(last, d=sp.S.Zero)), Point(n, (sp.S.Zero, sp.S.Zero, _point_length(last.d, n)))
-    x, y = _point_length(last.a, n), bend
+        return (*joints[:-1], replace(last, d=sp.S.Zero)), Point(n, (sp.S.Zero, sp.S.Zero, _rename_length(last.d, n)))
+    x, y = _rename_length(last.a, n), bend
     for _ in range(rng.below(4)):
         x, y = -y, x
     return (*joints[:-1], replace(last, a=sp.S.Zero)), Point(n, (x, y, sp.S.Zero))
 
 
-def _point_on_slide(rng: Stream, joints: tuple[Joint, ...]) -> tuple[tuple[Joint, ...], Point]:
+def _place_on_slide(rng: Stream, joints: tuple[Joint, ...]) -> tuple[tuple[Joint, ...], Point]:
     """Give P a part of the slide's zero, or a_(n-1), which is along x_n if the slide's angle is 0.
 
     Without either, P stays O_n: beyond it, each entry of J would have one more term.
@@ -208,7 +208,7 @@ def _point_on_slide(rng: Stream, joints: tuple[Joint, ...]) -> tuple[tuple[Joint
     n, (before, last) = len(joints), joints[-2:]
     zero = last.d - sp.Symbol(f"d{n}")
     if before.a != 0 and last.theta == 0 and (zero == 0 or rng.below(2)):
-        aside = Point(n, (_point_length(before.a, n), sp.S.Zero, sp.S.Zero))
+        aside = Point(n, (_rename_length(before.a, n), sp.S.Zero, sp.S.Zero))
         return (*joints[:-2], replace(before, a=sp.S.Zero), last), aside
     if zero == 0:
         return joints, Point(n)
@@ -216,7 +216,7 @@ def _point_on_slide(rng: Stream, joints: tuple[Joint, ...]) -> tuple[tuple[Joint
     return (*joints[:-1], replace(last, d=last.d - beyond)), Point(n, (sp.S.Zero, sp.S.Zero, beyond))
 
 
-def _point_length(length: sp.Expr, n: int) -> sp.Expr:
+def _rename_length(length: sp.Expr, n: int) -> sp.Expr:
     """Return a length of the table as one of P: a symbol becomes L_n, as a_n and d_n are names of the table."""
     return length if length.is_number else sp.Symbol(f"L{n}")
 

@@ -58,7 +58,7 @@ def _sample(
     n: int, rng: Stream, axes: Collection[str], band: Band | None = None, accepts: Accepts | None = None
 ) -> Chain:
     low, high = band or (0, HARDEST)
-    classes = [near for alike in clean_classes(n) if (near := _near_band(alike, low, high))]
+    classes = [near for alike in clean_classes(n) if (near := _select_near_band(alike, low, high))]
     refused: set[Structure] = set()
     in_band = False
     for index, structure in enumerate((_order_structures(classes, rng) * ROUNDS)[:TRIES]):
@@ -83,7 +83,7 @@ def _order_structures(classes: list[tuple[Structure, ...]], rng: Stream) -> list
     return [structure for in_round in rounds for structure in in_round if structure is not None]
 
 
-def _near_band(alike: tuple[Structure, ...], low: int, high: int) -> tuple[Structure, ...]:
+def _select_near_band(alike: tuple[Structure, ...], low: int, high: int) -> tuple[Structure, ...]:
     """Return the structures whose arms may be in the band: zeros and a base make it harder, equal numbers easier."""
     return tuple(structure for structure in alike if low - 2 <= structure.step <= high + 1)
 
@@ -159,7 +159,7 @@ def _sample_poses(kinds: str) -> np.ndarray:
 
 
 @lru_cache(maxsize=1024)
-def _program(conditions: tuple[sp.Expr, ...]) -> Program:
+def _compile_conditions(conditions: tuple[sp.Expr, ...]) -> Program:
     return compile_program([read(str(condition)) for condition in conditions])
 
 
@@ -170,7 +170,7 @@ def _can_hold(conditions: tuple[sp.Expr, ...], chain: Chain, values: Values) -> 
     poses = _sample_poses("".join(joint.kind for joint in chain.joints))
     known = {q.name: column for q, column in zip(chain.q, poses.T, strict=True)}
     known |= {symbol.name: np.full(POSES, float(value)) for symbol, value in values.items()}
-    evaluated = evaluate(_program(conditions), known, POSES)[0].real
+    evaluated = evaluate(_compile_conditions(conditions), known, POSES)[0].real
     least = CLEARLY * np.abs(evaluated).max(axis=1)
     return bool(np.all((evaluated.min(axis=1) < -least) & (evaluated.max(axis=1) > least)))
 

@@ -56,9 +56,9 @@ def _read_family(name: str, entry: Mapping[str, Any]) -> Family:
 
 
 def _read_axes(vary: Mapping[str, Any]) -> dict[str, Axis]:
-    lengths = {symbol: _range(values) for symbol, values in vary.get("lengths", {}).items()}
+    lengths = {symbol: _find_range(values) for symbol, values in vary.get("lengths", {}).items()}
     chosen: dict[str, Axis] = {
-        "zeros": partial(axes.shift_zeros, ranges={int(i): _range(values) for i, values in vary["zeros"].items()}),
+        "zeros": partial(axes.shift_zeros, ranges={int(i): _find_range(values) for i, values in vary["zeros"].items()}),
         "senses": partial(axes.reverse_axes, groups=vary["senses"]),
         "base": BASES[vary["base"]],
     }
@@ -77,7 +77,7 @@ def _read_axes(vary: Mapping[str, Any]) -> dict[str, Axis]:
     return chosen
 
 
-def _range(values: str | Sequence[int]) -> Sequence[int]:
+def _find_range(values: str | Sequence[int]) -> Sequence[int]:
     return RANGES[values] if isinstance(values, str) else values
 
 

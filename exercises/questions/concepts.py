@@ -40,7 +40,7 @@ DIFFERENT = 0.2
 # --- size of J ---
 
 
-def _other_tasks(chain: Chain) -> list[tuple[str, ...]]:
+def _list_other_tasks(chain: Chain) -> list[tuple[str, ...]]:
     """Return the tasks in which an arm can move, other than its own: the rows that are not zero identically."""
     rows = moving_rows(derive(chain).geometric)
     tasks = [task for size in range(1, len(rows) + 1) for task in combinations(rows, size)]
@@ -53,14 +53,14 @@ def moving_rows(geometric: sp.Matrix) -> tuple[str, ...]:
 
 
 def _ask_size(chain: Chain, rng: Stream) -> Asked:
-    tasks = _other_tasks(chain)
+    tasks = _list_other_tasks(chain)
     size = rng.choice(sorted({len(task) for task in tasks}))
     task = rng.choice([task for task in tasks if len(task) == size])
     return Number(sp.Matrix([size, chain.n]), ("", ""), 1e-9, 1e-9), ForTask(task=task)
 
 
 def _object_to_task(chain: Chain) -> str | None:
-    return None if _other_tasks(chain) else "it moves in one component only, which is its task"
+    return None if _list_other_tasks(chain) else "it moves in one component only, which is its task"
 
 
 # --- effect of one joint ---
@@ -86,7 +86,7 @@ class OfJoint(Details):
         return self.effect.place.numbers
 
 
-def _shown_rows(chain: Chain) -> tuple[str, ...]:
+def _choose_rows(chain: Chain) -> tuple[str, ...]:
     """Return the components in which the effect of a joint is shown: of P, or of the last link if P does not count."""
     rows = moving_rows(derive(chain).geometric)
     linear = tuple(row for row in rows if row[0] == "v")
@@ -96,7 +96,7 @@ def _shown_rows(chain: Chain) -> tuple[str, ...]:
 
 
 def _object_to_effect(chain: Chain) -> str | None:
-    rows = _shown_rows(chain)
+    rows = _choose_rows(chain)
     return None if len(rows) >= 2 else "its velocity has one component only, along a line that does not change"
 
 
@@ -104,19 +104,19 @@ Numbers = tuple[sp.Rational, ...]
 
 
 def _ask_effect(chain: Chain, rng: Stream) -> Asked | None:
-    rows = _shown_rows(chain)
+    rows = _choose_rows(chain)
     indices = [TASK_ROWS.index(row) for row in rows]
     for _ in range(60):
         lengths, joints = distinct_lengths(chain, rng), sample_pose(chain, rng)
         pose = pose_of(chain, lengths, joints)
         shown = evaluate_precisely(chain, pose, derive(chain).geometric)[indices, :]
-        moving = [i for i in range(chain.n) if _size_of(shown.col(i)) > 0.1]
+        moving = [i for i in range(chain.n) if _measure(shown.col(i)) > 0.1]
         if not moving:
             continue
         joint = rng.choice(moving)
         right = _round_vector(shown.col(joint))
         wrong: list[Numbers] = []
-        for vector in rng.permutation(_wrong_vectors(chain, pose, joint, shown, [row for row in indices if row < 3])):
+        for vector in rng.permutation(_distort(chain, pose, joint, shown, [row for row in indices if row < 3])):
             candidate = _round_vector(vector)
             if all(_differ(candidate, known) for known in (right, *wrong)):
                 wrong.append(candidate)
@@ -126,13 +126,13 @@ def _ask_effect(chain: Chain, rng: Stream) -> Asked | None:
     return None
 
 
-def _effect_formula(w: Working, details: Details) -> np.ndarray:
+def _derive_effect(w: Working, details: Details) -> np.ndarray:
     assert isinstance(details, OfJoint)
     effect = details.effect
     return np.asarray(w["geometric"][[TASK_ROWS.index(row) for row in effect.rows], effect.joint - 1])
 
 
-def _wrong_vectors(chain: Chain, pose: Pose, joint: int, shown: sp.Matrix, linear: list[int]) -> list[sp.Matrix]:
+def _distort(chain: Chain, pose: Pose, joint: int, shown: sp.Matrix, linear: list[int]) -> list[sp.Matrix]:
     """Return what mistakes make of a column: sign, another column, p* itself, p* from the next origin, next frame."""
     column = shown.col(joint)
     vectors = [-column, *(shown.col(i) for i in range(chain.n) if i != joint)]
@@ -145,10 +145,10 @@ def _wrong_vectors(chain: Chain, pose: Pose, joint: int, shown: sp.Matrix, linea
             vectors.append(z.col(joint).cross(p_star.col(origin)).extract(linear, [0]))
     x, y, *rest = column
     vectors += [sp.Matrix(entries) for entries in ([-y, x, *rest], [y, x, *rest], [x, -y, *rest])]
-    return [vector for vector in vectors if _size_of(vector) > 0.05]
+    return [vector for vector in vectors if _measure(vector) > 0.05]
 
 
-def _size_of(vector: Iterable[sp.Expr]) -> float:
+def _measure(vector: Iterable[sp.Expr]) -> float:
     """Return the length of a vector; by sums that are the same on every machine, as lengths may be just 0.05 m."""
     return math.sqrt(math.fsum(float(value) ** 2 for value in vector))
 
@@ -163,8 +163,8 @@ def _round_to(value: sp.Expr, places: int) -> sp.Rational:
 
 
 def _differ(a: Numbers, b: Numbers) -> bool:
-    apart = _size_of(x - y for x, y in zip(a, b, strict=True))
-    return apart > DIFFERENT * max(_size_of(a), _size_of(b))
+    apart = _measure(x - y for x, y in zip(a, b, strict=True))
+    return apart > DIFFERENT * max(_measure(a), _measure(b))
 
 
 def vector_words(vector: Numbers) -> str:
@@ -208,16 +208,16 @@ class ForUse(AtPose):
 def _ask_use(chain: Chain, rng: Stream) -> Asked | None:
     """Choose the answer first, then a task and a pose that have it."""
     for use in rng.permutation(tuple(USES)):
-        for task in rng.permutation(_tasks_for(chain, use))[:6]:
+        for task in rng.permutation(_list_tasks(chain, use))[:6]:
             asked = chain.with_task(*task)
-            pose = _pose_for(asked, use, rng)
+            pose = _sample_pose_for(asked, use, rng)
             if pose is not None:
                 answer, _ = shuffle_options(tuple(USES), use, rng, USES.__getitem__)
-                return answer, _use_details(asked, use, pose)
+                return answer, _describe_use(asked, use, pose)
     return None
 
 
-def _use_details(chain: Chain, use: str, pose: Pose) -> ForUse:
+def _describe_use(chain: Chain, use: str, pose: Pose) -> ForUse:
     """Return the details for an arm with the task asked about; numbers to four digits."""
     jacobian = evaluate_precisely(chain, pose, derive(chain).jacobian)
     numbers = [[numeric(value) for value in row] for row in jacobian.tolist()]
@@ -228,7 +228,7 @@ def _use_details(chain: Chain, use: str, pose: Pose) -> ForUse:
 
 
 @lru_cache(maxsize=1024)
-def _tasks_for(chain: Chain, use: str) -> tuple[tuple[str, ...], ...]:
+def _list_tasks(chain: Chain, use: str) -> tuple[tuple[str, ...], ...]:
     """Return the tasks of an arm for which J can have the shape asked for; where square, its own if it is square."""
     rows = moving_rows(derive(chain).geometric)
     sizes = {
@@ -242,7 +242,7 @@ def _tasks_for(chain: Chain, use: str) -> tuple[tuple[str, ...], ...]:
     return tuple(task for size in sizes for task in combinations(rows, size))
 
 
-def _pose_for(chain: Chain, use: str, rng: Stream) -> Pose | None:
+def _sample_pose_for(chain: Chain, use: str, rng: Stream) -> Pose | None:
     return find_singular_pose(chain, rng) if use == "singular" else regular_pose(chain, rng, 0.06, use == "regular")
 
 
@@ -302,7 +302,7 @@ def _ask_cost(chain: Chain, rng: Stream) -> Asked | None:
         jacobian = evaluate_precisely(chain, pose, derive(chain).jacobian)
         lost = lost_direction(jacobian_at(chain, pose))
         assert lost is not None
-        chosen = _velocities(jacobian, lost, possible, rng)
+        chosen = _sample_velocities(jacobian, lost, possible, rng)
         if chosen is not None:
             answer, order = shuffle_options(chosen, chosen[0], rng, vector_words)
             shown = _round_vector(precise_lost_direction(chain, pose))
@@ -312,17 +312,17 @@ def _ask_cost(chain: Chain, rng: Stream) -> Asked | None:
     return None
 
 
-def _velocities(jacobian: sp.Matrix, lost: np.ndarray, possible: bool, rng: Stream) -> list[Numbers] | None:
+def _sample_velocities(jacobian: sp.Matrix, lost: np.ndarray, possible: bool, rng: Stream) -> list[Numbers] | None:
     """Return four velocities, the one asked for first: `possible` tells whether it or the others can be produced."""
     chosen: list[Numbers] = []
     for _ in range(80):
         rates = sp.Matrix([sp.Rational(rng.choice([k for k in range(-9, 10) if k]), 10) for _ in range(jacobian.cols)])
         produced = jacobian * rates
         can = possible == (not chosen)
-        added = sp.zeros(jacobian.rows, 1) if can else _velocity_along(lost, _size_of(produced), rng)
+        added = sp.zeros(jacobian.rows, 1) if can else _sample_velocity_along(lost, _measure(produced), rng)
         velocity = _round_vector(produced + added)
         if (
-            0.1 < _size_of(sp.Matrix(velocity)) < 3
+            0.1 < _measure(sp.Matrix(velocity)) < 3
             and _has_clear_share(velocity, lost, can)
             and _is_new(velocity, chosen)
         ):
@@ -332,7 +332,7 @@ def _velocities(jacobian: sp.Matrix, lost: np.ndarray, possible: bool, rng: Stre
     return None
 
 
-def _velocity_along(lost: np.ndarray, size: float, rng: Stream) -> sp.Matrix:
+def _sample_velocity_along(lost: np.ndarray, size: float, rng: Stream) -> sp.Matrix:
     """Return a velocity along the lost direction, in whole hundredths of its length."""
     factor = rng.choice((1, -1)) * sp.Rational(round(100 * max(size, 0.2)), 100)
     first = next(value for value in lost if abs(value) > 1e-3)
@@ -358,7 +358,7 @@ QUESTIONS = (
     ),
     Question(
         "joint-effect", "What one joint does", "6.12",
-        sample=_ask_effect, formula=_effect_formula, objection=_object_to_effect,
+        sample=_ask_effect, formula=_derive_effect, objection=_object_to_effect,
     ),
     Question("invertibility", "When (6.7) can be used", "6.7", sample=_ask_use),
     Question(

@@ -60,7 +60,7 @@ def linear_velocity(chain: Chain) -> sp.Matrix:
     d = derive(chain)
     if is_by_links(chain):
         position = d.position.extract(moving_rows(chain), [0])
-        return position.applyfunc(lambda entry: _velocity_by_links(entry, chain))
+        return position.applyfunc(lambda entry: _differentiate_by_links(entry, chain))
     return d.geometric.extract(moving_rows(chain), list(range(chain.n))) * sp.Matrix(chain.rates)
 
 
@@ -72,7 +72,7 @@ def is_by_links(chain: Chain) -> bool:
     return sums and all(len(trigs) <= 1 for trigs in turning)
 
 
-def _velocity_by_links(coordinate: sp.Expr, chain: Chain) -> sp.Expr:
+def _differentiate_by_links(coordinate: sp.Expr, chain: Chain) -> sp.Expr:
     """Return the rate of change of a coordinate; what turns by the same angle has the same sum of joint rates."""
     rates = dict(zip(chain.q, chain.rates, strict=True))
     turning: dict[sp.Expr, sp.Expr] = {}
@@ -91,19 +91,19 @@ def _velocity_by_links(coordinate: sp.Expr, chain: Chain) -> sp.Expr:
     return velocity
 
 
-def _details_of_component(chain: Chain, rng: Stream) -> AlongAxis:
+def _choose_component(chain: Chain, rng: Stream) -> AlongAxis:
     velocity = linear_velocity(chain)
     useful = [i for i, entry in enumerate(velocity) if len(entry.free_symbols & set(chain.rates)) > 1]
     chosen = rng.choice(useful or list(range(len(velocity))))
     return AlongAxis(axis=chain.linear_rows[chosen], row=moving_rows(chain)[chosen])
 
 
-def _component(chain: Chain, details: Details) -> sp.Matrix:
+def _write_component(chain: Chain, details: Details) -> sp.Matrix:
     assert isinstance(details, AlongAxis)
     return linear_velocity(chain)[chain.linear_rows.index(details.axis), :]
 
 
-def _component_formula(w: Working, details: Details) -> np.ndarray:
+def _derive_component(w: Working, details: Details) -> np.ndarray:
     assert isinstance(details, AlongAxis)
     return apply_matrix(w["linear"][[details.row]], w["joint rates"])
 
@@ -112,7 +112,7 @@ def _object_to_task(chain: Chain) -> str | None:
     return None if chain.linear_rows else "its task counts no linear velocity"
 
 
-def _title(chain: Chain) -> str:
+def _choose_title(chain: Chain) -> str:
     by_axes = all(row[0] == "w" for row in chain.task)
     return "Jacobian from the joint axes" if by_axes else "Jacobian by differentiation"
 
@@ -147,12 +147,12 @@ QUESTIONS = (
     ),
     Question(
         "velocity-component", "One velocity component", "6.2", needs=("position",),
-        formula=_component_formula, reference=_component, answer_type=Expression, details=_details_of_component,
+        formula=_derive_component, reference=_write_component, answer_type=Expression, details=_choose_component,
         entry_names=lambda chain, part: [f"v_{{{part.about(AlongAxis).axis}}}"],
         objection=_object_to_task, too_long=objection_to_length("linear"),
     ),
     Question(
-        "jacobian", "Jacobian by differentiation", "6.3", needs=("position",), points=2.0, title_for=_title,
+        "jacobian", "Jacobian by differentiation", "6.3", needs=("position",), points=2.0, title_for=_choose_title,
         stage="jacobian", details=lambda chain, _: ForTask(task=chain.task), grid=rates_to(lambda chain: chain.task),
         too_long=objection_to_length("jacobian"), adds_up="columns of links",
         linear_rows=lambda chain: [(k, "xyz".index(row[1])) for k, row in enumerate(chain.task) if row[0] == "v"],

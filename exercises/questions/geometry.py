@@ -194,7 +194,7 @@ def singular_pose(
     with `symbolic`, too, they may be formulas.
     """
     for _ in range(EXACT_TRIES if exact else TRIES):
-        lengths = _wide_lengths(chain, rng) if wide else distinct_lengths(chain, rng)
+        lengths = _sample_wide_lengths(chain, rng) if wide else distinct_lengths(chain, rng)
         joints = (_sample_exact_joints_on if exact else _sample_joints_on)(chain, components, lengths, rng)
         if joints is None or not all(_is_real(value) for value in joints.values()):
             continue
@@ -228,7 +228,7 @@ def distinct_lengths(chain: Chain, rng: Stream) -> dict[sp.Symbol, sp.Rational]:
     return {symbol: sp.Rational(step, 20) for symbol, step in zip(chain.parameters, steps, strict=False)}
 
 
-def _wide_lengths(chain: Chain, rng: Stream) -> dict[sp.Symbol, sp.Rational]:
+def _sample_wide_lengths(chain: Chain, rng: Stream) -> dict[sp.Symbol, sp.Rational]:
     """Sample lengths of very different size, no two of which are nearly equal."""
     sizes = [12 * 13**i // 10**i for i in range(max(10, len(chain.parameters)))]
     pairs = zip(chain.parameters, rng.permutation(sizes), strict=False)
@@ -274,14 +274,14 @@ def branches(chain: Chain) -> tuple[Branch, ...]:
             continue
         for values in value_sets(component):
             theirs = next(
-                (theirs for theirs in value_sets(generic_component) if _same_values(chain, values, theirs)), None
+                (theirs for theirs in value_sets(generic_component) if _have_same_values(chain, values, theirs)), None
             )
             if theirs is not None:
                 reached.append(Branch(part_at_values(component, values), part_at_values(generic_component, theirs)))
     return tuple(reached)
 
 
-def _same_values(chain: Chain, arm_values: Values, generic_values: Values) -> bool:
+def _have_same_values(chain: Chain, arm_values: Values, generic_values: Values) -> bool:
     """Tell whether joint values of a structure are those of the arm, which has offsets, whole turns apart."""
     lengths = {symbol: sp.Rational(37 + 11 * i, 100) for i, symbol in enumerate(chain.parameters)}
     for (q, value), (_, theirs) in zip(arm_values, generic_values, strict=True):

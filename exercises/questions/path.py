@@ -74,21 +74,21 @@ class Seam(Configuration):
         sigma = PRECISE.svd_r(PRECISE.matrix(jacobian), compute_uv=False)
         return Place(
             sp.Float(PRECISE.nstr(distance, 5), 10),
-            _column(line.point(distance)),
-            _column([PRECISE.degrees(v) if joint.kind == "R" else v for v, joint in zip(q, chain.joints, strict=True)]),
+            _round(line.point(distance)),
+            _round([PRECISE.degrees(v) if joint.kind == "R" else v for v, joint in zip(q, chain.joints, strict=True)]),
             round_matrix(jacobian),
             four_digits(determinant(jacobian)),
-            _column([slope * line.arm.number(self.speed) for slope in line.slopes(q)]),
+            _round([slope * line.arm.number(self.speed) for slope in line.slopes(q)]),
             four_digits(min(sigma) / max(sigma)),
         )
 
     def start(self, chain: Chain) -> sp.Matrix:
         """Return A, four digits."""
-        return _column(self.line(chain, PRECISE).start)
+        return _round(self.line(chain, PRECISE).start)
 
     def unit(self, chain: Chain) -> sp.Matrix:
         """Return the unit vector from A to B, four digits."""
-        return _column(self.line(chain, PRECISE).unit)
+        return _round(self.line(chain, PRECISE).unit)
 
     def length(self, chain: Chain) -> sp.Float:
         """Return the distance from A to B, four digits."""
@@ -113,7 +113,7 @@ class Place:
     conditioning: sp.Float
 
 
-def _column(values: Vector) -> sp.Matrix:
+def _round(values: Vector) -> sp.Matrix:
     return round_matrix([[value] for value in values])
 
 
@@ -170,11 +170,11 @@ def _ask_path_rates(chain: Chain, rng: Stream) -> Asked | None:
         stations = list(line.follow(STEP, regular))
         if stations[-1:] and stations[-1].s > float(line.length) - STEP:
             last = int(20 * float(line.length)) - 1  # in steps of 5 cm
-            return _rates_at(chain, seam, sp.Rational(5 * rng.integer(min(3, last), last), 100))
+            return _ask_rates_at(chain, seam, sp.Rational(5 * rng.integer(min(3, last), last), 100))
     return None
 
 
-def _rates_at(chain: Chain, seam: Seam, s: sp.Rational) -> Asked:
+def _ask_rates_at(chain: Chain, seam: Seam, s: sp.Rational) -> Asked:
     line = seam.line(chain, PRECISE)
     rates = [slope * line.arm.number(seam.speed) for slope in line.slopes(seam.joints_on(chain, s))]
     units = tuple("rad/s" if joint.kind == "R" else "m/s" for joint in chain.joints)
@@ -190,10 +190,10 @@ def _sample_seam(chain: Chain, rng: Stream, least: int, most: int, regular: floa
     speed = sp.Rational(rng.integer(2, 8), 40)
     if not least**2 <= sum(k * k for k in way) <= most**2 or conditioning(chain, lengths, joints) < regular:
         return None
-    return Seam(lengths, joints, _point_towards(chain, lengths, joints, way), speed)
+    return Seam(lengths, joints, _place_target(chain, lengths, joints, way), speed)
 
 
-def _point_towards(
+def _place_target(
     chain: Chain, lengths: dict[sp.Symbol, sp.Rational], joints: dict[sp.Symbol, sp.Expr], way: Sequence[int]
 ) -> dict[str, sp.Rational]:
     """Return a point in whole centimetres that is `way` (cm) from where P is, as nearly as can be."""
@@ -241,10 +241,10 @@ def _ask_path_limit(chain: Chain, rng: Stream) -> Asked | None:
         if seam is None:
             continue
         stations = list(seam.line(chain).follow(STEP, CLOSE))
-        crossings = list(_crossings(stations, float(seam.speed)))
+        crossings = list(_find_crossings(stations, float(seam.speed)))
         if crossings:
             crossing = rng.choice(crossings)
-            s = ten_digits(_exact_crossing(chain, seam, crossing))
+            s = ten_digits(_locate_crossing(chain, seam, crossing))
             pose = seam.figure
             details = ToLimit(seam=seam, joint=crossing.joint + 1, limit=crossing.limit, pose=pose)
             return Number(sp.Matrix([s]), ("m",), THREE_DIGITS, 1e-6), details
@@ -270,11 +270,11 @@ def _sample_seam_to_singularity(chain: Chain, rng: Stream, regular: float) -> Se
     if conditioning(chain, lengths, joints) < regular:
         return None
     past = [rng.choice((-1, 1)) * rng.integer(1, 6) for _ in chain.task]
-    target = _point_towards(chain, lengths, singular, past)
+    target = _place_target(chain, lengths, singular, past)
     return Seam(lengths, joints, target, sp.Rational(rng.integer(2, 8), 40))
 
 
-def _crossings(stations: Sequence[Station], speed: float) -> list[Crossing]:
+def _find_crossings(stations: Sequence[Station], speed: float) -> list[Crossing]:
     """Return where a joint's speed clearly exceeds a round limit for the first time, growing towards a singularity."""
     crossings = []
     for joint in range(len(stations[0].slopes) if stations else 0):
@@ -303,14 +303,15 @@ def _is_clear(stations: Sequence[Station], speeds: Sequence[float], k: int, limi
     )
 
 
-def _exact_crossing(chain: Chain, seam: Seam, crossing: Crossing) -> Any:
+def _locate_crossing(chain: Chain, seam: Seam, crossing: Crossing) -> Any:
     """Return the distance at which the joint's speed is its limit, to 30 digits: first by floats, then from there."""
-    rough, near = _root(seam, seam.line(chain), crossing, (crossing.before.s, crossing.after.s), crossing.before.joints)
-    s, _ = _root(seam, seam.line(chain, PRECISE), crossing, (rough - 1e-9, rough + 1e-9), near)
+    before = crossing.before
+    rough, near = _solve(seam, seam.line(chain), crossing, (before.s, crossing.after.s), before.joints)
+    s, _ = _solve(seam, seam.line(chain, PRECISE), crossing, (rough - 1e-9, rough + 1e-9), near)
     return s
 
 
-def _root(
+def _solve(
     seam: Seam, line: Line, crossing: Crossing, ends: tuple[float, float], near: Sequence[float]
 ) -> tuple[Any, Vector]:
     """Return s near `ends` at which |rate| = limit, and the joint values there, by the secant rule."""

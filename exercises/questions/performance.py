@@ -60,7 +60,7 @@ def _ask_manipulability(chain: Chain, rng: Stream) -> Asked:
     value = ten_digits(PRECISE.sqrt(determinant(gram(jacobian_at(chain, situation)))))
     power = unit_power(chain)
     unit = {0: "", 1: "m"}.get(power, f"m^{power}")
-    return Number(sp.Matrix([value]), (unit,), THREE_DIGITS, 1e-9), _details(chain, situation, power)
+    return Number(sp.Matrix([value]), (unit,), THREE_DIGITS, 1e-9), _describe_measures(chain, situation, power)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -72,7 +72,7 @@ class Measured(InSituation):
     power: int | None = None
 
 
-def _details(chain: Chain, situation: Situation, power: int | None = None) -> Measured:
+def _describe_measures(chain: Chain, situation: Situation, power: int | None = None) -> Measured:
     squares = sorted((value**2 for value in singular_values(chain, situation)), reverse=True)
     return Measured(
         situation=situation,
@@ -93,7 +93,7 @@ def _ask_condition_number(chain: Chain, rng: Stream) -> Asked:
     situation = sample_situation(chain, rng)
     sigma = singular_values(chain, situation)
     value = ten_digits(max(sigma) / min(sigma))
-    return Number(sp.Matrix([value]), ("",), THREE_DIGITS, 1e-9), _details(chain, situation)
+    return Number(sp.Matrix([value]), ("",), THREE_DIGITS, 1e-9), _describe_measures(chain, situation)
 
 
 QUESTIONS = (

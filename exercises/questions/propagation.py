@@ -32,12 +32,12 @@ class OfFrame(OneOfSeveral):
     frame: int
 
 
-def _details_of_link(chain: Chain, rng: Stream) -> OfFrame:
+def _choose_link(chain: Chain, rng: Stream) -> OfFrame:
     # Frame 1 moves alike on too many arms; frames beyond the third are too much work.
     return OfFrame(frame=rng.integer(min(2, chain.n - 1), min(chain.n - 1, 3)))
 
 
-def _link_velocity(w: Working, details: Details) -> np.ndarray:
+def _derive_link_velocity(w: Working, details: Details) -> np.ndarray:
     assert isinstance(details, OfFrame)
     return apply_matrix(w.up_to(details.frame)["geometric"], w["joint rates"][: details.frame])
 
@@ -46,18 +46,18 @@ AXES = ("x", "y", "z")
 """Of a frame, to which the rows of vectors belong."""
 
 
-def _names_of_axes(chain: Chain) -> tuple[str, ...]:
+def _name_axes(chain: Chain) -> tuple[str, ...]:
     """Return the axes' names as they are typed: of the frames they are axes of, or what an axis gives P."""
     return tuple(convention_of(chain).typed_axis(i) for i in range(1, chain.n + 1))
 
 
-def _row_order(chain: Chain) -> list[int]:
+def _order_rows(chain: Chain) -> list[int]:
     """Return where the rows that are asked for are among six rows, linear first."""
     return [TASK_ROWS.index(row) for row in convention_of(chain).velocities]
 
 
-def _linear_rows(chain: Chain) -> list[tuple[int, int]]:
-    return [(row, axis) for row, axis in enumerate(_row_order(chain)) if axis < 3]
+def _find_linear_rows(chain: Chain) -> list[tuple[int, int]]:
+    return [(row, axis) for row, axis in enumerate(_order_rows(chain)) if axis < 3]
 
 
 QUESTIONS = (
@@ -65,7 +65,7 @@ QUESTIONS = (
         "joint-axes", "Joint axes", "below 6.10",
         formula=lambda w, _: w["axes"][: w.n].swapaxes(0, 1),
         substitutes=substitute_columns("axes", linear=propagate_linear_rows),
-        columns=_names_of_axes,
+        columns=_name_axes,
         grid=lambda chain: (AXES, [convention_of(chain).axis(joint) for joint in range(1, chain.n + 1)]),
         too_long=objection_to_length("z"),
     ),
@@ -78,18 +78,18 @@ QUESTIONS = (
     ),
     Question(
         "geometric-jacobian", "Geometric Jacobian by propagation", "6.12", points=2.0,
-        needs=("joint-axes", "position-vectors"), stage="geometric", row_order=_row_order,
+        needs=("joint-axes", "position-vectors"), stage="geometric", row_order=_order_rows,
         grid=rates_to(lambda chain: convention_of(chain).velocities), too_long=objection_to_length("geometric"),
-        adds_up="columns of links", linear_rows=_linear_rows,
+        adds_up="columns of links", linear_rows=_find_linear_rows,
     ),
     Question(
         "twist", "Twist of the end effector", "6.9 and 6.10", needs=("geometric-jacobian",),
-        formula=times_rates("geometric", _row_order), too_long=objection_to_length("geometric"),
+        formula=times_rates("geometric", _order_rows), too_long=objection_to_length("geometric"),
         entry_names=lambda chain, _: velocities(convention_of(chain).velocities),
     ),
     Question(
         "link-velocity", "Velocity of a link frame", "6.9 and 6.10", speaks_of=FRAMES,
-        formula=_link_velocity, details=_details_of_link, entry_names=lambda chain, _: velocities(TASK_ROWS),
+        formula=_derive_link_velocity, details=_choose_link, entry_names=lambda chain, _: velocities(TASK_ROWS),
         objection=lambda chain: None if chain.n > 1 else "it has one joint, so no frame between base and end",
     ),
 )  # fmt: skip

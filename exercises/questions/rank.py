@@ -41,6 +41,8 @@ from qdot.exercises.questions.singular import objection_unless_singular
 MOST_ROWS = 4
 """Rows of a Jacobian whose null space is found by hand."""
 
+Sampler = Callable[[Chain, Stream], Pose | None]
+
 KINDS = 60
 """Configurations at which the kind of a branch is established."""
 
@@ -49,7 +51,7 @@ KINDS = 60
 
 
 @lru_cache(maxsize=1024)
-def _deep_sets(generic: Chain) -> tuple[tuple[int, ...], ...]:
+def _find_deep_sets(generic: Chain) -> tuple[tuple[int, ...], ...]:
     """Return which components of a structure, together, take more than one from the rank."""
     components = singular_set(generic) or ()
 
@@ -62,12 +64,12 @@ def _deep_sets(generic: Chain) -> tuple[tuple[int, ...], ...]:
     return tuple(filter(loses_more_than_one, sets))
 
 
-def _deep_pose(chain: Chain, rng: Stream) -> Pose | None:
+def _sample_deep_pose(chain: Chain, rng: Stream) -> Pose | None:
     """Sample a pose at which more than one is taken from the rank."""
     generic, fill = structure(chain).chain, derive(chain).fill
     known = singular_set(generic) or ()
     arm_components = {component.conditions: component for component in singular_set(chain) or ()}
-    for chosen in rng.permutation(_deep_sets(generic)):
+    for chosen in rng.permutation(_find_deep_sets(generic)):
         here = [arm_components.get(tuple(map(fill, known[i].conditions))) for i in chosen]
         components = [component for component in here if component is not None]
         if len(components) == len(chosen):
@@ -77,8 +79,8 @@ def _deep_pose(chain: Chain, rng: Stream) -> Pose | None:
     return None
 
 
-_regular_pose = partial(regular_pose, exact=True)
-_single_pose = partial(find_singular_pose, lost=1, sample=partial(singular_pose, exact=True, symbolic=True))
+_sample_regular_pose = partial(regular_pose, exact=True)
+_sample_single_pose = partial(find_singular_pose, lost=1, sample=partial(singular_pose, exact=True, symbolic=True))
 
 
 @dataclass(frozen=True)
@@ -98,19 +100,19 @@ class OfRank(AtPose):
 
 def _ask_rank(chain: Chain, rng: Stream) -> Asked | None:
     """Choose how much of the rank is lost, if any, then sample an exact pose of that kind: rounding gives full rank."""
-    samplers: tuple[Callable[[Chain, Stream], Pose | None], ...] = (_regular_pose, _single_pose, _deep_pose)
+    samplers: tuple[Sampler, ...] = (_sample_regular_pose, _sample_single_pose, _sample_deep_pose)
     for sample in rng.permutation(samplers):
         pose = sample(chain, rng)
         if pose is not None:
             jacobian = jacobian_at(chain, pose)
             rank = clear_rank(jacobian)
-            facts = RankFacts(_independent_columns(jacobian), _vanishing_conditions(chain, pose))
+            facts = RankFacts(_find_independent_columns(jacobian), _find_vanishing_conditions(chain, pose))
             answer = Number(sp.Matrix([[rank]]), ("",), 1e-9, 1e-9)
             return answer, OfRank(place=pose, facts=facts, pose=pose.figure)
     return None
 
 
-def _independent_columns(jacobian: np.ndarray) -> tuple[int, ...]:
+def _find_independent_columns(jacobian: np.ndarray) -> tuple[int, ...]:
     """Return columns, from 1, that are independent and span all of them, the first that will do."""
     chosen: list[int] = []
     for column in range(jacobian.shape[1]):
@@ -120,7 +122,7 @@ def _independent_columns(jacobian: np.ndarray) -> tuple[int, ...]:
     return tuple(column + 1 for column in chosen)
 
 
-def _vanishing_conditions(chain: Chain, pose: Pose) -> tuple[tuple[sp.Expr, ...], ...]:
+def _find_vanishing_conditions(chain: Chain, pose: Pose) -> tuple[tuple[sp.Expr, ...], ...]:
     """Return the conditions of the components on which a pose lies."""
     components = singular_set(chain) or ()
     return tuple(
@@ -149,12 +151,12 @@ def _object_to_vector(chain: Chain) -> str | None:
     refused = _object_to_direction(chain)
     if refused is None and len(chain.task) > MOST_ROWS:
         return f"its Jacobian has {len(chain.task)} rows, too many to find a null space by hand"
-    if refused is None and not _branches_with_vector(chain):
+    if refused is None and not _find_branches_with_vector(chain):
         return "no singular configuration loses exactly one direction"
     return refused
 
 
-def _branches_with_vector(chain: Chain) -> list[Branch]:
+def _find_branches_with_vector(chain: Chain) -> list[Branch]:
     """Return the branches on which a structure loses one direction, as a formula if there is one with formulas."""
     generic = structure(chain).chain
     single = [branch for branch in branches(chain) if loses_one_direction(generic, branch.generic)]
@@ -191,13 +193,13 @@ class LostInFormulas(Details):
 
 def _ask_direction(chain: Chain, rng: Stream) -> Asked | None:
     """Ask for a formula where the component has joint values and the vector is short, else for numbers at a pose."""
-    for branch in rng.permutation(_branches_with_vector(chain)):
+    for branch in rng.permutation(_find_branches_with_vector(chain)):
         formula = lost_formula(structure(chain).chain, branch.generic)
         if formula is not None:
             direction = formula.direction.applyfunc(derive(chain).fill)
             if all(entry == 0 or entry.could_extract_minus_sign() for entry in direction):
                 direction = -direction
-            return Direction(direction), LostInFormulas(lost=_lost_at(chain, branch.component, formula))
+            return Direction(direction), LostInFormulas(lost=_describe_loss(chain, branch.component, formula))
         pose = shown_pose(chain, (branch.component,), rng, 1)
         if pose is not None:
             numbers = precise_lost_direction(chain, pose).applyfunc(
@@ -207,7 +209,7 @@ def _ask_direction(chain: Chain, rng: Stream) -> Asked | None:
     return None
 
 
-def _lost_at(chain: Chain, component: Component, formula: LostFormula) -> LostAt:
+def _describe_loss(chain: Chain, component: Component, formula: LostFormula) -> LostAt:
     (values,) = value_sets(component)
     jacobian = None if formula.jacobian is None else formula.jacobian.applyfunc(derive(chain).fill)
     return LostAt(values, tuple(q for q in chain.q if q not in dict(values)), jacobian, formula.columns)
@@ -234,7 +236,7 @@ def _describe_where(chain: Chain, branch: Branch) -> Where | None:
     return Where((), reading.right.words, branch.component.conditions[0])
 
 
-def _lost_motions(chain: Chain) -> list[tuple[Where, Branch, Motion]]:
+def _find_lost_motions(chain: Chain) -> list[tuple[Where, Branch, Motion]]:
     generic = structure(chain).chain
     return [
         (where, branch, motion)
@@ -246,7 +248,7 @@ def _lost_motions(chain: Chain) -> list[tuple[Where, Branch, Motion]]:
 
 def _object_to_motion(chain: Chain) -> str | None:
     refused = _object_to_direction(chain)
-    if refused is None and not _lost_motions(chain):
+    if refused is None and not _find_lost_motions(chain):
         return "no line of the arm tells a direction that is lost"
     return refused
 
@@ -269,7 +271,7 @@ class OfMotion(Details):
 
 
 def _ask_motion(chain: Chain, rng: Stream) -> Asked:
-    where, branch, motion = rng.choice(_lost_motions(chain))
+    where, branch, motion = rng.choice(_find_lost_motions(chain))
     parallel = parallel_lines(structure(chain).chain, branch.generic)
     chosen = [rng.choice(motion.right)]
     for line in rng.permutation(motion.wrong):
@@ -285,7 +287,7 @@ def lost_direction_where(chain: Chain, where: Where) -> tuple[LostAt, sp.Matrix]
         if branch.component.solutions is not None and value_sets(branch.component)[0] == where.values:
             formula = lost_formula(structure(chain).chain, branch.generic)
             if formula is not None and formula.jacobian is not None:
-                return _lost_at(chain, branch.component, formula), formula.direction.applyfunc(derive(chain).fill)
+                return _describe_loss(chain, branch.component, formula), formula.direction.applyfunc(derive(chain).fill)
     return None
 
 
@@ -308,7 +310,7 @@ def kind_of(generic: Chain, component: Component) -> str | None:
     return common_kind(generic, singular_samples(generic, component, KINDS)) if kind_is_sure(generic) else None
 
 
-def _readings(chain: Chain, order: Sequence[Branch]) -> Iterator[tuple[Branch, Reading]]:
+def _read_branches(chain: Chain, order: Sequence[Branch]) -> Iterator[tuple[Branch, Reading]]:
     """Yield the branches whose look a phrase describes, in the order given, each when it is asked for."""
     generic = structure(chain).chain
     for branch in order:
@@ -319,7 +321,7 @@ def _readings(chain: Chain, order: Sequence[Branch]) -> Iterator[tuple[Branch, R
 
 def _object_to_meaning(chain: Chain) -> str | None:
     refused = objection_unless_singular(chain)
-    if refused is None and next(_readings(chain, branches(chain)), None) is None:
+    if refused is None and next(_read_branches(chain, branches(chain)), None) is None:
         return "nothing that can be told at sight is common to a whole component of its singular set"
     return refused
 
@@ -346,18 +348,18 @@ class OfMeaning(Details):
 
 def _ask_meaning(chain: Chain, rng: Stream) -> Asked | None:
     """Offer the right meaning and kind, the other kind with it, and meanings that do not hold there."""
-    for branch, reading in _readings(chain, rng.permutation(branches(chain))):
+    for branch, reading in _read_branches(chain, rng.permutation(branches(chain))):
         pose = shown_pose(chain, (branch.component,), rng, 1)
         if pose is None:
             continue
-        kind = _kind_with_numbers(chain, branch, pose)
+        kind = _find_kind_with_numbers(chain, branch, pose)
         kinds = ("boundary", "internal")
         offered = [(reading.right, kind)]
         if kind is not None:
             offered.append((reading.right, kinds[kind == "boundary"]))
         others = rng.permutation(reading.wrong)[: 4 - len(offered)]
         offered += [(false, None if kind is None else rng.choice(kinds)) for false in others]
-        answer, order = shuffle_options(offered, offered[0], rng, _meaning_words)
+        answer, order = shuffle_options(offered, offered[0], rng, _describe_meaning)
         tied = branch.component.solutions is None
         values = () if tied else value_sets(branch.component)[0]
         condition = branch.component.conditions[0] if tied else None
@@ -366,13 +368,13 @@ def _ask_meaning(chain: Chain, rng: Stream) -> Asked | None:
     return None
 
 
-def _kind_with_numbers(chain: Chain, branch: Branch, pose: Pose) -> str | None:
+def _find_kind_with_numbers(chain: Chain, branch: Branch, pose: Pose) -> str | None:
     """Return the kind of a branch, unless the arm's own numbers make it another one."""
     kind = kind_of(structure(chain).chain, branch.generic)
     return kind if kind is not None and kind == kind_at(chain, sample_of(chain, pose)) else None
 
 
-def _meaning_words(option: tuple[Meaning, str | None]) -> str:
+def _describe_meaning(option: tuple[Meaning, str | None]) -> str:
     meaning, kind = option
     return meaning.words if kind is None else f"{meaning.words}; {KIND_WORDS[kind]}"
 

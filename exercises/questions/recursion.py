@@ -49,7 +49,7 @@ class FromFrameToFrame(Details):
 
 
 @lru_cache(maxsize=1024)
-def _steps(generic: Chain) -> tuple[Step, ...]:
+def _derive_steps(generic: Chain) -> tuple[Step, ...]:
     """Return the recursion over all frames of a structure."""
     omega = v = sp.zeros(3, 1)
     steps = []
@@ -73,9 +73,9 @@ def _collect_rates(vector: sp.Matrix, generic: Chain) -> sp.Matrix:
     return vector.applyfunc(entry)
 
 
-def _details(chain: Chain, rng: Stream) -> FromFrameToFrame:
-    fill, frame = derive(chain).fill, rng.choice(_frames(chain))
-    steps = _steps(structure(chain).chain)[:frame]
+def _choose_frame(chain: Chain, rng: Stream) -> FromFrameToFrame:
+    fill, frame = derive(chain).fill, rng.choice(_find_frames(chain))
+    steps = _derive_steps(structure(chain).chain)[:frame]
     filled = (
         Step(step.number, step.kind, *(m.applyfunc(fill) for m in (step.rotation, step.origin, step.omega, step.v)))
         for step in steps
@@ -83,27 +83,27 @@ def _details(chain: Chain, rng: Stream) -> FromFrameToFrame:
     return FromFrameToFrame(frame=frame, steps=tuple(filled))
 
 
-def _frames(chain: Chain) -> list[int]:
+def _find_frames(chain: Chain) -> list[int]:
     """Return the frames whose velocity is no matter of one joint, and can be worked out by hand."""
     return [frame for frame in range(2, min(chain.n, FURTHEST) + 1) if _count_terms(chain, frame) <= MOST_TERMS]
 
 
 @lru_cache(maxsize=4096)
 def _count_terms(chain: Chain, frame: int) -> int:
-    step = _steps(structure(chain).chain)[frame - 1]
+    step = _derive_steps(structure(chain).chain)[frame - 1]
     return count_terms(step.v.col_join(step.omega).applyfunc(derive(chain).fill))
 
 
 def _object_to_length(chain: Chain) -> str | None:
-    return None if _frames(chain) else "the velocities of its frames are too long to be worked out by hand"
+    return None if _find_frames(chain) else "the velocities of its frames are too long to be worked out by hand"
 
 
-def _formula(w: Working, details: Details) -> np.ndarray:
+def _derive_velocity(w: Working, details: Details) -> np.ndarray:
     assert isinstance(details, FromFrameToFrame)
     return apply_matrix(w.up_to(details.frame)["tool jacobian"], w["joint rates"][: details.frame])
 
 
-def _reference(chain: Chain, details: Details) -> sp.Matrix:
+def _write_velocity(chain: Chain, details: Details) -> sp.Matrix:
     assert isinstance(details, FromFrameToFrame)
     return details.steps[-1].v.col_join(details.steps[-1].omega)
 
@@ -111,7 +111,7 @@ def _reference(chain: Chain, details: Details) -> sp.Matrix:
 QUESTIONS = (
     Question(
         "own-frame-velocity", "Velocity of a frame in its own coordinates", "6.9 and 6.10", points=2.0,
-        speaks_of=FRAMES_OF_JOINTS, formula=_formula, reference=_reference, details=_details,
+        speaks_of=FRAMES_OF_JOINTS, formula=_derive_velocity, reference=_write_velocity, details=_choose_frame,
         entry_names=lambda chain, _: velocities(TASK_ROWS), too_long=_object_to_length,
         objection=lambda chain: None if chain.n > 1 else "it has one joint",
     ),

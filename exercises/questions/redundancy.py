@@ -80,7 +80,7 @@ def _object_to_least_norm(chain: Chain) -> str | None:
 
 
 def _object_to_length(chain: Chain) -> str | None:
-    if chain.n > JOINTS or _count_terms(_generic_gram(structure(chain).chain)) > TERMS:
+    if chain.n > JOINTS or _count_terms(_derive_gram(structure(chain).chain)) > TERMS:
         return "det(J J^T) is too long to work out by hand"
     return None
 
@@ -93,24 +93,24 @@ class OfMinors(Details):
     squares: tuple[sp.Expr, ...]
 
 
-def _gram_determinant(chain: Chain) -> sp.Expr:
-    return _generic_gram(structure(chain).chain).substitute(dict(structure(chain).values))
+def _write_gram_determinant(chain: Chain) -> sp.Expr:
+    return _derive_gram(structure(chain).chain).substitute(dict(structure(chain).values))
 
 
-def _details_of_gram(chain: Chain, rng: Stream) -> OfMinors:
+def _describe_gram(chain: Chain, rng: Stream) -> OfMinors:
     values = dict(structure(chain).values)
     squares = tuple(minor.substitute(values) ** 2 for minor in split_minors(structure(chain).chain)[1])
-    return OfMinors(shared=_shared_factors(chain), squares=squares)
+    return OfMinors(shared=_find_shared_factors(chain), squares=squares)
 
 
-def _shared_factors(chain: Chain) -> sp.Expr:
+def _find_shared_factors(chain: Chain) -> sp.Expr:
     """Return the factors that all maximal minors have in common, 1 if there are none."""
     known = structure(chain)
     return split_minors(known.chain)[0].substitute(dict(known.values))
 
 
 @lru_cache(maxsize=1024)
-def _generic_gram(chain: Chain) -> Factored:
+def _derive_gram(chain: Chain) -> Factored:
     """Return det(J J^T) of a structure: what all minors share, squared, times the sum of squares of what is left."""
     shared, left = split_minors(chain)
     squares = sp.Add(*(Factored(abs(minor.coefficient), minor.factors).expression() ** 2 for minor in left))
@@ -195,7 +195,7 @@ class InFormulas(Details):
 
 def _ask_self_motion(chain: Chain, rng: Stream) -> Asked:
     if chain.n <= JOINTS and sum(map(_count_terms, split_minors(structure(chain).chain)[1])) <= TERMS / 2:
-        return Direction(self_motion(chain)), InFormulas(situation=None, shared=_shared_factors(chain))
+        return Direction(self_motion(chain)), InFormulas(situation=None, shared=_find_shared_factors(chain))
     situation = sample_situation(chain, rng)
     jacobian = jacobian_at(chain, situation)
     numbers = sp.Matrix(list(map(ten_digits, null_vector(jacobian))))
@@ -233,8 +233,8 @@ def self_motion(chain: Chain) -> sp.Matrix:
 QUESTIONS = (
     Question(
         "gram-determinant", "det(J Jᵀ) of a redundant arm", "6.8 for m < n", points=2.0, needs=("jacobian",),
-        stage="gram determinant", written={"gram determinant": _gram_determinant}, answer_type=Expression,
-        details=_details_of_gram, entry_names=lambda chain, _: [r"\det(J J^T)"],
+        stage="gram determinant", written={"gram determinant": _write_gram_determinant}, answer_type=Expression,
+        details=_describe_gram, entry_names=lambda chain, _: [r"\det(J J^T)"],
         objection=_object_to_least_norm, too_long=_object_to_length, is_made_of_jacobian=True, is_made_of_minors=True,
     ),
     Question(

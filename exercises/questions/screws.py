@@ -175,7 +175,7 @@ def space_jacobian(chain: Chain) -> sp.Matrix:
 # --- the body frame ---
 
 
-def _home_offsets(chain: Chain) -> dict[sp.Symbol, sp.Expr]:
+def _find_home_offsets(chain: Chain) -> dict[sp.Symbol, sp.Expr]:
     """Return the joint variables of the structure at home: what the table adds to them, odd angles as symbols."""
     home = {}
     for q, offset, joint in zip(chain.q, chain.offsets, chain.joints, strict=True):
@@ -185,7 +185,7 @@ def _home_offsets(chain: Chain) -> dict[sp.Symbol, sp.Expr]:
 
 
 @lru_cache(maxsize=1024)
-def _body_matrices(generic: Chain, home: tuple[tuple[sp.Symbol, sp.Expr], ...]) -> tuple[sp.Matrix, ...]:
+def _derive_body_matrices(generic: Chain, home: tuple[tuple[sp.Symbol, sp.Expr], ...]) -> tuple[sp.Matrix, ...]:
     """Return R_sb, the body Jacobian and [P] R_sb of a structure whose joints are at these values at home."""
     frames, point = frames_and_point(generic)
     last, at_home = frames[-1].rotation, frames[-1].rotation.xreplace(dict(home))
@@ -216,7 +216,7 @@ def rotate_back(axis: Axis, angle: sp.Expr, vectors: sp.Matrix) -> sp.Matrix:
     return (turn.applyfunc(sp.expand) * vectors).applyfunc(sp.expand)
 
 
-def _column_seen_from_body(chain: Chain, number: int) -> sp.Matrix:
+def _derive_column(chain: Chain, number: int) -> sp.Matrix:
     """Return a column of the body Jacobian, 6 x 1: its screw at home about P, moved back by the joints behind it.
 
     About a point on the axis of a joint, omega and the velocity of that point are only rotated by it, so that every
@@ -239,43 +239,43 @@ def _column_seen_from_body(chain: Chain, number: int) -> sp.Matrix:
 
 
 @lru_cache(maxsize=256)
-def _oblique_body(chain: Chain) -> tuple[sp.Matrix, sp.Matrix]:
+def _derive_oblique_body(chain: Chain) -> tuple[sp.Matrix, sp.Matrix]:
     """Return R_sb and the body Jacobian by exponentials of the axes in the arm's own numbers."""
     back = sp.eye(3)
     for axis, q in zip(axes_of(chain)[0], chain.q, strict=True):
         back = rotate_back(axis, q, back) if axis.kind == "R" else back
-    jacobian = sp.Matrix.hstack(*(_column_seen_from_body(chain, number) for number in range(chain.n)))
+    jacobian = sp.Matrix.hstack(*(_derive_column(chain, number) for number in range(chain.n)))
     return back.T.applyfunc(without_brackets), jacobian.applyfunc(without_brackets)
 
 
-def _rotation_and_jacobian(chain: Chain) -> tuple[sp.Matrix, sp.Matrix]:
+def _derive_body(chain: Chain) -> tuple[sp.Matrix, sp.Matrix]:
     """Return R_sb and the body Jacobian."""
     if _is_oblique(chain):
-        return _oblique_body(chain)
-    rotation, jacobian, _ = _body_of_structure(chain)
+        return _derive_oblique_body(chain)
+    rotation, jacobian, _ = _fill_body(chain)
     return rotation, jacobian
 
 
-def _body_of_structure(chain: Chain) -> tuple[sp.Matrix, sp.Matrix, sp.Matrix]:
+def _fill_body(chain: Chain) -> tuple[sp.Matrix, sp.Matrix, sp.Matrix]:
     """Return R_sb, the body Jacobian and [P] R_sb out of those of the arm's structure."""
-    generic, home = structure(chain).chain, _home_offsets(chain)
+    generic, home = structure(chain).chain, _find_home_offsets(chain)
     known = {home[q]: offset for q, offset in zip(chain.q, chain.offsets, strict=True) if home[q].is_Symbol}
     fill = derive(chain).fill
     rotation, jacobian, moved = (
         matrix.applyfunc(lambda entry: without_brackets(fill(entry).xreplace(known)))
-        for matrix in _body_matrices(generic, tuple(home.items()))
+        for matrix in _derive_body_matrices(generic, tuple(home.items()))
     )
     return rotation, jacobian, moved
 
 
 def body_rotation(chain: Chain) -> sp.Matrix:
     """Return R_sb, 3 x 3, which is the identity at home."""
-    return _rotation_and_jacobian(chain)[0]
+    return _derive_body(chain)[0]
 
 
 def body_jacobian(chain: Chain) -> sp.Matrix:
     """Return J_b, 6 x n: the twist (omega, v) of the last link in {b}, v that of P."""
-    return _rotation_and_jacobian(chain)[1]
+    return _derive_body(chain)[1]
 
 
 def body_pose(chain: Chain) -> sp.Matrix:
@@ -290,22 +290,22 @@ def body_adjoint(chain: Chain) -> sp.Matrix:
         rotation = body_rotation(chain)
         moved = (hat(derive(chain).position) * rotation).applyfunc(sp.expand)
     else:
-        rotation, _, moved = _body_of_structure(chain)
+        rotation, _, moved = _fill_body(chain)
     return rotation.row_join(sp.zeros(3)).col_join(moved.row_join(rotation))
 
 
 # --- questions ---
 
 
-def _details_of_body(chain: Chain, rng: Stream) -> OfBody:
+def _describe_body(chain: Chain, rng: Stream) -> OfBody:
     return OfBody(rotation=body_rotation(chain), place=derive(chain).position)
 
 
-def _details_with_space(chain: Chain, rng: Stream) -> OfBody:
-    return replace(_details_of_body(chain, rng), space=space_jacobian(chain))
+def _describe_body_and_space(chain: Chain, rng: Stream) -> OfBody:
+    return replace(_describe_body(chain, rng), space=space_jacobian(chain))
 
 
-def _details_of_space(chain: Chain, rng: Stream) -> InSpace:
+def _describe_space(chain: Chain, rng: Stream) -> InSpace:
     return InSpace(carried=carried_screws(chain))
 
 
@@ -327,19 +327,19 @@ def _ask_changed_twist(chain: Chain, rng: Stream) -> Asked | None:
     return None
 
 
-def _changed_twist(w: Working, details: Details) -> np.ndarray:
+def _derive_changed_twist(w: Working, details: Details) -> np.ndarray:
     assert isinstance(details, InNumbers)
     twist = np.stack([w.arithmetic.number(value) for value in details.twist])
-    return np.asarray(apply_matrix(w["body adjoint"], twist)[_twist_order(w.chain)])
+    return np.asarray(apply_matrix(w["body adjoint"], twist)[_order_twist(w.chain)])
 
 
-def _twist_order(chain: Chain) -> Sequence[int]:
+def _order_twist(chain: Chain) -> Sequence[int]:
     return convention_of(chain).twist_rows
 
 
 def _order_adjoint(chain: Chain, adjoint: np.ndarray) -> np.ndarray:
     """Return an adjoint, (6, 6, …), for twists in the order in which they are presented, or the other way."""
-    return np.asarray(adjoint[_twist_order(chain)][:, _twist_order(chain)])
+    return np.asarray(adjoint[_order_twist(chain)][:, _order_twist(chain)])
 
 
 def _object_to_body(chain: Chain) -> str | None:
@@ -363,11 +363,11 @@ def _object_to_space(chain: Chain) -> str | None:
     return objection_to_terms(_count_terms(chain, space_jacobian))
 
 
-def _twist_names(chain: Chain, _: Part) -> Sequence[str]:
+def _name_twist(chain: Chain, _: Part) -> Sequence[str]:
     return velocities(convention_of(chain).velocities)
 
 
-def _rows(chain: Chain) -> Sequence[str]:
+def _list_rows(chain: Chain) -> Sequence[str]:
     return convention_of(chain).velocities
 
 
@@ -384,45 +384,45 @@ _of_body = partial(_of_screws, objection=_object_to_body)
 
 QUESTIONS = (
     _of_screws(
-        "home-screws", "Screw axes at home", stage="home screws", row_order=_twist_order,
+        "home-screws", "Screw axes at home", stage="home screws", row_order=_order_twist,
         details=lambda chain, _: OfScrews(screws=home_screws(chain)),
-        grid=lambda chain: (_rows(chain), [f"S_{{{joint}}}" for joint in range(1, chain.n + 1)]),
+        grid=lambda chain: (_list_rows(chain), [f"S_{{{joint}}}" for joint in range(1, chain.n + 1)]),
     ),
     _of_body(
         "body-pose", "Pose of the body frame by exponentials", points=2.0,
         formula=lambda w, _: pose_formula(w["body rotation"], w["point"]),
         substitutes=lambda rows: {"body rotation": lambda *_: rows[:3, :3], "point": lambda *_: rows[:3, 3]},
-        details=_details_of_body, too_long=_OBJECT_TO_POSE, last_row=("0", "0", "0", "1"),
+        details=_describe_body, too_long=_OBJECT_TO_POSE, last_row=("0", "0", "0", "1"),
     ),
     _of_body(
         "body-adjoint", "Adjoint of the body frame", points=2.0, needs=("body-pose",),
         formula=lambda w, _: _order_adjoint(w.chain, w["body adjoint"]),
         substitutes=lambda rows: {"body adjoint": lambda w, _: _order_adjoint(w.chain, rows)},
-        details=_details_of_body, grid=lambda chain: (_rows(chain), _rows(chain)),
+        details=_describe_body, grid=lambda chain: (_list_rows(chain), _list_rows(chain)),
         too_long=_objection_to_size("the adjoint of the pose of {n} joints", body_adjoint),
     ),
     _of_body(
         "changed-twist", "Twist changed from the body to the space frame", needs=("body-adjoint",),
-        sample=_ask_changed_twist, formula=_changed_twist, entry_names=_twist_names, too_long=_OBJECT_TO_POSE,
+        sample=_ask_changed_twist, formula=_derive_changed_twist, entry_names=_name_twist, too_long=_OBJECT_TO_POSE,
         follows_from=(("body-adjoint",), ("body-pose",)),
     ),
     _of_screws(
-        "space-jacobian", "Space Jacobian", points=2.0, stage="space jacobian", row_order=_twist_order,
-        details=_details_of_space, grid=rates_to(_rows), too_long=_object_to_space,
+        "space-jacobian", "Space Jacobian", points=2.0, stage="space jacobian", row_order=_order_twist,
+        details=_describe_space, grid=rates_to(_list_rows), too_long=_object_to_space,
     ),
     _of_body(
         "body-jacobian", "Body Jacobian", points=2.0, needs=("body-pose", "space-jacobian"),
-        stage="body jacobian", row_order=_twist_order, details=_details_with_space, grid=rates_to(_rows),
+        stage="body jacobian", row_order=_order_twist, details=_describe_body_and_space, grid=rates_to(_list_rows),
         too_long=_OBJECT_TO_BODY_JACOBIAN,
     ),
     _of_screws(
         "space-twist", "Twist in the space frame", needs=("space-jacobian",),
-        formula=times_rates("space jacobian", _twist_order), details=_details_of_space, entry_names=_twist_names,
+        formula=times_rates("space jacobian", _order_twist), details=_describe_space, entry_names=_name_twist,
         too_long=_object_to_space,
     ),
     _of_body(
         "body-twist", "Twist in the body frame", needs=("body-jacobian",),
-        formula=times_rates("body jacobian", _twist_order), details=_details_with_space, entry_names=_twist_names,
+        formula=times_rates("body jacobian", _order_twist), details=_describe_body_and_space, entry_names=_name_twist,
         too_long=_OBJECT_TO_BODY_JACOBIAN,
     ),
 )  # fmt: skip

@@ -115,7 +115,7 @@ def _sample_place(chain: Chain, components: tuple[Component, ...], kind: str, rn
                 return Place({}, component.conditions[0], words)
         else:
             for joints in _sample_poses(chain, component, rng):
-                if _kinds_over_lengths(chain, joints) == {kind}:
+                if _find_kinds_over_lengths(chain, joints) == {kind}:
                     return Place(joints)
     return None
 
@@ -133,7 +133,7 @@ def _sample_regular_place(chain: Chain, components: tuple[Component, ...], rng: 
         if roots and attempt < 150:  # where no error leads far enough from the root, any regular pose will do
             joints |= false_root(roots, {}, rng)
         clear = _is_well_conditioned(chain, joints, rng) and not _may_become_singular(chain, joints)
-        if clear and _kinds_over_lengths(chain, joints) == {"regular"}:
+        if clear and _find_kinds_over_lengths(chain, joints) == {"regular"}:
             return Place(joints)
     raise RuntimeError(f"no regular configuration of {chain} was found; please report this")
 
@@ -171,7 +171,7 @@ _MORE_LENGTHS = 20
 """An answer that holds "for any lengths that are not given" is tried with very different ones."""
 
 
-def _tried_lengths(chain: Chain) -> Iterator[dict[sp.Symbol, sp.Rational]]:
+def _try_lengths(chain: Chain) -> Iterator[dict[sp.Symbol, sp.Rational]]:
     """Yield open lengths: each of the tried ones in turn, then lengths sampled between a twentieth and six."""
     count = len(_TRIED_LENGTHS) if chain.parameters else 1
     for first in range(count):
@@ -181,7 +181,7 @@ def _tried_lengths(chain: Chain) -> Iterator[dict[sp.Symbol, sp.Rational]]:
         yield {s: sp.Rational(round(100 * 0.05 * 120 ** stream.uniform(0, 1)), 100) for s in chain.parameters}
 
 
-def _kinds_over_lengths(chain: Chain, joints: dict[sp.Symbol, sp.Expr]) -> frozenset[str | None]:
+def _find_kinds_over_lengths(chain: Chain, joints: dict[sp.Symbol, sp.Expr]) -> frozenset[str | None]:
     """Return the kinds that a pose has over the tried lengths, each open length taking each of them in turn.
 
     It is the pose of the bare arm that counts, and of that not where joint 1 is, if it moves the arm as a whole.
@@ -189,14 +189,14 @@ def _kinds_over_lengths(chain: Chain, joints: dict[sp.Symbol, sp.Expr]) -> froze
     values = normalized_values(chain, joints)
     if first_joint_moves_all(chain):
         values = (sp.S.Zero, *values[1:])
-    return _kinds_of_pose(normalize_arm(chain), values)
+    return _find_kinds(normalize_arm(chain), values)
 
 
 @lru_cache(maxsize=4096)
-def _kinds_of_pose(chain: Chain, values: tuple[sp.Expr, ...]) -> frozenset[str | None]:
+def _find_kinds(chain: Chain, values: tuple[sp.Expr, ...]) -> frozenset[str | None]:
     known = {k: sp.N(value) for k, value in enumerate(values) if not value.free_symbols}
     samples = []
-    for lengths in _tried_lengths(chain):
+    for lengths in _try_lengths(chain):
         places = [known[k] if k in known else sp.N(value.xreplace(lengths)) for k, value in enumerate(values)]
         if not all(place.is_real for place in places):  # no such pose with these lengths
             return frozenset({None})

@@ -28,13 +28,13 @@ def load_symbols(chain: Chain) -> dict[str, SymbolInfo]:
     }
 
 
-def _details(chain: Chain, rng: Stream) -> Loaded:
+def _describe(chain: Chain, rng: Stream) -> Loaded:
     symbols = load_symbols(chain)
     units = tuple("N m" if joint.kind == "R" else "N" for joint in chain.joints)
     return Loaded(symbols=symbols, force=sp.Matrix([sp.Symbol(name) for name in symbols]), units=units)
 
 
-def _title(chain: Chain) -> str:
+def _choose_title(chain: Chain) -> str:
     kinds = {joint.kind for joint in chain.joints}
     if len(kinds) > 1:
         return "Static joint torques and forces"
@@ -43,9 +43,9 @@ def _title(chain: Chain) -> str:
 
 QUESTIONS = (
     Question(
-        "joint-torques", "Static joint torques", "dual of 6.4", needs=("jacobian",), title_for=_title,
-        formula=lambda w, _: apply_matrix(w["transposed jacobian"], w.symbols(load_symbols(w.chain))), details=_details,
-        entry_names=lambda chain, _: [rf"\tau_{{{joint}}}" for joint in range(1, chain.n + 1)],
+        "joint-torques", "Static joint torques", "dual of 6.4", needs=("jacobian",), title_for=_choose_title,
+        formula=lambda w, _: apply_matrix(w["transposed jacobian"], w.symbols(load_symbols(w.chain))),
+        details=_describe, entry_names=lambda chain, _: [rf"\tau_{{{joint}}}" for joint in range(1, chain.n + 1)],
         too_long=objection_to_length("jacobian"), is_made_of_jacobian=True,
     ),
 )  # fmt: skip

@@ -70,17 +70,17 @@ def first_angle_sum(chain: Chain, poses: tuple[sp.Matrix, ...]) -> AngleSum | No
     return None
 
 
-def _poses(chain: Chain) -> tuple[sp.Matrix, ...]:
+def _fill_poses(chain: Chain) -> tuple[sp.Matrix, ...]:
     """Return T_{w,0} ... T_{w,n}."""
     return tuple(pose.applyfunc(derive(chain).fill) for pose in poses(structure(chain).chain))
 
 
-def _details_of_transform(chain: Chain, rng: Stream) -> ByTransforms:
-    arm_poses = _poses(chain)
+def _describe_transforms(chain: Chain, rng: Stream) -> ByTransforms:
+    arm_poses = _fill_poses(chain)
     return ByTransforms(poses=arm_poses, sum=first_angle_sum(chain, arm_poses))
 
 
-def _details_of_jacobian(chain: Chain, rng: Stream) -> InToolFrame:
+def _describe_columns(chain: Chain, rng: Stream) -> InToolFrame:
     d, generic = derive(chain), structure(chain).chain
     columns = (
         ToolColumn(number, joint.kind, *(vector.applyfunc(d.fill) for vector in seen))
@@ -101,10 +101,10 @@ QUESTIONS = (
         formula=lambda w, _: pose_formula(w["last rotation"], w["last origin"]),
         substitutes=lambda rows: {"last rotation": lambda *_: rows[:3, :3]},
         written={
-            "last rotation": lambda chain: _poses(chain)[-1][:3, :3],
-            "last origin": lambda chain: _poses(chain)[-1][:3, 3],
+            "last rotation": lambda chain: _fill_poses(chain)[-1][:3, :3],
+            "last origin": lambda chain: _fill_poses(chain)[-1][:3, 3],
         },
-        details=_details_of_transform, last_row=("0", "0", "0", "1"),
+        details=_describe_transforms, last_row=("0", "0", "0", "1"),
         too_long=objection_to_size(
             "the product of the transforms of {n} joints", MOST_JOINTS,
             lambda chain: terms_of_last_pose(structure(chain).chain),
@@ -114,7 +114,7 @@ QUESTIONS = (
         "tool-jacobian", "Jacobian in the tool frame", "6.12", points=2.0, speaks_of=FRAMES,
         needs=("transform", "geometric-jacobian"), stage="tool jacobian",
         written={"tool jacobian": lambda chain: in_tool_frame(structure(chain).chain).applyfunc(derive(chain).fill)},
-        details=_details_of_jacobian, grid=rates_to(lambda _: TASK_ROWS), objection=objection_to_point,
+        details=_describe_columns, grid=rates_to(lambda _: TASK_ROWS), objection=objection_to_point,
         too_long=objection_to_size(
             "the Jacobian of {n} joints in the tool frame", MOST_JOINTS,
             lambda chain: terms_in_tool_frame(structure(chain).chain),

@@ -25,7 +25,7 @@ from qdot.exercises.questions.base import MOST_TERMS, Question, joint_rates, obj
 
 
 @lru_cache(maxsize=1024)
-def _wrist_axes(generic: Chain) -> sp.Matrix:
+def _write_wrist_axes(generic: Chain) -> sp.Matrix:
     """Return the axes of joints 4 to 6 of a structure in the coordinates of the frame on the first of them (3 x 3)."""
     axes = [frame_behind(generic.joints[3:i]).rotation * Z for i in (3, 4, 5)]
     for joint in generic.joints[3 : convention_of(generic).frame_on_axis(4)]:  # joint 4, if that frame rotates with it
@@ -34,7 +34,7 @@ def _wrist_axes(generic: Chain) -> sp.Matrix:
 
 
 @lru_cache(maxsize=1024)
-def _arm_from_frame_1(generic: Chain) -> sp.Matrix:
+def _derive_arm_from_frame_1(generic: Chain) -> sp.Matrix:
     """Return R_1^T J11 of a structure (3 x 3): the arm block as link 1 sees it, with the same determinant."""
     first, turn = generic.joints[0], rot_x(convention_of(generic).from_standard(1)[0])
     point = frame_behind(generic.joints[1:4]).origin
@@ -51,10 +51,10 @@ def _arm_from_frame_1(generic: Chain) -> sp.Matrix:
 
 
 @lru_cache(maxsize=1024)
-def _determinants(generic: Chain) -> tuple[Factored, Factored]:
+def _factor_determinants(generic: Chain) -> tuple[Factored, Factored]:
     """Return det J11 and det J22 of a structure."""
     arm = derive(generic).geometric[:3, :3]
-    return factor_trig(sp.expand(arm.det(method="berkowitz"))), factor_trig(sp.expand(_wrist_axes(generic).det()))
+    return factor_trig(sp.expand(arm.det(method="berkowitz"))), factor_trig(sp.expand(_write_wrist_axes(generic).det()))
 
 
 def arm_block(chain: Chain) -> sp.Matrix:
@@ -64,13 +64,13 @@ def arm_block(chain: Chain) -> sp.Matrix:
 
 def wrist_block(chain: Chain) -> sp.Matrix:
     """Return J22, the axes of joints 4 to 6, in the frame on the axis of joint 4 (3 x 3)."""
-    return _wrist_axes(structure(chain).chain).applyfunc(derive(chain).fill)
+    return _write_wrist_axes(structure(chain).chain).applyfunc(derive(chain).fill)
 
 
 def block_determinants(chain: Chain) -> sp.Matrix:
     """Return [det J11, det J22] in factored form."""
     values = dict(structure(chain).values)
-    return sp.Matrix([factored.substitute(values) for factored in _determinants(structure(chain).chain)])
+    return sp.Matrix([factored.substitute(values) for factored in _factor_determinants(structure(chain).chain)])
 
 
 @dataclass(frozen=True)
@@ -116,19 +116,19 @@ def blocks(chain: Chain) -> Blocks:
     """Return the blocks of an arm that falls into them."""
     known, fill = structure(chain), derive(chain).fill
     wrist = wrist_block(chain)
-    factors = (substitute(factor, dict(known.values)) for factor, _ in _determinants(known.chain)[0].factors)
+    factors = (substitute(factor, dict(known.values)) for factor, _ in _factor_determinants(known.chain)[0].factors)
     return Blocks(
         arm_block(chain),
-        _arm_from_frame_1(known.chain).applyfunc(fill),
+        _derive_arm_from_frame_1(known.chain).applyfunc(fill),
         wrist,
         wrist[0, 1] * wrist[1, 2] - wrist[1, 1] * wrist[0, 2],
-        tuple(_without_sign(factor) for factor in factors if factor.free_symbols & set(chain.q)),
+        tuple(_drop_sign(factor) for factor in factors if factor.free_symbols & set(chain.q)),
         (_wrap_angle(-chain.offsets[4]), _wrap_angle(sp.pi - chain.offsets[4])),
         all((2 * joint.alpha / sp.pi).is_Integer for joint in chain.joints[3:5]),
     )
 
 
-def _without_sign(factor: sp.Expr) -> sp.Expr:
+def _drop_sign(factor: sp.Expr) -> sp.Expr:
     return -factor if factor.could_extract_minus_sign() else factor
 
 
@@ -137,7 +137,7 @@ def _wrap_angle(angle: sp.Expr) -> sp.Expr:
     return sp.pi - sp.Mod(sp.pi - angle, 2 * sp.pi) if angle.is_number else angle
 
 
-def _details_of_wrist(chain: Chain, rng: Stream) -> WristAxes:
+def _describe_wrist(chain: Chain, rng: Stream) -> WristAxes:
     convention = convention_of(chain)
     first = convention.frame_on_axis(4)
     turns = tuple(convention.rotation(row) for row in convention.rows[first:][:2])
@@ -180,7 +180,7 @@ QUESTIONS = (
     ),
     Question(
         "wrist-block", "Wrist block of the Jacobian", "6.12", speaks_of=FRAMES,
-        stage="wrist block", written={"wrist block": wrist_block}, details=_details_of_wrist,
+        stage="wrist block", written={"wrist block": wrist_block}, details=_describe_wrist,
         grid=lambda chain: (TASK_ROWS[3:], joint_rates(chain)[3:]), objection=objection_unless_partitioned,
     ),
     Question(

@@ -27,34 +27,34 @@ Subjects = Callable[[Chain, str], list[Subject]]
 """What a question about the answer to another one could be about on an arm."""
 
 
-def _whole_answer(_: Chain, base: str) -> list[Subject]:
+def _take_whole_answer(_: Chain, base: str) -> list[Subject]:
     return [Subject(base)]
 
 
-def _whole_answer_or_entry(chain: Chain, base: str) -> list[Subject]:
+def _take_whole_answer_or_entry(chain: Chain, base: str) -> list[Subject]:
     """Return the position as a whole and, for arms where that is too long, each coordinate."""
     return [Subject(base), *(Subject(base, None, row) for row in range(len(chain.linear_rows)))]
 
 
-def _moving_columns(chain: Chain, base: str) -> list[Subject]:
+def _find_moving_columns(chain: Chain, base: str) -> list[Subject]:
     """Return the columns that depend on the configuration: the others can be seen without a calculation."""
     matrix, joints = QUESTIONS[base].ask(chain, Stream("quiz"))[0].as_matrix(), set(chain.q)
     return [Subject(base, column) for column in range(matrix.cols) if matrix.col(column).free_symbols & joints]
 
 
-def _moving_entries(chain: Chain, base: str) -> list[Subject]:
+def _find_moving_entries(chain: Chain, base: str) -> list[Subject]:
     """Return the entries of a vector that depend on the configuration."""
     vector, joints = QUESTIONS[base].ask(chain, Stream("quiz"))[0].as_matrix(), set(chain.q)
     return [Subject(base, None, row) for row in range(vector.rows) if vector[row].free_symbols & joints]
 
 
-def _columns(chain: Chain, base: str) -> list[Subject]:
+def _take_columns(chain: Chain, base: str) -> list[Subject]:
     return [Subject(base, column) for column in range(chain.n)]
 
 
-def _columns_but_first(chain: Chain, base: str) -> list[Subject]:
+def _take_columns_but_first(chain: Chain, base: str) -> list[Subject]:
     """Return all columns except the first, for which there are no three mistakes."""
-    return _columns(chain, base)[1:]
+    return _take_columns(chain, base)[1:]
 
 
 def _ask_formula(chain: Chain, rng: Stream, subjects: Subjects, base: str) -> Asked | None:
@@ -88,17 +88,17 @@ def _choose_formula(
 
 
 CHOICES = (
-    _choose_formula("position-choice", "Which position?", "6.1", "position", _whole_answer_or_entry),
-    _choose_formula("jacobian-choice", "Which Jacobian?", "6.4", "jacobian", _whole_answer),
-    _choose_formula("column-choice", "Which column?", "6.4", "jacobian", _moving_columns),
-    _choose_formula("axis-choice", "Which joint axis?", "6.12", "joint-axes", _moving_columns),
-    _choose_formula("vector-choice", "Which vector?", "6.13", "position-vectors", _moving_columns),
-    _choose_formula("determinant-choice", "Which determinant?", "6.8", "determinant", _whole_answer),
-    _choose_formula("inverse-jacobian-choice", "Which inverse?", "appendix", "inverse-jacobian", _whole_answer),
-    _choose_formula("torque-choice", "Which joint torque?", "dual of 6.4", "joint-torques", _moving_entries),
-    _choose_formula("screw-choice", "Which screw?", SOURCE, "home-screws", _columns, "screw-choice"),
+    _choose_formula("position-choice", "Which position?", "6.1", "position", _take_whole_answer_or_entry),
+    _choose_formula("jacobian-choice", "Which Jacobian?", "6.4", "jacobian", _take_whole_answer),
+    _choose_formula("column-choice", "Which column?", "6.4", "jacobian", _find_moving_columns),
+    _choose_formula("axis-choice", "Which joint axis?", "6.12", "joint-axes", _find_moving_columns),
+    _choose_formula("vector-choice", "Which vector?", "6.13", "position-vectors", _find_moving_columns),
+    _choose_formula("determinant-choice", "Which determinant?", "6.8", "determinant", _take_whole_answer),
+    _choose_formula("inverse-jacobian-choice", "Which inverse?", "appendix", "inverse-jacobian", _take_whole_answer),
+    _choose_formula("torque-choice", "Which joint torque?", "dual of 6.4", "joint-torques", _find_moving_entries),
+    _choose_formula("screw-choice", "Which screw?", SOURCE, "home-screws", _take_columns, "screw-choice"),
     _choose_formula(
-        "space-column-choice", "Which column of the space Jacobian?", SOURCE, "space-jacobian", _columns_but_first,
+        "space-column-choice", "Which column of the space Jacobian?", SOURCE, "space-jacobian", _take_columns_but_first,
         "screw-choice",
     ),
     ShortQuestion(

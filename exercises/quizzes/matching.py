@@ -21,7 +21,7 @@ def _ask_columns(chain: Chain, rng: Stream) -> Asked | None:
         return None
     jacobian = derive(chain).jacobian
     offered = [OfferedOption(jacobian.col(column)) for column in range(chain.n)]
-    extra = _extra_column(chain, rng) if chain.n < MOST else None
+    extra = _make_extra_column(chain, rng) if chain.n < MOST else None
     order = tuple(rng.permutation([*offered, *([] if extra is None else [extra])]))
     answer = Matching(
         tuple(f"joint {number}" for number in range(1, chain.n + 1)),
@@ -31,7 +31,7 @@ def _ask_columns(chain: Chain, rng: Stream) -> Asked | None:
     return answer, Options(offered=order)
 
 
-def _extra_column(chain: Chain, rng: Stream) -> OfferedOption | None:
+def _make_extra_column(chain: Chain, rng: Stream) -> OfferedOption | None:
     """Return a wrong column that equals none of the right ones."""
     jacobian = derive(chain).jacobian
     columns = [jacobian.col(column) for column in range(chain.n)]

@@ -32,16 +32,16 @@ def blames_for(problem: Problem, part: Part, stream: Stream) -> list[Blames]:
     `stream` samples the configuration at which an option in numbers is evaluated, if the question has none.
     """
     answer = part.answer
-    blames = {**_blames_by_derivation(problem, part, stream), **_blames_by_meaning(problem, part)}
+    blames = {**_blame_by_derivation(problem, part, stream), **_blame_by_meaning(problem, part)}
     is_matched = bool(answer.matched)
     return [
         () if index in answer.right and not is_matched
-        else blames_of(part, index) or blames.get(index) or _blames_by_choice(problem, part, index)
+        else blames_of(part, index) or blames.get(index) or _blame_by_choice(problem, part, index)
         for index in range(len(answer.offered))
     ]  # fmt: skip
 
 
-def _blames_by_meaning(problem: Problem, part: Part) -> Mapping[int, Blames]:
+def _blame_by_meaning(problem: Problem, part: Part) -> Mapping[int, Blames]:
     """Return the likelier mistake behind each option that names another meaning."""
     blames: dict[int, Blames] = {}
     for mistake, variant in mistaken_answers(problem.chain, part):
@@ -51,7 +51,7 @@ def _blames_by_meaning(problem: Problem, part: Part) -> Mapping[int, Blames]:
     return blames
 
 
-def _blames_by_derivation(problem: Problem, part: Part, stream: Stream) -> Mapping[int, Blames]:
+def _blame_by_derivation(problem: Problem, part: Part, stream: Stream) -> Mapping[int, Blames]:
     """Return the likeliest mistake behind each option in numbers that a derivation with a mistake gives."""
     if not is_derived(part):
         return {}
@@ -83,7 +83,7 @@ def _is_near(values: np.ndarray, expected: np.ndarray) -> bool:
         return bool((np.abs(values - expected) <= THREE_DECIMALS).all())
 
 
-def _blames_by_choice(problem: Problem, part: Part, index: int) -> Blames:
+def _blame_by_choice(problem: Problem, part: Part, index: int) -> Blames:
     """Return the mistake that the choice of an option shows by itself."""
     answer, details = part.answer, part.details
     if answer.matched:

@@ -67,8 +67,8 @@ def singular_poses(chain: Chain, rng: Stream) -> Iterator[PoseAndBlame]:
 
 def regular_poses(chain: Chain, rng: Stream) -> Iterator[PoseAndBlame]:
     """Yield regular poses: first those that a mistake of the catalogue makes seem singular, then random ones."""
-    for component, blame in rng.permutation(_falsely_singular(chain)):
-        pose = _regular_pose_with(chain, component, rng)
+    for component, blame in rng.permutation(_find_falsely_singular(chain)):
+        pose = _sample_regular_pose_with(chain, component, rng)
         if pose is not None:
             yield pose, blame
     for _ in range(TRIES):
@@ -77,7 +77,7 @@ def regular_poses(chain: Chain, rng: Stream) -> Iterator[PoseAndBlame]:
             yield pose, None
 
 
-def _falsely_singular(chain: Chain) -> list[tuple[Component, Blame]]:
+def _find_falsely_singular(chain: Chain) -> list[tuple[Component, Blame]]:
     right = singular_set(chain) or ()
     return [
         (component, option.behind[0])
@@ -87,7 +87,7 @@ def _falsely_singular(chain: Chain) -> list[tuple[Component, Blame]]:
     ]
 
 
-def _regular_pose_with(chain: Chain, component: Component, rng: Stream) -> Pose | None:
+def _sample_regular_pose_with(chain: Chain, component: Component, rng: Stream) -> Pose | None:
     """Return a regular pose with the joint values of a component that is wrongly called singular."""
     assert component.solutions is not None
     for _ in range(6):
@@ -124,10 +124,10 @@ def take_distinct(candidates: Iterator[PoseAndBlame], count: int, excluded: Sequ
 
 def pose_words(pose: Pose) -> str:
     """Return joint values as plain text, as in "theta1 = 30 deg, d2 = 0.4 m"."""
-    return ", ".join(f"{q} = {_value(pose, q)}" for q in pose.joints)
+    return ", ".join(f"{q} = {_write_value(pose, q)}" for q in pose.joints)
 
 
-def _value(pose: Pose, q: sp.Symbol) -> str:
+def _write_value(pose: Pose, q: sp.Symbol) -> str:
     revolute = q.name.startswith("theta")
     value = pose.about.get(q, pose.joints[q] * 180 / sp.pi if revolute else pose.joints[q])
     shown = str(value) if value.is_Integer else f"{float(value):.10g}"

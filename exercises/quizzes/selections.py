@@ -71,14 +71,14 @@ class EqualForms(Options):
     quantity: Quantity
 
 
-def _determinants(chain: Chain) -> list[Quantity]:
+def _list_determinant(chain: Chain) -> list[Quantity]:
     return [] if objection_unless_square(chain) else [Quantity("determinant")]
 
 
 def quantities(chain: Chain) -> list[Quantity]:
     """Return the results that can be asked about on an arm."""
     coordinates = [Quantity("position", "xyz".index(axis)) for axis in chain.linear_rows]
-    return [*_determinants(chain), *coordinates, *(Quantity("column", None, column) for column in range(chain.n))]
+    return [*_list_determinant(chain), *coordinates, *(Quantity("column", None, column) for column in range(chain.n))]
 
 
 def joints_of(chain: Chain, quantity: Quantity) -> tuple[int, ...]:
@@ -99,8 +99,8 @@ def _ask_dependence(chain: Chain, rng: Stream) -> Asked | None:
 
 
 def _ask_forms(chain: Chain, rng: Stream) -> Asked | None:
-    for quantity in rng.permutation(_short_quantities(chain)):
-        offered = _five_options(chain, quantity, rng)
+    for quantity in rng.permutation(_find_short_quantities(chain)):
+        offered = _make_five_options(chain, quantity, rng)
         if offered is not None:
             order = tuple(rng.permutation(offered))
             correct = tuple(index for index, option in enumerate(order) if not option.behind)
@@ -109,24 +109,22 @@ def _ask_forms(chain: Chain, rng: Stream) -> Asked | None:
     return None
 
 
-def _short_quantities(chain: Chain) -> list[Quantity]:
+def _find_short_quantities(chain: Chain) -> list[Quantity]:
     def is_short(quantity: Quantity) -> bool:
         formula = quantity.of(chain)[0]
         return bool(formula.has(sp.sin, sp.cos)) and len(str(formula)) <= LONGEST
 
     entries = [Quantity("column", row, column) for row in range(len(chain.task)) for column in range(chain.n)]
-    return [*filter(is_short, [*_determinants(chain), *entries])]
+    return [*filter(is_short, [*_list_determinant(chain), *entries])]
 
 
-def _five_options(chain: Chain, quantity: Quantity, rng: Stream) -> list[OfferedOption] | None:
+def _make_five_options(chain: Chain, quantity: Quantity, rng: Stream) -> list[OfferedOption] | None:
     """Return two or three right ways to write a result, with wrong ones to make five; None if there are too few."""
     generic = structure(chain).chain
-    right = _ways_to_write(generic, quantity.of(generic)[0], quantity)
+    right = _write_ways(generic, quantity.of(generic)[0], quantity)
     base = "determinant" if quantity.name == "determinant" else "jacobian"
     subject = Subject(base, quantity.column, quantity.row)
-    wrong = [
-        (way, blame) for formula, blame in wrong_forms(generic, subject) for way in _ways_to_write(generic, formula)
-    ]
+    wrong = [(way, blame) for formula, blame in wrong_forms(generic, subject) for way in _write_ways(generic, formula)]
     if len(right) < 2 or len(wrong) < 3:
         return None
     fill = derive(chain).fill
@@ -141,7 +139,7 @@ def _five_options(chain: Chain, quantity: Quantity, rng: Stream) -> list[Offered
     return None
 
 
-def _ways_to_write(generic: Chain, formula: sp.Expr, quantity: Quantity | None = None) -> list[sp.Expr]:
+def _write_ways(generic: Chain, formula: sp.Expr, quantity: Quantity | None = None) -> list[sp.Expr]:
     """Return a formula as it is and with sums of angles expanded; a determinant also as products of entries."""
     apart = sp.expand(sp.expand_trig(formula))
     ways = [formula, apart, sp.expand(formula)]

@@ -19,7 +19,7 @@ def test_what_goes_together_best_is_compared_first_and_nothing_after_it(
     wanted, scores = Stream(SEED).below(4), []
 
     def all_differ(_: object, options: list[OfferedOption]) -> bool:
-        score = wrong_sets._score(options, wanted)
+        score = wrong_sets._rate_options(options, wanted)
         assert score is not None
         scores.append((score[:2] != BEST, score if score[:2] != BEST else 0))
         return they_differ
