@@ -37,7 +37,7 @@ LOOKED_AT, LOOKED_AT_VARIED = 8, 120
 """Arms from which the difficulty of a family is found out, more if structures are sampled: hard ones are rarer."""
 
 
-def family_named(name: str) -> Family:
+def look_up_family(name: str) -> Family:
     """Return a registered family. Raises QdotError."""
     if name in FAMILIES:
         return FAMILIES[name]
@@ -55,7 +55,7 @@ def sample_chain(identity: ProblemId, family: Family | None = None, attempt: int
     Attempts after the first sample another arm, if a question found nothing to ask of the first one.
     Raises QdotError for a family or engine that this version does not know, and if no arm is in the identity's band.
     """
-    family = family or family_named(identity.family)
+    family = family or look_up_family(identity.family)
     if identity.engine != ENGINE:
         raise QdotError(f"{identity} was made by engine {identity.engine}; this version of qdot has engine {ENGINE}")
     in_convention = partial(_in_convention, convention=identity.convention, twist_order=identity.twist_order)
@@ -110,7 +110,7 @@ def applicable_questions(chain: Chain, among: Mapping[str, Question] = QUESTIONS
 
 
 def _find_family(family: str | Family) -> Family:
-    return family_named(family) if isinstance(family, str) else family
+    return look_up_family(family) if isinstance(family, str) else family
 
 
 def _look_up_listing(family: Family) -> FamilyListing | None:
@@ -265,7 +265,7 @@ def generate(
     identity = ProblemId.parse(identity) if isinstance(identity, str) else identity
     identity = replace(identity, questions=tuple(questions)) if questions else identity
     _check_names(identity.questions)
-    known = family or family_named(identity.family)
+    known = family or look_up_family(identity.family)
     again = known.varied or any(name in QUIZZES for name in identity.questions)
     for attempt in range(ATTEMPTS if again else 1):
         chain = sample_chain(identity, family, attempt)

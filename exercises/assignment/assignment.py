@@ -27,12 +27,12 @@ from qdot.exercises.common.files import is_changed_by_windows
 from qdot.exercises.common.input_file import TomlFile, read_table, read_text, read_toml
 from qdot.exercises.common.variation import AXES, DEFAULT, STEPS, canonical_name, name_of_axes
 from qdot.exercises.families import Family
-from qdot.exercises.families.own import own_family
+from qdot.exercises.families.own import read_robot_family
 from qdot.exercises.formula.identity import Rounding
 from qdot.exercises.generation import (
     check_questions,
-    family_named,
     generate,
+    look_up_family,
     questions_of,
     short_quiz,
     student_problem_id,
@@ -398,7 +398,7 @@ def _slot(file: TomlFile, index: int, entry: ProblemEntry, defaults: _Defaults, 
             raise QdotError('each [[problem]] has either family = "planar-2r" or robot = "my-arm.toml"')
     if entry.family is not None:
         with file.at(*place, "family"):
-            family, robot = family_named(entry.family), ""
+            family, robot = look_up_family(entry.family), ""
     else:
         with file.at(*place, "robot"):
             family, robot = _read_own_robot(robot_path(str(entry.robot), file.path.parent), notes)
@@ -500,7 +500,7 @@ def _read_own_robot(path: Path, notes: list[str]) -> tuple[Family, str]:
     """Return the family of a robot file, and the digest of the file."""
     robot = read_robot_file(path)
     notes += robot.notes
-    return own_family(path, robot), _short_hash(path.read_text(encoding="utf-8", errors="replace"))
+    return read_robot_family(path, robot), _short_hash(path.read_text(encoding="utf-8", errors="replace"))
 
 
 def _band(difficulty: int | list[int] | None) -> tuple[int, int] | None:

@@ -29,7 +29,7 @@ from qdot.exercises.formula.latex import parse_latex
 from qdot.exercises.problem.credit import AMISS, HALF, OWN
 from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.questions.results import is_product
-from qdot.exercises.quizzes.options import blames_of
+from qdot.exercises.quizzes.options import list_blames
 from qdot.exercises.writing.fit import fitted, width
 from qdot.exercises.writing.short_answer import short_answer
 
@@ -83,7 +83,7 @@ def _options(part: Part) -> Iterator[Mark]:
     if not isinstance(part.answer, Choice):
         return
     for index, letter in zip(range(len(part.answer.options)), LETTERS, strict=False):
-        blames = dict.fromkeys(blame.title for blame in blames_of(part, index))
+        blames = dict.fromkeys(blame.title for blame in list_blames(part, index))
         if blames and index != part.answer.correct:
             yield Mark(f"{letter}: {', and '.join(blames)}", "", _points(part, Fraction(0)))
 

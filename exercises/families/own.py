@@ -17,7 +17,7 @@ TRIES = 50
 """Draws of lengths before some are taken that are nearly equal, as the instructor's ranges leave no others."""
 
 
-def own_family(path: Path, robot: Robot | None = None) -> Family:
+def read_robot_family(path: Path, robot: Robot | None = None) -> Family:
     """Return the family of a robot file, read unless `robot` is given; its name is the file's. Raises QdotError."""
     robot = robot or read_robot_file(path)
     name = re.sub(r"[^a-z0-9]+", "-", path.stem.lower()).strip("-") or "robot"

@@ -35,7 +35,7 @@ from qdot.exercises.families.axes import (
     with_values,
 )
 from qdot.exercises.families.base import Family
-from qdot.exercises.families.structures import Structure, chain_of, clean_classes, is_clean
+from qdot.exercises.families.structures import Structure, build_arm, group_clean_structures, is_clean
 from qdot.exercises.formula.expression import read
 from qdot.exercises.formula.program import Program, compile_program, evaluate
 
@@ -58,7 +58,7 @@ def _sample(
     n: int, rng: Stream, axes: Collection[str], band: Band | None = None, accepts: Accepts | None = None
 ) -> Chain:
     low, high = band or (0, HARDEST)
-    classes = [near for alike in clean_classes(n) if (near := _select_near_band(alike, low, high))]
+    classes = [near for alike in group_clean_structures(n) if (near := _select_near_band(alike, low, high))]
     refused: set[Structure] = set()
     in_band = False
     for index, structure in enumerate((_order_structures(classes, rng) * ROUNDS)[:TRIES]):
@@ -72,7 +72,7 @@ def _sample(
     which = f"of difficulty {describe_band(low, high)}" if band else "of any difficulty"
     if in_band:
         raise QdotError(f"random-{n} has no arm {which} that can be asked all of these questions")
-    steps = [structure.step for alike in clean_classes(n) for structure in alike]
+    steps = [structure.step for alike in group_clean_structures(n) for structure in alike]
     range_of_steps = describe_band(min(steps), max(steps))
     raise QdotError(f"random-{n} has no arm {which}; its arms are of difficulty {range_of_steps}")
 
@@ -92,7 +92,7 @@ def _sample_arm(structure: Structure, rng: Stream, axes: Collection[str]) -> Cha
     """Return an arm of a structure; None if no sampled numbers let every condition hold."""
     sense_stream = rng.part("senses")
     senses = tuple(sign(sense_stream) for _ in structure.rows) if "senses" in axes else ()
-    chain = chain_of(structure.rows, structure.task, f"random-{len(structure.rows)}", senses)
+    chain = build_arm(structure.rows, structure.task, f"random-{len(structure.rows)}", senses)
     if "lengths" in axes:
         values = _sample_lengths(chain, rng.part("lengths"), clean_roots="tool" not in axes)
         if values is None:

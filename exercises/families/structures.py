@@ -51,7 +51,7 @@ class Structure:
         return f"{' '.join(map(str, self.rows))} | {' '.join(self.task)} | {self.step} | {self.class_number}"
 
 
-def chain_of(
+def build_arm(
     rows: tuple[StructureRow, ...], task: tuple[str, ...], name: str = "structure", senses: tuple[int, ...] = ()
 ) -> Chain:
     """Return the arm of a structure, all lengths open, in the world's origin; `senses` are the signs of its twists."""
@@ -79,7 +79,7 @@ def is_clean(chain: Chain) -> bool:
 
 
 @lru_cache(maxsize=1)
-def clean_structures() -> dict[int, tuple[Structure, ...]]:
+def read_clean_structures() -> dict[int, tuple[Structure, ...]]:
     """Return the clean structures of the table by their number of joints."""
     clean: dict[int, list[Structure]] = {2: [], 3: [], 4: []}
     for line in TABLE.read_text(encoding="utf-8").splitlines()[1:]:
@@ -94,9 +94,9 @@ def read_rows(code: str) -> tuple[StructureRow, ...]:
     return tuple(StructureRow(word[0], "a" in word, "d" in word or "t" in word, "x" in word) for word in code.split())
 
 
-def clean_classes(n: int) -> tuple[tuple[Structure, ...], ...]:
+def group_clean_structures(n: int) -> tuple[tuple[Structure, ...], ...]:
     """Return the clean structures of n joints by class."""
     classes: dict[int, list[Structure]] = {}
-    for structure in clean_structures()[n]:
+    for structure in read_clean_structures()[n]:
         classes.setdefault(structure.class_number, []).append(structure)
     return tuple(map(tuple, classes.values()))

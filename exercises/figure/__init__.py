@@ -48,7 +48,7 @@ from qdot.exercises.figure.small import PANEL, cells, figure_in_pose, singular_p
 from qdot.exercises.figure.view import Drawing, View
 from qdot.exercises.figure.words import alt_text, panels_text, panels_title, title_text
 from qdot.exercises.problem.problem import Part
-from qdot.exercises.quizzes.places import drawn_options
+from qdot.exercises.quizzes.places import find_drawn_options
 from qdot.exercises.writing.languages import ENGLISH, catalogue
 from qdot.exercises.writing.render import render
 
@@ -193,7 +193,7 @@ def _render_svg(chain: Chain, name: str, pose: tuple[tuple[str, float], ...] | N
 
 def part_svg(chain: Chain, part: Part, name: str) -> str:
     """Return the figure under a part's prompt: its configuration, or those to choose from; "" if there is none."""
-    options = drawn_options(chain, part)
+    options = find_drawn_options(chain, part)
     if options is not None:
         return options_svg(*options, name)
     return "" if part.pose is None else figure_svg(chain, name, part.pose)
@@ -230,7 +230,7 @@ def singular_svg(chain: Chain, name: str = "singular", language: str = ENGLISH) 
 
 def part_alt(chain: Chain, part: Part) -> str:
     """Return a description of the figure under a part's prompt."""
-    options = drawn_options(chain, part)
+    options = find_drawn_options(chain, part)
     return (
         alt_text(chain, posed=True) if options is None else f"Configurations to choose from. {options_text(options[1])}"
     )

@@ -22,14 +22,14 @@ from qdot.exercises.questions.differentiation import ForTask
 from qdot.exercises.questions.geometry import (
     AtPose,
     Pose,
-    distinct_lengths,
     evaluate_precisely,
     find_singular_pose,
     jacobian_at,
+    make_pose,
     nearest_integer,
-    pose_of,
     precise_lost_direction,
-    regular_pose,
+    sample_regular_pose,
+    sample_unequal_lengths,
 )
 from qdot.exercises.questions.inversion import sample_pose
 from qdot.exercises.questions.singular import objection_unless_singular
@@ -107,8 +107,8 @@ def _ask_effect(chain: Chain, rng: Stream) -> Asked | None:
     rows = _choose_rows(chain)
     indices = [TASK_ROWS.index(row) for row in rows]
     for _ in range(60):
-        lengths, joints = distinct_lengths(chain, rng), sample_pose(chain, rng)
-        pose = pose_of(chain, lengths, joints)
+        lengths, joints = sample_unequal_lengths(chain, rng), sample_pose(chain, rng)
+        pose = make_pose(chain, lengths, joints)
         shown = evaluate_precisely(chain, pose, derive(chain).geometric)[indices, :]
         moving = [i for i in range(chain.n) if _measure(shown.col(i)) > 0.1]
         if not moving:
@@ -121,7 +121,7 @@ def _ask_effect(chain: Chain, rng: Stream) -> Asked | None:
             if all(_differ(candidate, known) for known in (right, *wrong)):
                 wrong.append(candidate)
         if len(wrong) >= 3:
-            answer, _ = shuffle_options([right, *wrong[:3]], right, rng, vector_words)
+            answer, _ = shuffle_options([right, *wrong[:3]], right, rng, write_vector)
             return answer, OfJoint(effect=Effect(joint + 1, pose, rows), pose=pose.figure)
     return None
 
@@ -167,19 +167,19 @@ def _differ(a: Numbers, b: Numbers) -> bool:
     return apart > DIFFERENT * max(_measure(a), _measure(b))
 
 
-def vector_words(vector: Numbers) -> str:
+def write_vector(vector: Numbers) -> str:
     """Return a vector as the text of an option, three decimals each.
 
-    >>> vector_words((sp.Rational(1, 3).limit_denominator(1000), sp.S(-2)))
+    >>> write_vector((sp.Rational(1, 3).limit_denominator(1000), sp.S(-2)))
     '(0.333, -2.000)'
     """
     return f"({', '.join(f'{float(value) + 0.0:.3f}' for value in vector)})"
 
 
-def option_numbers(words: str) -> list[float]:
-    """Return the vector that an option shows, as `vector_words` wrote it.
+def read_vector(words: str) -> list[float]:
+    """Return the vector that an option shows, as `write_vector` wrote it.
 
-    >>> option_numbers("(0.333, -2.000)")
+    >>> read_vector("(0.333, -2.000)")
     [0.333, -2.0]
     """
     return [float(value) for value in words.strip("()").split(",")]
@@ -243,7 +243,9 @@ def _list_tasks(chain: Chain, use: str) -> tuple[tuple[str, ...], ...]:
 
 
 def _sample_pose_for(chain: Chain, use: str, rng: Stream) -> Pose | None:
-    return find_singular_pose(chain, rng) if use == "singular" else regular_pose(chain, rng, 0.06, use == "regular")
+    if use == "singular":
+        return find_singular_pose(chain, rng)
+    return sample_regular_pose(chain, rng, 0.06, use == "regular")
 
 
 # --- what a singularity costs ---
@@ -304,7 +306,7 @@ def _ask_cost(chain: Chain, rng: Stream) -> Asked | None:
         assert lost is not None
         chosen = _sample_velocities(jacobian, lost, possible, rng)
         if chosen is not None:
-            answer, order = shuffle_options(chosen, chosen[0], rng, vector_words)
+            answer, order = shuffle_options(chosen, chosen[0], rng, write_vector)
             shown = _round_vector(precise_lost_direction(chain, pose))
             products = [sum(a * b for a, b in zip(vector, shown, strict=True)) for vector in order]
             lettered = tuple((letter, _round_to(value, 2)) for letter, value in zip("ABCD", products, strict=True))

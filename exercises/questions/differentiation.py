@@ -27,7 +27,7 @@ class ForTask(Details):
     task: tuple[str, ...]
 
 
-def power_of_metres(part: Part) -> int | None:
+def find_power_of_metres(part: Part) -> int | None:
     """Return the power of metres that a determinant is in, one for each row of linear velocity; None of others."""
     return sum(row.startswith("v") for row in part.about(ForTask).task) if part.kind == "determinant" else None
 

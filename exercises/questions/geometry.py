@@ -6,7 +6,7 @@ solved. What is no simple number is shown rounded; references are worked out at 
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from functools import lru_cache
+from functools import lru_cache, partial
 
 import mpmath
 import numpy as np
@@ -22,7 +22,7 @@ from qdot.exercises.common.stream import Stream
 from qdot.exercises.formula.expression import read
 from qdot.exercises.formula.program import compile_program, evaluate
 from qdot.exercises.problem.problem import Details
-from qdot.exercises.questions.inversion import Configuration, lengths_in_table, sample_pose
+from qdot.exercises.questions.inversion import Configuration, list_table_lengths, sample_pose
 
 DIGITS, KEPT = 30, 40
 TRIES = 12
@@ -59,7 +59,7 @@ class AtPose(Details):
         return self.place.numbers
 
 
-def pose_of(
+def make_pose(
     chain: Chain,
     lengths: Mapping[sp.Symbol, sp.Rational],
     joints: Mapping[sp.Symbol, sp.Expr],
@@ -103,7 +103,7 @@ def nearest_integer(value: sp.Expr) -> int:
     return int(value.round())
 
 
-def sample_of(chain: Chain, pose: Pose) -> Sample:
+def to_sample(chain: Chain, pose: Pose) -> Sample:
     """Return a pose in floating point."""
     arm = NumericChain(chain, {symbol.name: float(value) for symbol, value in pose.lengths.items()})
     return Sample(arm, np.array([float(sp.N(pose.joints[q])) for q in chain.q]))
@@ -116,7 +116,7 @@ def full_rank(chain: Chain) -> int:
 
 def jacobian_at(chain: Chain, pose: Pose) -> np.ndarray:
     """Return the task Jacobian at a pose, (m, n), in floating point."""
-    sample = sample_of(chain, pose)
+    sample = to_sample(chain, pose)
     return np.asarray(sample.arm.jacobian(sample.q)[task_rows(chain)])
 
 
@@ -148,7 +148,7 @@ def precise_lost_direction(chain: Chain, pose: Pose) -> sp.Matrix:
 # --- sampling ---
 
 
-def regular_pose(
+def sample_regular_pose(
     chain: Chain, rng: Stream, clear: float = 0.1, misleading: bool = True, exact: bool = False
 ) -> Pose | None:
     """Sample a pose of full rank; with `misleading`, one that an error makes seem singular.
@@ -158,18 +158,18 @@ def regular_pose(
     components = singular_set(chain) or () if misleading else ()
     roots = [solution for component in components for solution in component.solutions or ()]
     for attempt in range(60):
-        lengths, joints = distinct_lengths(chain, rng), sample_pose(chain, rng)
+        lengths, joints = sample_unequal_lengths(chain, rng), sample_pose(chain, rng)
         if roots and attempt < 30:
-            joints |= false_root(roots, lengths, rng)
+            joints |= sample_false_root(roots, lengths, rng)
         if not all(_is_real(value) for value in joints.values()):
             continue
-        pose = pose_of(chain, lengths, {q: wrap_angle(chain, q, value) for q, value in joints.items()})
+        pose = make_pose(chain, lengths, {q: wrap_angle(chain, q, value) for q, value in joints.items()})
         if not (exact and pose.about) and clear_rank(jacobian_at(chain, pose), clear) == full_rank(chain):
             return pose
     return None
 
 
-def false_root(
+def sample_false_root(
     roots: Sequence[tuple[sp.Symbol, tuple[sp.Expr, ...]]], lengths: Mapping[sp.Symbol, sp.Expr], rng: Stream
 ) -> dict[sp.Symbol, sp.Expr]:
     """Return a joint with what an error of a sign or of a right angle makes of a value at which the arm is singular."""
@@ -179,7 +179,7 @@ def false_root(
     return {joint: rng.choice((-value, value + shift, shift - value))}
 
 
-def singular_pose(
+def sample_singular_pose(
     chain: Chain,
     components: Sequence[Component],
     rng: Stream,
@@ -194,11 +194,11 @@ def singular_pose(
     with `symbolic`, too, they may be formulas.
     """
     for _ in range(EXACT_TRIES if exact else TRIES):
-        lengths = _sample_wide_lengths(chain, rng) if wide else distinct_lengths(chain, rng)
+        lengths = _sample_wide_lengths(chain, rng) if wide else sample_unequal_lengths(chain, rng)
         joints = (_sample_exact_joints_on if exact else _sample_joints_on)(chain, components, lengths, rng)
         if joints is None or not all(_is_real(value) for value in joints.values()):
             continue
-        pose = pose_of(chain, lengths, joints, symbolic)
+        pose = make_pose(chain, lengths, joints, symbolic)
         if exact and pose.about:
             continue
         rank = clear_rank(jacobian_at(chain, pose), CLEAR / 5 if wide else CLEAR)
@@ -207,22 +207,23 @@ def singular_pose(
     return None
 
 
-def shown_pose(chain: Chain, components: Sequence[Component], rng: Stream, lost: int | None = None) -> Pose | None:
+def sample_shown_pose(chain: Chain, branch: Sequence[Component], rng: Stream, lost: int | None = None) -> Pose | None:
     """Sample a singular pose to be shown: an exact one if there is one, else with a joint value rounded; or None."""
-    return singular_pose(chain, components, rng, lost, exact=True) or singular_pose(chain, components, rng, lost)
+    sample = partial(sample_singular_pose, chain, branch, rng, lost)
+    return sample(exact=True) or sample()
 
 
 def find_singular_pose(
-    chain: Chain, rng: Stream, lost: int | None = None, sample: Callable[..., Pose | None] = shown_pose
+    chain: Chain, rng: Stream, lost: int | None = None, sample: Callable[..., Pose | None] = sample_shown_pose
 ) -> Pose | None:
     """Return a singular pose on the first component, in random order, on which one is found."""
     poses = (sample(chain, (component,), rng, lost) for component in rng.permutation(singular_set(chain) or ()))
     return next((pose for pose in poses if pose is not None), None)
 
 
-def distinct_lengths(chain: Chain, rng: Stream) -> dict[sp.Symbol, sp.Rational]:
+def sample_unequal_lengths(chain: Chain, rng: Stream) -> dict[sp.Symbol, sp.Rational]:
     """Draw a number for each length that the table leaves open, none equal to another: that is a case of its own."""
-    taken = lengths_in_table(chain)
+    taken = list_table_lengths(chain)
     shuffled = rng.permutation(range(6, max(17, 6 + len(chain.parameters) + len(taken))))
     steps = [step for step in shuffled if sp.Rational(step, 20) not in taken]
     return {symbol: sp.Rational(step, 20) for symbol, step in zip(chain.parameters, steps, strict=False)}
@@ -236,14 +237,14 @@ def _sample_wide_lengths(chain: Chain, rng: Stream) -> dict[sp.Symbol, sp.Ration
 
 
 @lru_cache(maxsize=1024)
-def singular_samples(chain: Chain, component: Component, count: int) -> tuple[Sample, ...]:
+def sample_singular_poses(chain: Chain, component: Component, count: int) -> tuple[Sample, ...]:
     """Return configurations of a component where one direction is lost, of very different lengths; often `count`."""
     stream = Stream(f"samples/{component.pieces()}")
-    poses = (singular_pose(chain, (component,), stream, 1, wide=True) for _ in range(count))
-    return tuple(sample_of(chain, pose) for pose in poses if pose is not None)
+    poses = (sample_singular_pose(chain, (component,), stream, 1, wide=True) for _ in range(count))
+    return tuple(to_sample(chain, pose) for pose in poses if pose is not None)
 
 
-def part_at_values(component: Component, values: Values) -> Component:
+def restrict(component: Component, values: Values) -> Component:
     """Return the part of a component at one combination of its joint values."""
     return Component(component.conditions, tuple((joint, (value,)) for joint, value in values))
 
@@ -277,7 +278,7 @@ def branches(chain: Chain) -> tuple[Branch, ...]:
                 (theirs for theirs in value_sets(generic_component) if _have_same_values(chain, values, theirs)), None
             )
             if theirs is not None:
-                reached.append(Branch(part_at_values(component, values), part_at_values(generic_component, theirs)))
+                reached.append(Branch(restrict(component, values), restrict(generic_component, theirs)))
     return tuple(reached)
 
 

@@ -86,7 +86,7 @@ def sample_pose(chain: Chain, rng: Stream) -> dict[sp.Symbol, sp.Expr]:
 
 def sample_lengths(chain: Chain, rng: Stream) -> dict[sp.Symbol, sp.Rational]:
     """Sample a number for each length that the table leaves open; no two are equal, as the statement promises."""
-    taken = lengths_in_table(chain)
+    taken = list_table_lengths(chain)
     lengths: dict[sp.Symbol, sp.Rational] = {}
     for symbol in chain.parameters:
         first = rng.integer(0, 10)
@@ -96,7 +96,7 @@ def sample_lengths(chain: Chain, rng: Stream) -> dict[sp.Symbol, sp.Rational]:
     return lengths
 
 
-def lengths_in_table(chain: Chain) -> set[sp.Expr]:
+def list_table_lengths(chain: Chain) -> set[sp.Expr]:
     """Return the lengths that the table gives as numbers."""
     return {abs(length) for joint in chain.joints for length in (joint.a, joint.d) if length.is_number}
 
@@ -114,7 +114,7 @@ def sample_situation(chain: Chain, rng: Stream) -> Situation:
     for _ in range(POSES):
         lengths, joints = sample_lengths(chain, rng), sample_pose(chain, rng)
         velocity = {v: sp.Rational(rng.choice([k for k in range(-8, 9) if k]), 20) for v in task_velocity(chain)}
-        if conditioning(chain, lengths, joints) > well_conditioned(chain):
+        if conditioning(chain, lengths, joints) > least_conditioning(chain):
             return Situation(lengths, joints, velocity)
     raise RuntimeError(f"no well-conditioned pose of {chain} was found; please report this")
 
@@ -125,7 +125,7 @@ def jacobian_at(chain: Chain, situation: Situation) -> list[Vector]:
     return arm.task_jacobian([arm.number(situation.joints[q]) for q in chain.q])
 
 
-def well_conditioned(chain: Chain) -> float:
+def least_conditioning(chain: Chain) -> float:
     """Return the least sigma_min/sigma_max of a pose given in numbers; few poses are better with many joints.
 
     If the task has metres and radians, the quotient means less, and a smaller one will do.

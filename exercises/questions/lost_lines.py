@@ -9,7 +9,7 @@ import numpy as np
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.directions import CLEAR, Line, directions, lines_of, lost_direction, task_rows
 from qdot.exercises.arm.singularity import Component
-from qdot.exercises.questions.geometry import singular_samples
+from qdot.exercises.questions.geometry import sample_singular_poses
 
 SAMPLES = 8
 """Configurations at which lines are tried."""
@@ -30,9 +30,9 @@ class Motion:
 
 
 @lru_cache(maxsize=1024)
-def lost_motion(generic: Chain, component: Component) -> Motion | None:
+def find_lost_motion(generic: Chain, component: Component) -> Motion | None:
     """Return the lines along which a motion is lost and those along which none is, on a branch of a structure."""
-    samples, rows = singular_samples(generic, component, SAMPLES), task_rows(generic)
+    samples, rows = sample_singular_poses(generic, component, SAMPLES), task_rows(generic)
     lost = [lost_direction(sample.arm.jacobian(sample.q)[rows], CLEAR / 5) for sample in samples]
     if len(samples) < SAMPLES // 2 or any(u is None for u in lost):
         return None
@@ -69,8 +69,8 @@ def _are_parallel(a: np.ndarray, b: np.ndarray) -> bool:
 
 
 @lru_cache(maxsize=1024)
-def parallel_lines(generic: Chain, component: Component) -> dict[tuple[Line, Line], bool]:
+def find_parallel_lines(generic: Chain, component: Component) -> dict[tuple[Line, Line], bool]:
     """Tell for each pair of lines whether they are parallel all over a branch."""
     lines = lines_of(generic)
-    along = directions(lines, singular_samples(generic, component, SAMPLES))
+    along = directions(lines, sample_singular_poses(generic, component, SAMPLES))
     return {(a, b): _are_parallel(along[i], along[j]) for i, a in enumerate(lines) for j, b in enumerate(lines)}

@@ -28,14 +28,14 @@ from qdot.exercises.questions.geometry import (
     full_rank,
     jacobian_at,
     precise_lost_direction,
-    regular_pose,
-    sample_of,
-    shown_pose,
-    singular_pose,
-    singular_samples,
+    sample_regular_pose,
+    sample_shown_pose,
+    sample_singular_pose,
+    sample_singular_poses,
+    to_sample,
 )
 from qdot.exercises.questions.inversion import THREE_DIGITS
-from qdot.exercises.questions.lost_lines import SAMPLES, Motion, lost_motion, parallel_lines
+from qdot.exercises.questions.lost_lines import SAMPLES, Motion, find_lost_motion, find_parallel_lines
 from qdot.exercises.questions.singular import objection_unless_singular
 
 MOST_ROWS = 4
@@ -58,10 +58,13 @@ def _find_deep_sets(generic: Chain) -> tuple[tuple[int, ...], ...]:
     def loses_more_than_one(chosen: tuple[int, ...]) -> bool:
         on = [components[i] for i in chosen]
         lost_counts = range(2, full_rank(generic) + 1)
-        return any(singular_pose(generic, on, Stream(f"deep/{chosen}"), lost) for lost in lost_counts)
+        return any(sample_singular_pose(generic, on, Stream(f"deep/{chosen}"), lost) for lost in lost_counts)
 
     sets = (chosen for size in (1, 2, 3) for chosen in combinations(range(len(components)), size))
     return tuple(filter(loses_more_than_one, sets))
+
+
+_sample_formula_pose = partial(sample_singular_pose, exact=True, symbolic=True)
 
 
 def _sample_deep_pose(chain: Chain, rng: Stream) -> Pose | None:
@@ -73,14 +76,14 @@ def _sample_deep_pose(chain: Chain, rng: Stream) -> Pose | None:
         here = [arm_components.get(tuple(map(fill, known[i].conditions))) for i in chosen]
         components = [component for component in here if component is not None]
         if len(components) == len(chosen):
-            pose = singular_pose(chain, components, rng, exact=True, symbolic=True)
+            pose = _sample_formula_pose(chain, components, rng)
             if pose is not None and (clear_rank(jacobian_at(chain, pose)) or 0) < full_rank(chain) - 1:
                 return pose
     return None
 
 
-_sample_regular_pose = partial(regular_pose, exact=True)
-_sample_single_pose = partial(find_singular_pose, lost=1, sample=partial(singular_pose, exact=True, symbolic=True))
+_sample_regular_pose = partial(sample_regular_pose, exact=True)
+_sample_single_pose = partial(find_singular_pose, lost=1, sample=_sample_formula_pose)
 
 
 @dataclass(frozen=True)
@@ -166,7 +169,7 @@ def _find_branches_with_vector(chain: Chain) -> list[Branch]:
 @lru_cache(maxsize=1024)
 def loses_one_direction(generic: Chain, component: Component) -> bool:
     """Tell whether a structure loses exactly one direction on a component, and can be placed there in numbers."""
-    return singular_pose(generic, (component,), Stream("one"), 1) is not None
+    return sample_singular_pose(generic, (component,), Stream("one"), 1) is not None
 
 
 @dataclass(frozen=True)
@@ -200,7 +203,7 @@ def _ask_direction(chain: Chain, rng: Stream) -> Asked | None:
             if all(entry == 0 or entry.could_extract_minus_sign() for entry in direction):
                 direction = -direction
             return Direction(direction), LostInFormulas(lost=_describe_loss(chain, branch.component, formula))
-        pose = shown_pose(chain, (branch.component,), rng, 1)
+        pose = sample_shown_pose(chain, (branch.component,), rng, 1)
         if pose is not None:
             numbers = precise_lost_direction(chain, pose).applyfunc(
                 lambda value: sp.Float(value, 10) if value else sp.S.Zero
@@ -230,7 +233,7 @@ class Where:
 def _describe_where(chain: Chain, branch: Branch) -> Where | None:
     if branch.component.solutions is not None:
         return Where(value_sets(branch.component)[0])
-    reading = reading_of(structure(chain).chain, branch.generic)
+    reading = read_branch(structure(chain).chain, branch.generic)
     if reading is None or len(branch.component.conditions) > 1 or reading.right.kind != "on axis":
         return None
     return Where((), reading.right.words, branch.component.conditions[0])
@@ -242,7 +245,7 @@ def _find_lost_motions(chain: Chain) -> list[tuple[Where, Branch, Motion]]:
         (where, branch, motion)
         for branch in branches(chain)
         if (where := _describe_where(chain, branch)) is not None
-        and (motion := lost_motion(generic, branch.generic)) is not None
+        and (motion := find_lost_motion(generic, branch.generic)) is not None
     ]
 
 
@@ -272,7 +275,7 @@ class OfMotion(Details):
 
 def _ask_motion(chain: Chain, rng: Stream) -> Asked:
     where, branch, motion = rng.choice(_find_lost_motions(chain))
-    parallel = parallel_lines(structure(chain).chain, branch.generic)
+    parallel = find_parallel_lines(structure(chain).chain, branch.generic)
     chosen = [rng.choice(motion.right)]
     for line in rng.permutation(motion.wrong):
         if len(chosen) < 4 and not any(parallel[line, chosen_line] for chosen_line in chosen):
@@ -295,26 +298,26 @@ def lost_direction_where(chain: Chain, where: Where) -> tuple[LostAt, sp.Matrix]
 
 
 @lru_cache(maxsize=1024)
-def reading_of(generic: Chain, component: Component) -> Reading | None:
+def read_branch(generic: Chain, component: Component) -> Reading | None:
     """Return what all configurations of a branch of a structure look like; None if no phrase fits."""
     more = representative_samples(generic, component.pieces())
-    meanings = read_meanings(generic, singular_samples(generic, component, SAMPLES), more)
-    if meanings is None or (len(meanings.wrong) < 2 and kind_of(generic, component) is None):
+    meanings = read_meanings(generic, sample_singular_poses(generic, component, SAMPLES), more)
+    if meanings is None or (len(meanings.wrong) < 2 and find_common_kind(generic, component) is None):
         return None
     return meanings
 
 
 @lru_cache(maxsize=1024)
-def kind_of(generic: Chain, component: Component) -> str | None:
+def find_common_kind(generic: Chain, component: Component) -> str | None:
     """Return the kind that all configurations of a branch of a structure have, None where it differs."""
-    return common_kind(generic, singular_samples(generic, component, KINDS)) if kind_is_sure(generic) else None
+    return common_kind(generic, sample_singular_poses(generic, component, KINDS)) if kind_is_sure(generic) else None
 
 
 def _read_branches(chain: Chain, order: Sequence[Branch]) -> Iterator[tuple[Branch, Reading]]:
     """Yield the branches whose look a phrase describes, in the order given, each when it is asked for."""
     generic = structure(chain).chain
     for branch in order:
-        reading = reading_of(generic, branch.generic)
+        reading = read_branch(generic, branch.generic)
         if reading is not None:
             yield branch, reading
 
@@ -349,7 +352,7 @@ class OfMeaning(Details):
 def _ask_meaning(chain: Chain, rng: Stream) -> Asked | None:
     """Offer the right meaning and kind, the other kind with it, and meanings that do not hold there."""
     for branch, reading in _read_branches(chain, rng.permutation(branches(chain))):
-        pose = shown_pose(chain, (branch.component,), rng, 1)
+        pose = sample_shown_pose(chain, (branch.component,), rng, 1)
         if pose is None:
             continue
         kind = _find_kind_with_numbers(chain, branch, pose)
@@ -370,8 +373,8 @@ def _ask_meaning(chain: Chain, rng: Stream) -> Asked | None:
 
 def _find_kind_with_numbers(chain: Chain, branch: Branch, pose: Pose) -> str | None:
     """Return the kind of a branch, unless the arm's own numbers make it another one."""
-    kind = kind_of(structure(chain).chain, branch.generic)
-    return kind if kind is not None and kind == kind_at(chain, sample_of(chain, pose)) else None
+    kind = find_common_kind(structure(chain).chain, branch.generic)
+    return kind if kind is not None and kind == kind_at(chain, to_sample(chain, pose)) else None
 
 
 def _describe_meaning(option: tuple[Meaning, str | None]) -> str:

@@ -21,8 +21,8 @@ from qdot.exercises.arm.singularity import Component, singular_set
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.problem.problem import Details, by_name
 from qdot.exercises.questions.base import Asked, Question, shuffle_options, stage_formula
-from qdot.exercises.questions.geometry import false_root
-from qdot.exercises.questions.inversion import conditioning, sample_lengths, sample_pose, well_conditioned
+from qdot.exercises.questions.geometry import sample_false_root
+from qdot.exercises.questions.inversion import conditioning, least_conditioning, sample_lengths, sample_pose
 
 OPTIONS = {
     "boundary": "a boundary singularity",
@@ -66,7 +66,7 @@ class Place:
         return tuple(self.joints.items())
 
 
-def components_at(chain: Chain, place: Place) -> list[tuple[Component, Component]]:
+def find_components_at(chain: Chain, place: Place) -> list[tuple[Component, Component]]:
     """Return the components that contain a place, each with the part of it that has the place's joint values."""
     components = []
     for component in singular_set(chain) or ():
@@ -131,7 +131,7 @@ def _sample_regular_place(chain: Chain, components: tuple[Component, ...], rng: 
     for attempt in range(200):
         joints = sample_pose(chain, rng)
         if roots and attempt < 150:  # where no error leads far enough from the root, any regular pose will do
-            joints |= false_root(roots, {}, rng)
+            joints |= sample_false_root(roots, {}, rng)
         clear = _is_well_conditioned(chain, joints, rng) and not _may_become_singular(chain, joints)
         if clear and _find_kinds_over_lengths(chain, joints) == {"regular"}:
             return Place(joints)
@@ -151,7 +151,7 @@ def _may_become_singular(chain: Chain, joints: dict[sp.Symbol, sp.Expr]) -> bool
 
 
 def _is_well_conditioned(chain: Chain, joints: dict[sp.Symbol, sp.Expr], rng: Stream) -> bool:
-    least = 0.8 * well_conditioned(chain)
+    least = 0.8 * least_conditioning(chain)
     return all(conditioning(chain, sample_lengths(chain, rng), joints) > least for _ in range(4))
 
 

@@ -18,7 +18,7 @@ class Loaded(Details):
     force: sp.Matrix
 
 
-def load_symbols(chain: Chain) -> dict[str, SymbolInfo]:
+def make_load_symbols(chain: Chain) -> dict[str, SymbolInfo]:
     """Return the components of force and moment that go with the rows of the task: fx for vx, mx for wx."""
     return {
         f"{'f' if row[0] == 'v' else 'm'}{row[1]}": SymbolInfo(
@@ -29,7 +29,7 @@ def load_symbols(chain: Chain) -> dict[str, SymbolInfo]:
 
 
 def _describe(chain: Chain, rng: Stream) -> Loaded:
-    symbols = load_symbols(chain)
+    symbols = make_load_symbols(chain)
     units = tuple("N m" if joint.kind == "R" else "N" for joint in chain.joints)
     return Loaded(symbols=symbols, force=sp.Matrix([sp.Symbol(name) for name in symbols]), units=units)
 
@@ -44,7 +44,7 @@ def _choose_title(chain: Chain) -> str:
 QUESTIONS = (
     Question(
         "joint-torques", "Static joint torques", "dual of 6.4", needs=("jacobian",), title_for=_choose_title,
-        formula=lambda w, _: apply_matrix(w["transposed jacobian"], w.symbols(load_symbols(w.chain))),
+        formula=lambda w, _: apply_matrix(w["transposed jacobian"], w.symbols(make_load_symbols(w.chain))),
         details=_describe, entry_names=lambda chain, _: [rf"\tau_{{{joint}}}" for joint in range(1, chain.n + 1)],
         too_long=objection_to_length("jacobian"), is_made_of_jacobian=True,
     ),

@@ -9,11 +9,11 @@ from qdot.exercises.common.stream import Stream
 from qdot.exercises.questions import QUESTIONS
 from qdot.exercises.questions.base import Asked
 from qdot.exercises.questions.screws import SOURCE
-from qdot.exercises.questions.statics import load_symbols
+from qdot.exercises.questions.statics import make_load_symbols
 from qdot.exercises.quizzes.asking import ShortQuestion
-from qdot.exercises.quizzes.options import Options, choice_of
-from qdot.exercises.quizzes.wrong import Subject, four_options
-from qdot.exercises.quizzes.wrong_sets import four_sets
+from qdot.exercises.quizzes.options import Options, offer_choice
+from qdot.exercises.quizzes.wrong import Subject, make_four_options
+from qdot.exercises.quizzes.wrong_sets import make_four_sets
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -59,19 +59,19 @@ def _take_columns_but_first(chain: Chain, base: str) -> list[Subject]:
 
 def _ask_formula(chain: Chain, rng: Stream, subjects: Subjects, base: str) -> Asked | None:
     for subject in rng.permutation(subjects(chain, base)):
-        options = four_options(chain, subject, rng)
+        options = make_four_options(chain, subject, rng)
         if options is not None:
-            symbols = load_symbols(chain) if base == "joint-torques" else {}
-            answer, offered = choice_of(options, rng)
+            symbols = make_load_symbols(chain) if base == "joint-torques" else {}
+            answer, offered = offer_choice(options, rng)
             return answer, AboutSubject(offered=offered, subject=subject, symbols=symbols)
     return None
 
 
 def _ask_sets(chain: Chain, rng: Stream) -> Asked | None:
-    options = four_sets(chain, rng)
+    options = make_four_sets(chain, rng)
     if options is None:
         return None
-    answer, offered = choice_of(options, rng)
+    answer, offered = offer_choice(options, rng)
     return answer, Options(offered=offered)
 
 

@@ -9,7 +9,7 @@ from qdot.exercises.common.stream import Stream
 from qdot.exercises.questions.base import Asked
 from qdot.exercises.quizzes.asking import ShortQuestion
 from qdot.exercises.quizzes.options import OfferedOption, Options
-from qdot.exercises.quizzes.wrong import Subject, all_differ, four_options
+from qdot.exercises.quizzes.wrong import Subject, all_differ, make_four_options
 
 LONGEST, MOST = 260, 6
 """Characters of a column, and columns."""
@@ -36,7 +36,7 @@ def _make_extra_column(chain: Chain, rng: Stream) -> OfferedOption | None:
     jacobian = derive(chain).jacobian
     columns = [jacobian.col(column) for column in range(chain.n)]
     for number in rng.permutation(range(chain.n)):
-        for option in (four_options(chain, Subject("jacobian", number), rng) or ())[1:]:
+        for option in (make_four_options(chain, Subject("jacobian", number), rng) or ())[1:]:
             if all_differ(chain, [*columns, option.shown]) and len(option.text) <= LONGEST:
                 return option
     return None

@@ -15,10 +15,10 @@ from qdot.exercises.common.stream import Stream
 from qdot.exercises.mistakes.catalogue import CATALOGUE, mistaken_answers, variant_frequency, wrong_answers
 from qdot.exercises.mistakes.configurations import sample_configurations
 from qdot.exercises.problem.problem import Part, Problem
-from qdot.exercises.questions.concepts import OfJoint, option_numbers
+from qdot.exercises.questions.concepts import OfJoint, read_vector
 from qdot.exercises.questions.results import is_derived, result
 from qdot.exercises.quizzes.drawings import PoseStatement
-from qdot.exercises.quizzes.options import Blame, Places, blames_of
+from qdot.exercises.quizzes.options import Blame, Places, list_blames
 from qdot.exercises.quizzes.selections import OfQuantity
 
 Blames = tuple[Blame, ...]
@@ -26,7 +26,7 @@ THREE_DECIMALS = 6e-4
 """Tolerance of the numbers of an option."""
 
 
-def blames_for(problem: Problem, part: Part, stream: Stream) -> list[Blames]:
+def explain_options(problem: Problem, part: Part, stream: Stream) -> list[Blames]:
     """Return the mistakes behind each option if it is wrong; for matches, if it is assigned to another item.
 
     `stream` samples the configuration at which an option in numbers is evaluated, if the question has none.
@@ -36,7 +36,7 @@ def blames_for(problem: Problem, part: Part, stream: Stream) -> list[Blames]:
     is_matched = bool(answer.matched)
     return [
         () if index in answer.right and not is_matched
-        else blames_of(part, index) or blames.get(index) or _blame_by_choice(problem, part, index)
+        else list_blames(part, index) or blames.get(index) or _blame_by_choice(problem, part, index)
         for index in range(len(answer.offered))
     ]  # fmt: skip
 
@@ -59,7 +59,7 @@ def _blame_by_derivation(problem: Problem, part: Part, stream: Stream) -> Mappin
     every = list(wrong_answers(w, part))
     blames: dict[int, Blames] = {}
     for index, option in enumerate(part.answer.offered):
-        expected = np.array(option_numbers(option))[:, None, None]
+        expected = np.array(read_vector(option))[:, None, None]
         same = [wrong for wrong in every if wrong.answer.shape == expected.shape and _is_near(wrong.answer, expected)]
         if same:
             first = max(same, key=variant_frequency)

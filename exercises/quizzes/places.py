@@ -15,12 +15,12 @@ from qdot.exercises.common.stream import Stream
 from qdot.exercises.problem.problem import Part
 from qdot.exercises.questions.geometry import (
     Pose,
-    distinct_lengths,
     full_rank,
     jacobian_at,
-    pose_of,
-    regular_pose,
-    shown_pose,
+    make_pose,
+    sample_regular_pose,
+    sample_shown_pose,
+    sample_unequal_lengths,
     wrap_angle,
 )
 from qdot.exercises.questions.inversion import sample_pose
@@ -39,7 +39,7 @@ PoseAndBlame = tuple[Pose, Blame | None]
 
 def with_random_lengths(chain: Chain, rng: Stream) -> tuple[Chain, Lengths]:
     """Return the arm with a number for each open length of its table, and these numbers."""
-    lengths = distinct_lengths(chain, rng)
+    lengths = sample_unequal_lengths(chain, rng)
     return with_lengths(chain, lengths), lengths
 
 
@@ -60,7 +60,7 @@ def singular_poses(chain: Chain, rng: Stream) -> Iterator[PoseAndBlame]:
     components = singular_set(chain) or ()
     for _ in range(TRIES):
         for component in rng.permutation(components):
-            pose = shown_pose(chain, (component,), rng)
+            pose = sample_shown_pose(chain, (component,), rng)
             if pose is not None:
                 yield pose, None
 
@@ -72,7 +72,7 @@ def regular_poses(chain: Chain, rng: Stream) -> Iterator[PoseAndBlame]:
         if pose is not None:
             yield pose, blame
     for _ in range(TRIES):
-        pose = regular_pose(chain, rng, clearness(chain))
+        pose = sample_regular_pose(chain, rng, clearness(chain))
         if pose is not None:
             yield pose, None
 
@@ -91,7 +91,7 @@ def _sample_regular_pose_with(chain: Chain, component: Component, rng: Stream) -
     """Return a regular pose with the joint values of a component that is wrongly called singular."""
     assert component.solutions is not None
     for _ in range(6):
-        pose = regular_pose(chain, rng, clearness(chain), misleading=False)
+        pose = sample_regular_pose(chain, rng, clearness(chain), misleading=False)
         if pose is None:
             return None
         values = {q: rng.choice(values) for q, values in component.solutions}
@@ -105,24 +105,24 @@ def regular_pose_at(chain: Chain, joints: dict[sp.Symbol, sp.Expr]) -> Pose | No
     """Return the pose with these joint values if it is clearly regular."""
     if any(value.free_symbols or not sp.N(value).is_real for value in joints.values()):
         return None
-    pose = pose_of(chain, {}, {q: wrap_angle(chain, q, value) for q, value in joints.items()})
+    pose = make_pose(chain, {}, {q: wrap_angle(chain, q, value) for q, value in joints.items()})
     return pose if clear_rank(jacobian_at(chain, pose), clearness(chain)) == full_rank(chain) else None
 
 
 def take_distinct(candidates: Iterator[PoseAndBlame], count: int, excluded: Sequence[Pose] = ()) -> list[PoseAndBlame]:
     """Return up to `count` poses whose texts differ from each other and from those of the excluded ones."""
-    texts = {pose_words(pose) for pose in excluded}
+    texts = {write_pose(pose) for pose in excluded}
     chosen: list[PoseAndBlame] = []
     for pose, blame in candidates:
         if len(chosen) == count:
             break
-        if pose_words(pose) not in texts:
-            texts.add(pose_words(pose))
+        if write_pose(pose) not in texts:
+            texts.add(write_pose(pose))
             chosen.append((pose, blame))
     return chosen
 
 
-def pose_words(pose: Pose) -> str:
+def write_pose(pose: Pose) -> str:
     """Return joint values as plain text, as in "theta1 = 30 deg, d2 = 0.4 m"."""
     return ", ".join(f"{q} = {_write_value(pose, q)}" for q in pose.joints)
 
@@ -134,7 +134,7 @@ def _write_value(pose: Pose, q: sp.Symbol) -> str:
     return f"{shown} {'deg' if revolute else 'm'}"
 
 
-def drawn_options(chain: Chain, part: Part) -> tuple[Chain, list[dict[str, float]]] | None:
+def find_drawn_options(chain: Chain, part: Part) -> tuple[Chain, list[dict[str, float]]] | None:
     """Return the arm in numbers and the poses to draw if the options of a part are drawings, else None."""
     if not part.has_drawn_options:
         return None

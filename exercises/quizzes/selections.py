@@ -12,8 +12,8 @@ from qdot.exercises.problem.problem import Details
 from qdot.exercises.questions.base import Asked, objection_unless_square
 from qdot.exercises.quizzes.asking import ShortQuestion
 from qdot.exercises.quizzes.options import OfferedOption, Options, Places
-from qdot.exercises.quizzes.places import pose_words, regular_poses, singular_poses, take_distinct, with_random_lengths
-from qdot.exercises.quizzes.wrong import LONGEST, Subject, all_differ, wrong_forms
+from qdot.exercises.quizzes.places import regular_poses, singular_poses, take_distinct, with_random_lengths, write_pose
+from qdot.exercises.quizzes.wrong import LONGEST, Subject, all_differ, list_wrong_forms
 
 OPTIONS = 5
 
@@ -30,7 +30,7 @@ def _ask_configurations(chain: Chain, rng: Stream) -> Asked | None:
             order = rng.permutation([*right, *wrong])
             places, blames = (tuple(column) for column in zip(*order, strict=True))
             correct = tuple(index for index, place_and_blame in enumerate(order) if place_and_blame in right)
-            answer = Selection(tuple(pose_words(pose) for pose in places), correct)
+            answer = Selection(tuple(write_pose(pose) for pose in places), correct)
             return answer, Places(places=places, lengths=lengths, blames=blames)
     return None
 
@@ -124,7 +124,9 @@ def _make_five_options(chain: Chain, quantity: Quantity, rng: Stream) -> list[Of
     right = _write_ways(generic, quantity.of(generic)[0], quantity)
     base = "determinant" if quantity.name == "determinant" else "jacobian"
     subject = Subject(base, quantity.column, quantity.row)
-    wrong = [(way, blame) for formula, blame in wrong_forms(generic, subject) for way in _write_ways(generic, formula)]
+    wrong = [
+        (way, blame) for formula, blame in list_wrong_forms(generic, subject) for way in _write_ways(generic, formula)
+    ]
     if len(right) < 2 or len(wrong) < 3:
         return None
     fill = derive(chain).fill

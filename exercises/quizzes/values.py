@@ -11,7 +11,7 @@ from qdot.exercises.arm.derivation import derive
 from qdot.exercises.arm.mpmath_kinematics import determinant, numeric, ten_digits
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.questions.base import Asked
-from qdot.exercises.questions.geometry import DIGITS, AtPose, Pose, evaluate_precisely, regular_pose
+from qdot.exercises.questions.geometry import DIGITS, AtPose, Pose, evaluate_precisely, sample_regular_pose
 from qdot.exercises.questions.inversion import THREE_DIGITS
 from qdot.exercises.quizzes.asking import ShortQuestion
 
@@ -20,7 +20,7 @@ SLOW = 0.05
 
 
 def _sample_pose(chain: Chain, rng: Stream) -> Pose | None:
-    return regular_pose(chain, rng, 0.05, misleading=False)
+    return sample_regular_pose(chain, rng, 0.05, misleading=False)
 
 
 def _ask_determinant(chain: Chain, rng: Stream) -> Asked | None:

@@ -28,7 +28,7 @@ from qdot.exercises.mistakes.catalogue import wrong_answers
 from qdot.exercises.problem.problem import Part
 from qdot.exercises.questions import QUESTIONS
 from qdot.exercises.questions.results import result
-from qdot.exercises.quizzes.options import MOST_SPREAD, SHOWS_ITSELF, SPREAD, Blame, OfferedOption, rank_of_key
+from qdot.exercises.quizzes.options import MOST_SPREAD, SHOWS_ITSELF, SPREAD, Blame, OfferedOption, rank_right_option
 
 POINTS = 5
 APART = 1e-6
@@ -208,7 +208,7 @@ def tidy_entry(entry: sp.Expr) -> sp.Expr:
 # --- four options ---
 
 
-def four_options(chain: Chain, subject: Subject, rng: Stream) -> list[OfferedOption] | None:
+def make_four_options(chain: Chain, subject: Subject, rng: Stream) -> list[OfferedOption] | None:
     """Return the right option and three wrong ones, or None if the catalogue gives no three that match it."""
     generic = chain if subject.is_of_screws else structure(chain).chain
     if _write_answer(generic, subject, ()) is None:
@@ -219,7 +219,7 @@ def four_options(chain: Chain, subject: Subject, rng: Stream) -> list[OfferedOpt
         if not all(lengths) or max(lengths) > MOST_SPREAD * min(lengths):
             continue
         spread = max(lengths) / min(lengths)
-        ranked.append(((spread > SPREAD, abs(rank_of_key(lengths) - wanted), spread), sets))
+        ranked.append(((spread > SPREAD, abs(rank_right_option(lengths) - wanted), spread), sets))
         if ranked[-1][0][:2] == (False, 0):
             break
     fill = sp.Matrix if generic is chain else derive(chain).fill_matrix
@@ -263,7 +263,7 @@ def all_differ(chain: Chain, options: list[sp.Matrix]) -> bool:
     return bool(np.isfinite(values).all()) and all(differ(a, b) for a, b in combinations(values, 2))
 
 
-def wrong_forms(generic: Chain, subject: Subject) -> list[tuple[sp.Expr, Blame]]:
+def list_wrong_forms(generic: Chain, subject: Subject) -> list[tuple[sp.Expr, Blame]]:
     """Return the entry with each single mistake, and the mistake."""
     forms = []
     for index, variant in enumerate(_find_variants(generic, subject)):

@@ -15,7 +15,7 @@ from qdot.exercises.formula.expression import read
 from qdot.exercises.formula.set_parser import Piece, parse_pieces
 from qdot.exercises.mistakes.catalogue import mistaken_answers
 from qdot.exercises.problem.problem import Part
-from qdot.exercises.quizzes.options import MOST_SPREAD, SHOWS_ITSELF, SPREAD, Blame, OfferedOption, rank_of_key
+from qdot.exercises.quizzes.options import MOST_SPREAD, SHOWS_ITSELF, SPREAD, Blame, OfferedOption, rank_right_option
 
 Components = tuple[Component, ...]
 
@@ -24,7 +24,7 @@ MOST_PIECES = 6
 """Most pieces of a set in a short question."""
 
 
-def four_sets(chain: Chain, rng: Stream) -> list[OfferedOption] | None:
+def make_four_sets(chain: Chain, rng: Stream) -> list[OfferedOption] | None:
     """Return the singular set and three wrong ones, or None if the catalogue gives no three."""
     right = singular_set(chain)
     if not right:
@@ -56,7 +56,7 @@ def _rate_options(options: list[OfferedOption], wanted: int) -> Score | None:
     spread = max(lengths) / min(lengths)
     if spread > 2 * MOST_SPREAD:
         return None
-    return (spread > 2 * SPREAD, abs(rank_of_key(lengths) - wanted), spread)
+    return (spread > 2 * SPREAD, abs(rank_right_option(lengths) - wanted), spread)
 
 
 def _make_sets_of_four(chain: Chain, right: Components, rng: Stream) -> Iterator[list[OfferedOption]]:

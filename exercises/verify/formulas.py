@@ -11,7 +11,7 @@ from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.arm.kinematics import NumericChain
 from qdot.exercises.problem.problem import Part
 from qdot.exercises.questions.differentiation import AlongAxis, moving_rows
-from qdot.exercises.questions.inversion import InSituation, well_conditioned
+from qdot.exercises.questions.inversion import InSituation, least_conditioning
 from qdot.exercises.questions.propagation import OfFrame
 from qdot.exercises.questions.recursion import FromFrameToFrame
 from qdot.exercises.verify.numeric_reference import Check, NumericReference
@@ -151,7 +151,7 @@ def _check_joint_rates(numeric: NumericReference, part: Part) -> Iterator[Check]
     yield agree("linear solve", claimed[None], expected[None, :, None], 1e-8)
     sigma = np.linalg.svd(jacobian, compute_uv=False)
     detail = f"sigma_min/sigma_max = {sigma[-1] / sigma[0]:.3f}"
-    enough = WELL_CONDITIONED * well_conditioned(numeric.chain)
+    enough = WELL_CONDITIONED * least_conditioning(numeric.chain)
     yield Check("well conditioned", bool(sigma[-1] / sigma[0] > enough), detail)
     yield check_three_digits(part)
 

@@ -7,7 +7,7 @@ import numpy as np
 from qdot.exercises.answers import Direction, Number
 from qdot.exercises.arm.kinematics import NumericChain
 from qdot.exercises.problem.problem import Part
-from qdot.exercises.questions.inversion import InSituation, Situation, well_conditioned
+from qdot.exercises.questions.inversion import InSituation, Situation, least_conditioning
 from qdot.exercises.verify.formulas import EXACT, WELL_CONDITIONED, agree, expect_by_each_route, formula_check
 from qdot.exercises.verify.numeric_reference import Check, NumericReference
 
@@ -30,7 +30,7 @@ def check_conditioning(numeric: NumericReference, jacobian: np.ndarray) -> Check
     """Return the check that small errors stay small."""
     sigma = np.linalg.svd(jacobian, compute_uv=False)
     ratio = float(sigma[-1] / sigma[0])
-    least = WELL_CONDITIONED * well_conditioned(numeric.chain)
+    least = WELL_CONDITIONED * least_conditioning(numeric.chain)
     return Check("well conditioned", ratio > least, f"sigma_min/sigma_max = {ratio:.3f}")
 
 

@@ -38,7 +38,7 @@ from qdot.exercises.questions.screws import (
     home_screws,
     space_jacobian,
 )
-from qdot.exercises.questions.singular import Place, components_at
+from qdot.exercises.questions.singular import Place, find_components_at
 from qdot.exercises.questions.wrist import block_determinants, objection_unless_partitioned, wrist_block
 from qdot.exercises.writing.angles import AngleNames, angle_names, arm_angles, link_angles
 from qdot.exercises.writing.cases import Case, Cases, Minors, cases_of, minors_of
@@ -652,7 +652,7 @@ class Worked(AxisNames):
             else SingularComponent(
                 tuple(map(self.as_shown, component.conditions)), component.solutions, classify(self.chain, here)
             )
-            for component, here in components_at(self.chain, place)
+            for component, here in find_components_at(self.chain, place)
         ]
 
     def is_one_sided(self, asked: Place | MeaningAsked) -> bool:

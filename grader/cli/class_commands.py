@@ -23,7 +23,7 @@ from qdot.exercises.common.console import VariationOption, note, progress, say
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.common.extras import qdot_version
 from qdot.exercises.families import FAMILIES
-from qdot.exercises.generation import family_named
+from qdot.exercises.generation import look_up_family
 from qdot.exercises.problem.problem import ProblemId
 from qdot.grader.cli.options import (
     AsJson,
@@ -189,7 +189,7 @@ def _tasks(
         raise QdotError("name problems (planar-2r/7), an assignment folder, or --family (or --family all) with --count")
     if family and what:
         raise QdotError(f"--family sweeps over a family, and {what[0]!r} is verified without it: give one or the other")
-    families = list(FAMILIES) if family == "all" else [family_named(family).name] if family else []
+    families = list(FAMILIES) if family == "all" else [look_up_family(family).name] if family else []
     numbers = range(len(seeds) if families else 0)
     tasks = [task_of(ProblemId(families[i % len(families)], seeds.start + i // len(families))) for i in numbers]
     tasks.sort(key=lambda task: families.index(task.identity.family))  # a structure is derived once in each process

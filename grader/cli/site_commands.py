@@ -17,7 +17,7 @@ from qdot.exercises.common.variation import STEPS
 from qdot.exercises.exports.bank import bank
 from qdot.exercises.exports.export_format import Order as BankOrder
 from qdot.exercises.families import FAMILIES
-from qdot.exercises.generation import family_named
+from qdot.exercises.generation import look_up_family
 from qdot.exercises.site.build import Order, build
 from qdot.exercises.site.pages import docs_folder
 from qdot.exercises.site.reference import reference
@@ -112,7 +112,7 @@ Wanted = tuple[list[BankProblem], list[tuple[str, str, str]]]
 
 
 def _problems_of_families(families: str, variants: int | None, variation: str, frames: FrameConvention) -> Wanted:
-    names = [family_named(name.strip()).name for name in families.split(",") if name.strip()] or list(FAMILIES)
+    names = [look_up_family(name.strip()).name for name in families.split(",") if name.strip()] or list(FAMILIES)
     titles = [(name, FAMILIES[name].title, FAMILIES[name].source) for name in names]
     count = variants or OF_EACH_STEP * (1 if variation else len(STEPS))
     return wanted_of_families(names, count, variation, *frames), titles

@@ -18,7 +18,7 @@ from qdot.exercises.formula.identity import Counterexample, SetDifference
 from qdot.exercises.formula.program import compile_program, evaluate
 from qdot.exercises.formula.trees import ReadError, as_matrix
 from qdot.exercises.problem.problem import Part, Problem
-from qdot.exercises.questions.inversion import lengths_in_table
+from qdot.exercises.questions.inversion import list_table_lengths
 from qdot.grader.judging.answer_parser import read_answer
 from qdot.grader.judging.functions import SHOWN
 
@@ -51,7 +51,7 @@ def draw_example(problem: Problem, part: Part, example: Counterexample, answer: 
 
 def _arm_at(chain: Chain, caption: str, at: Mapping[str, float]) -> Example | None:
     """Return an arm at a configuration, with usual values for what that leaves open; None if it is not finite."""
-    usual = iter([length for length in USUAL if length not in lengths_in_table(chain)])
+    usual = iter([length for length in USUAL if length not in list_table_lengths(chain)])
     lengths = {
         symbol: sp.Rational(str(round(at[symbol.name], 4))) if symbol.name in at else next(usual)
         for symbol in chain.parameters

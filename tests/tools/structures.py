@@ -34,7 +34,7 @@ from qdot.exercises.arm.difficulty import step
 from qdot.exercises.arm.kinematics import NumericChain
 from qdot.exercises.common.files import write_atomically
 from qdot.exercises.common.stream import Stream
-from qdot.exercises.families.structures import TABLE, Structure, StructureRow, chain_of, is_clean
+from qdot.exercises.families.structures import TABLE, Structure, StructureRow, build_arm, is_clean
 
 
 def tables(n: int, angles: bool) -> Iterator[tuple[StructureRow, ...]]:
@@ -85,7 +85,7 @@ def normal_form(rows: tuple[StructureRow, ...]) -> tuple[StructureRow, ...]:
 @lru_cache(maxsize=8192)
 def _rows_that_move(rows: tuple[StructureRow, ...]) -> tuple[np.ndarray, tuple[str, ...]]:
     """Return Jacobians of the structure at random (k x 6 x n), and the rows that are not zero everywhere."""
-    chain, stream = chain_of(rows, ("vx",)), Stream("structures")
+    chain, stream = build_arm(rows, ("vx",)), Stream("structures")
     arm = NumericChain(chain, {symbol.name: stream.uniform(0.4, 1.2) for symbol in chain.parameters})
     jacobians = arm.jacobian(np.array([[stream.uniform(-3, 3) for _ in rows] for _ in range(6)]))
     moving = np.abs(jacobians).max(axis=(0, 2)) > 1e-9
@@ -126,7 +126,7 @@ def regular_forms(n: int) -> dict[tuple[StructureRow, ...], list[tuple[str, ...]
 
 def find_clean_structures(n: int) -> list[Structure]:
     """Go through all structures of n joints for those that are clean in a task, and number their classes."""
-    chains = ((rows, task, chain_of(rows, task)) for rows, tasks in regular_forms(n).items() for task in tasks)
+    chains = ((rows, task, build_arm(rows, task)) for rows, tasks in regular_forms(n).items() for task in tasks)
     numbers: dict[Key, int] = {}
     return [
         Structure(rows, task, step(chain), numbers.setdefault(class_key(rows, task), len(numbers)))

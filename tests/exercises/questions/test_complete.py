@@ -16,7 +16,7 @@ from qdot.exercises.mistakes.catalogue import mistaken_answers
 from qdot.exercises.problem.problem import Details, Part, Problem, ProblemId
 from qdot.exercises.questions.results import is_derived
 from qdot.exercises.quizzes import ASKED
-from qdot.exercises.quizzes.options import blames_of
+from qdot.exercises.quizzes.options import list_blames
 from qdot.exercises.writing.statement import hints, prompt, worked_solution
 from qdot.grader.diagnosis.follow_through import earlier
 from tests.support.problems import told_in
@@ -63,7 +63,7 @@ def problem_with(name: str) -> Problem:
 
 def works(problem: Problem, part: Part) -> dict[str, bool]:
     """Return which of LACKS a question has: platforms as Moodle and Canvas ask for letters or numbers."""
-    behind_options = any(blames_of(part, index) for index in range(len(part.answer.offered)))
+    behind_options = any(list_blames(part, index) for index in range(len(part.answer.offered)))
     return {
         "diagnosis": is_derived(part)
         or behind_options

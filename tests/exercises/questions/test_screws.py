@@ -18,7 +18,7 @@ from qdot.exercises.arm.standard_table import axes_of
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.families import FAMILIES
 from qdot.exercises.families.base import Family
-from qdot.exercises.families.own import own_family
+from qdot.exercises.families.own import read_robot_family
 from qdot.exercises.generation import applicable_questions, generate, sample_chain
 from qdot.exercises.mistakes.catalogue import CATALOGUE, SECTIONS, mistaken_answers
 from qdot.exercises.problem.problem import ProblemId
@@ -255,7 +255,7 @@ def test_a_point_on_an_inner_link_is_certified_by_the_axes_before_it() -> None:
 def test_a_length_of_an_arm_told_by_axes_may_be_called_as_one_of_the_table_that_is_not_told(tmp_path: Path) -> None:
     """Joint 1 has the length 0.3 in that table, where a1 would be looked for."""
     joints = ("[0, 0, 1] at [0, 0, 0]", "[0, 0, 1] at [0.3, 0, 0]")
-    family = own_family(robot_of(tmp_path / "arm.toml", '["a1 + 0.3", 0, 0]', *joints))
+    family = read_robot_family(robot_of(tmp_path / "arm.toml", '["a1 + 0.3", 0, 0]', *joints))
     certificate = certify(generate(ProblemId(family.name, 1, ("position", "determinant")), family=family))
     assert certificate.passed, certificate.failures
 

@@ -25,7 +25,7 @@ from qdot.exercises.notebook.notebook import solution_notebook, student_notebook
 from qdot.exercises.problem.problem import Part, Problem, ProblemId
 from qdot.exercises.problem.record import digests
 from qdot.exercises.quizzes import ASKED, QUIZZES
-from qdot.exercises.quizzes.options import Places, blames_of
+from qdot.exercises.quizzes.options import Places, list_blames
 from qdot.exercises.verify import certify
 from qdot.exercises.writing.statement import hints, option_text, prompt, worked_solution
 from qdot.grader.cli.main import app
@@ -135,7 +135,7 @@ def _wrong_letters_are_wrong(problem: Problem, part: Part) -> None:
                 letter = "ABCDEFGH"[index]
                 assert judge(problem, part, letter, "seed").outcome is Outcome.WRONG
                 named = diagnose(problem, part, letter, "seed")
-                blames = blames_of(part, index)
+                blames = list_blames(part, index)
                 assert named is None or named.mistakes == tuple(dict.fromkeys(blame.mistake for blame in blames))
                 assert blames == () or named is not None
     if isinstance(answer, Selection):

@@ -21,7 +21,7 @@ from qdot.exercises.arm.entry import to_sympy
 from qdot.exercises.arm.robot_file import read_robot_file
 from qdot.exercises.arm.singularity import Component
 from qdot.exercises.common.errors import QdotError
-from qdot.exercises.families.own import own_family
+from qdot.exercises.families.own import read_robot_family
 from qdot.exercises.formula.conditions import Space, compare_sets
 from qdot.exercises.formula.expression import read
 from qdot.exercises.formula.set_parser import parse_pieces
@@ -188,7 +188,7 @@ def test_what_the_chapter_has_otherwise_is_said_of_its_own_arm_only(tmp_path: Pa
     path.write_text('name = "elbow-3r"\n' + "".join(ROW % row for row in rows))
     assert Worked(family.chain).is_elbow and Worked(read_robot(path)).is_elbow
     assert "printed chapter" not in solution_text(solve(read_robot(path)))
-    own = generate(ProblemId("elbow-3r", 0, ("singular-angles",)), family=own_family(path))
+    own = generate(ProblemId("elbow-3r", 0, ("singular-angles",)), family=read_robot_family(path))
     assert "printed chapter" not in worked_solution(own, own.parts[0])
 
 
