@@ -23,7 +23,7 @@ from qdot.exercises.common.time_limit import DEFAULT as SECONDS
 from qdot.exercises.common.time_limit import LEAST, seconds_of
 from qdot.exercises.families import Family
 from qdot.exercises.families.own import read_robot_family
-from qdot.exercises.generation import look_up_family, listing_of, sample_chain, short_quiz
+from qdot.exercises.generation import listing_of, look_up_family, sample_chain, short_quiz
 from qdot.exercises.problem.problem import find_convention
 from qdot.exercises.questions import QUESTIONS
 from qdot.exercises.quizzes import QUIZZES
