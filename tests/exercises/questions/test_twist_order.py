@@ -250,12 +250,13 @@ def test_another_order_is_another_assignment(folder: Path) -> None:
 
 
 WRONG = [
-    ("id", "planar-2r/7@dh@v-omega", ["convention = 'dh'"]), ("id", "planar-2r/7@screws@v-w", ["'v-omega'?"]),
+    ("id", "planar-2r/7@dh@v-omega", ["convention = 'dh'"]),
+    ("id", "planar-2r/7@screws@v-w", ["orders of twists: omega-v, v-omega"]),
     ("id", "planar-2r/7@v-omega@omega-v", ["v-omega", "omega-v"]),
     ("file", ARM.replace("v-omega", "v-w"), ["line 3", '"v-w"', '"omega-v" or "v-omega"']),
     ("file", ARM.replace('"screws"', '"dh"'), ["line 3", 'twist_order = "v-omega"']),
     ("assignment", 'twist_order = "v-omega"', ['twist_order = "v-omega"']),
-    ("assignment", 'convention = "screws"\ntwist_order = "v-w"', ["'v-omega'?"]),
+    ("assignment", 'convention = "screws"\ntwist_order = "v-w"', ["known: omega-v, v-omega"]),
     ("assignment", 'convention = "screws"\ntwist_order = 1', ["order of twists"]),
     ("problem", 'twist_order = "v-omega"', ["tables"]),
 ]  # fmt: skip
