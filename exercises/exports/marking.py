@@ -30,7 +30,7 @@ from qdot.exercises.problem.credit import AMISS, HALF, OWN
 from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.questions.results import is_product
 from qdot.exercises.quizzes.options import list_blames
-from qdot.exercises.writing.fit import fitted, width
+from qdot.exercises.writing.fit import fit_formula, width
 from qdot.exercises.writing.short_answer import short_answer
 
 MOST = 4
@@ -71,7 +71,7 @@ def marking(problem: Problem, part: Part, earns: Earns) -> Marking:
 def _drop_illegible(answer: str) -> str:
     """Return an answer, or "" if its formulas would become too small to read on the sheet."""
     formulas = (parse_latex(latex) for latex in re.findall(r"\$\$(.*?)\$\$", answer, re.DOTALL))
-    return answer if all(width(fitted(each, ROOM)) <= LEGIBLE * ROOM for each in formulas) else ""
+    return answer if all(width(fit_formula(each, ROOM)) <= LEGIBLE * ROOM for each in formulas) else ""
 
 
 def _points(part: Part, share: Fraction) -> str:

@@ -6,10 +6,10 @@ the table for joint i, theta_i or d_i with its offset. Differences in length are
 visible.
 
     shapes, view            plain shapes in pixels; from metres to pixels
-    plane, aspect, pose     the view of an arm, in general and in a given pose; the pose in which it is drawn
+    plane, pose             the general view of an arm; the pose in which it is drawn, or the view of a given pose
     model                   the arm that is drawn in place of others that differ only in their labels
-    arm, frames, body       links and joints; axes, origins and the base's position; an arm without lettering
-    ink, places, labels     the lines of a drawing as points; the places for one label; the layout of all labels
+    arm, frames             links and joints, and the view that fits; axes, origins and the base's position
+    places, labels          the lines of a drawing and the places for one label; the layout of all labels
     small                   thumbnails, and singular configurations beside a regular one
     tikz, words             the drawing for LaTeX; its description in words
 """
@@ -26,9 +26,7 @@ from qdot.exercises.answers import LETTERS
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.figure import frames
-from qdot.exercises.figure.arm import joint_angle, scene, slide
-from qdot.exercises.figure.aspect import best_views
-from qdot.exercises.figure.body import body, fit_drawing
+from qdot.exercises.figure.arm import body, fit_drawing, joint_angle, scene, slide
 from qdot.exercises.figure.labels import Layout
 from qdot.exercises.figure.model import model_of
 from qdot.exercises.figure.plane import camera, exact, is_flat
@@ -39,6 +37,7 @@ from qdot.exercises.figure.pose import (
     WIDTH,
     Skeleton,
     best_poses,
+    best_views,
     drawn_chain,
     entries_of_pose,
     skeleton,

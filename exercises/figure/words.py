@@ -59,25 +59,6 @@ def panels_text(captions: list[str], key: str, remark: str, words: Catalogue, ha
     return " ".join(sentence for sentence in (shown, remark, scale, key, ring) if sentence)
 
 
-def left_out_text(counts: list[int], shown: list[int], words: Catalogue = _ENGLISH) -> str:
-    """Return what small drawings leave out, from the known and shown numbers of configurations of each condition.
-
-    >>> left_out_text([2, 4, 3, 0], [2, 2, 0, 0])
-    'Not drawn: 2 more of condition 2; condition 3 (3 configurations); condition 4 (none with these lengths).'
-    """
-    missing = []
-    for number, (count, drawn) in enumerate(zip(counts, shown, strict=True), 1):
-        if count == 0:
-            missing.append(words.gettext("condition %(number)s (none with these lengths)", number=number))
-        elif drawn == 0 and count == 1:
-            missing.append(words.gettext("condition %(number)s (1 configuration)", number=number))
-        elif drawn == 0:
-            missing.append(words.gettext("condition %(number)s (%(count)s configurations)", number=number, count=count))
-        elif drawn < count:
-            missing.append(words.gettext("%(count)s more of condition %(number)s", number=number, count=count - drawn))
-    return words.gettext("Not drawn: %(missing)s.", missing="; ".join(missing)) if missing else ""
-
-
 def _plain(expression: sp.Expr, angle: bool) -> str:
     if expression == 0:
         return "0"

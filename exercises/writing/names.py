@@ -27,36 +27,6 @@ class AxisNames:
         """Return a twist with these halves, in the order in which it is told."""
         return f"({omega}, {v})" if self.convention.is_omega_first else f"({v}, {omega})"
 
-    @property
-    def upper(self) -> str:
-        """The half of a twist that stands above the other."""
-        return "\\omega" if self.convention.is_omega_first else "v"
-
-    @property
-    def lower(self) -> str:
-        """The other half."""
-        return "v" if self.convention.is_omega_first else "\\omega"
-
-    @property
-    def turning_screw(self) -> str:
-        """The screw of a revolute joint at home."""
-        return self.twist("\\omega_i", "-\\omega_i \\times q_i")
-
-    @property
-    def sliding_screw(self) -> str:
-        """The screw of a prismatic joint at home."""
-        return self.twist("0", "v_i")
-
-    @property
-    def turned_screw(self) -> str:
-        """The screw of a revolute joint as the joints before it have moved it."""
-        return self.twist("\\omega_i'", "-\\omega_i' \\times q_i'")
-
-    @property
-    def slid_screw(self) -> str:
-        """The screw of a prismatic joint as the joints before it have turned it."""
-        return self.twist("0", "v_i'")
-
     def halves(self, six: Sequence[str]) -> tuple[Sequence[str], Sequence[str]]:
         """Return omega and v of what is told in that order."""
         both = [six[row] for row in self.convention.twist_rows]

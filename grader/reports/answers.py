@@ -11,7 +11,7 @@ from qdot.exercises.answers import LETTERS, TRUE_FALSE
 from qdot.exercises.formula.printers.mathml import mathml
 from qdot.exercises.formula.trees import Node, size_of
 from qdot.exercises.problem.problem import Part, Problem
-from qdot.exercises.writing.fit import fitted, width
+from qdot.exercises.writing.fit import fit_formula, width
 from qdot.exercises.writing.latex import prismatic_joints
 from qdot.exercises.writing.markup import to_html
 from qdot.exercises.writing.statement import option_text
@@ -73,7 +73,7 @@ def _formula_html(problem: Problem, part: Part, node: Node) -> str:
     if size_of(node) > LARGEST:
         raise TooDeep("the answer is too long to be set")
     typed = typeset(node, prismatic_joints(problem.chain), part.answer.is_a_set, part.answer.units_due)
-    shown = fitted(typed, ROOM)
+    shown = fit_formula(typed, ROOM)
     return _shorten_mathml(mathml(shown, True, max(SMALLEST, min(100, int(100 * ROOM / max(width(shown), 1.0))))))
 
 

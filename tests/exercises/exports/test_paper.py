@@ -28,7 +28,7 @@ from qdot.exercises.formula.printers.typst import typst_string
 from qdot.exercises.generation import generate
 from qdot.exercises.notebook.notebook import solution_figure
 from qdot.exercises.problem.problem import Problem, ProblemId
-from qdot.exercises.writing.markup import parsed_markdown, to_latex
+from qdot.exercises.writing.markup import parse_markdown, to_latex
 from qdot.exercises.writing.on_paper import on_paper
 from qdot.exercises.writing.short_answer import short_answer
 from qdot.exercises.writing.statement import hints, prompt, statement, worked_solution
@@ -103,7 +103,7 @@ def test_every_formula_compiles_and_fits_and_has_words(problem: Problem) -> None
         texts.append(short_answer(problem, part))
     new: list[str] = []
     for text in texts:
-        for latex, block in parsed_markdown(text)[1]:
+        for latex, block in parse_markdown(text)[1]:
             said = speak(parse_latex(latex))
             assert said and "\\" not in said and "  " not in said
             shape = f"{block}{re.sub(r'[0-9]', '1', latex)}"

@@ -37,7 +37,7 @@ from qdot.exercises.quizzes.choice import AboutSubject
 from qdot.exercises.solve.solver import Ready, text_stages
 from qdot.exercises.verify import certify
 from qdot.exercises.writing.markup import to_text
-from qdot.exercises.writing.statement import hints, prompt, statement, worked_solution, worked_steps
+from qdot.exercises.writing.statement import hints, prompt, solution_steps, statement, worked_solution
 from tests.support.suites import FEW, WHOLE, few_families, of_families, several
 
 FIXED = [name for name, family in FAMILIES.items() if not family.varied]
@@ -229,7 +229,7 @@ def test_an_own_arm_is_told_by_the_points_of_its_file_and_without_brackets(tmp_p
     axes, home = axes_of(chain)
     q, lengths = np.array([0.3, -0.4, 1.1]), {sp.Symbol("a2"): 0.7}
     values = lengths | dict(zip(chain.q, q, strict=True))
-    for joint, place in worked_steps(chain).moved_points:
+    for joint, place in solution_steps(chain).moved_points:
         moved = np.where(np.arange(1, 4) < joint, 0, q)
         assert np.allclose(_floats(place, values), reached(axes, home, moved, lengths))
     _, details = next(question for question in QUESTIONS if question.name == "space-jacobian").ask(chain, Stream("x"))
