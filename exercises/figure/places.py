@@ -81,7 +81,7 @@ class Line:
         self.shape = shape
         self.start, self.end = shape.points
         (x0, y0), (x1, y1) = shape.points
-        self._ink = Ink((shape,))
+        self._ink: list[Pair] = samples((shape,))[:, :2].tolist()
         self._points = [(x0 + k / 16 * (x1 - x0), y0 + k / 16 * (y1 - y0)) for k in range(17)]
         self._low, self._high = (min(x0, x1) - THIN, min(y0, y1) - THIN), (max(x0, x1) + THIN, max(y0, y1) + THIN)
 
@@ -92,7 +92,8 @@ class Line:
 
     def hits(self, box: Box) -> int:
         """Return how many points of the line a box covers."""
-        return self._ink.hits(box)
+        left, top, right, bottom = box[0] - THIN, box[1] - THIN, box[2] + THIN, box[3] + THIN
+        return sum(left < x < right and top < y < bottom for x, y in self._ink)
 
     def is_under(self, box: Box) -> bool:
         """Whether a box covers points of the line."""

@@ -67,9 +67,7 @@ def drawn_chain(chain: Chain, stretch: float = 1.0) -> Chain:
 
     `stretch` is a factor for the base's distance from the world's origin.
     """
-    lengths = [value for joint in chain.joints for value in (joint.a, joint.d)] + list(chain.point.offset)
-    known = [abs(float(value)) for value in lengths if value.is_number and value != 0]
-    unit = max(known, default=DEFAULT_LENGTH)
+    unit = _longest_length(chain)
     values = symbol_values(chain, unit)
 
     def length(value: sp.Expr, least: float = 0.36, most: float = 1.0) -> sp.Expr:
@@ -123,9 +121,13 @@ def symbol_values(chain: Chain, unit: float) -> dict[sp.Symbol, sp.Float]:
 
 def example_values(chain: Chain) -> dict[sp.Symbol, sp.Float]:
     """Return numbers for the open lengths and angles of an arm, in metres and radians, similar to the given ones."""
+    return symbol_values(chain, _longest_length(chain))
+
+
+def _longest_length(chain: Chain) -> float:
+    """Return the longest length (m) that an arm has as a number."""
     lengths = [value for joint in chain.joints for value in (joint.a, joint.d)] + list(chain.point.offset)
-    sizes = [abs(float(value)) for value in lengths if value.is_number and value != 0]
-    return symbol_values(chain, max(sizes, default=DEFAULT_LENGTH))
+    return max((abs(float(value)) for value in lengths if value.is_number and value != 0), default=DEFAULT_LENGTH)
 
 
 def entries_of_pose(chain: Chain, pose: Mapping[str, float]) -> np.ndarray:

@@ -8,9 +8,9 @@ from qdot.exercises.arm.standard_table import axes_of
 from qdot.exercises.figure.plane import SEEN, exact, is_flat, plane
 from qdot.exercises.figure.shapes import sign_and_lettering
 from qdot.exercises.writing.languages import ENGLISH, Catalogue, catalogue
+from qdot.exercises.writing.wording import NUMBER_WORDS
 
 _ENGLISH = catalogue(ENGLISH)
-NUMBERS = ("no", "one", "two", "three", "four", "five", "six", "seven", "eight", "nine")
 KINDS = {"R": "revolute", "P": "prismatic"}
 
 
@@ -34,7 +34,7 @@ def alt_text(chain: Chain, posed: bool = False) -> str:
     An arm given by its axes is described at home, even if it is drawn in another configuration (`posed`).
     """
     chain = exact(chain)
-    count = NUMBERS[chain.n] if chain.n < len(NUMBERS) else str(chain.n)
+    count = NUMBER_WORDS[chain.n] if chain.n < len(NUMBER_WORDS) else str(chain.n)
     joints = f"{count} joint{'s' if chain.n > 1 else ''}"
     across = plane(chain)
     where = f"drawn flat {SEEN[across]}" if across else "drawn in space"

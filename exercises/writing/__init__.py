@@ -6,7 +6,7 @@ From formulas to whole texts:
     fit                         wide formulas on several lines
     latex, typeset              formulas laid out: SymPy's as the textbook has them, and what a student typed
     markup, typst, on_paper     our Markdown as HTML, LaTeX, text and Typst; what is left out on paper
-    names, wording              what axes and vectors are called in the convention of an arm; the words for an arm
+    wording                     the words for an arm, and what its axes and vectors are called in its convention
     expansion, solution_steps   how a determinant is worked out; what a solution shows between formula and result
     hint_context                what hints say about an arm and show of its results
     statement, short_answer     statements, prompts, hints and solutions; an answer without the way to it

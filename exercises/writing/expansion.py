@@ -66,7 +66,7 @@ def _unsigned(product: sp.Expr) -> sp.Expr:
     return sp.Mul(*map(sp.expand, factors))
 
 
-def tidy(entry: sp.Expr) -> sp.Expr:
+def _tidy(entry: sp.Expr) -> sp.Expr:
     """Return an entry multiplied out, and as a textbook prints it if it has no roots of numbers."""
     expanded = sp.expand(entry)
     return expanded if any(power.is_number for power in expanded.atoms(sp.Pow)) else textbook(expanded)
@@ -84,7 +84,7 @@ def jacobian_at_joint_1(chain: Chain) -> sp.Matrix | None:
     if chain.joints[0].kind == "P" or not d.jacobian.has(first) or d.determinant.has(first):
         return None
     short = d.jacobian.xreplace({first: straight_joint_1(chain)})
-    return short.applyfunc(tidy)
+    return short.applyfunc(_tidy)
 
 
 @lru_cache(maxsize=1024)

@@ -12,11 +12,10 @@ import sympy as sp
 
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.conventions import convention_of
-from qdot.exercises.arm.derivation import Derivation, derive, structure
+from qdot.exercises.arm.derivation import Derivation, derive
 from qdot.exercises.arm.singularity import singular_set
 from qdot.exercises.formula.order import natural
 from qdot.exercises.questions.wrist import blocks, objection_unless_partitioned
-from qdot.exercises.writing.expansion import tidy
 from qdot.exercises.writing.latex import tex
 from qdot.exercises.writing.wording import join
 
@@ -149,21 +148,6 @@ class HintContext:
             (len(part.conditions), [tex(q, self.chain) for q in self.chain.q if any(c.has(q) for c in part.conditions)])
             for part in singular_set(self.chain) or ()
         ]
-
-    def jacobian_at(self, values: Sequence[tuple[sp.Symbol, sp.Expr]]) -> sp.Matrix | None:
-        """Return the task Jacobian of up to three joints with some put to values, where their sines are short."""
-        known, joint_values = structure(self.chain), dict(values)
-        generic = {
-            symbol: joint_values[q] + offset
-            for q, symbol, offset in zip(self.chain.q, known.chain.q, self.chain.offsets, strict=True)
-            if q in joint_values
-        }
-        slides = {q for q, joint in zip(known.chain.q, known.chain.joints, strict=True) if joint.kind == "P"}
-        short = all(q in slides or (12 * value / sp.pi).is_Integer for q, value in generic.items())
-        if self.chain.n > 3 or not short:
-            return None
-        jacobian = derive(known.chain).jacobian.xreplace(generic)
-        return jacobian.applyfunc(lambda entry: self.d.fill(tidy(entry)))
 
 
 def _varies(entry: sp.Expr) -> bool:

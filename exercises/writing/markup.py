@@ -21,6 +21,7 @@ from qdot.exercises.writing.fit import breaks_lines, fit_formula, is_high, width
 if TYPE_CHECKING:  # loaded where a text is taken apart: who grades a class has all of them as HTML already
     from markdown_it import MarkdownIt
     from markdown_it.token import Token
+    from markdown_it.tree import SyntaxTreeNode
 
 WIDTH = 100
 SCREEN, PAPER = 44.0, 38.0
@@ -259,6 +260,8 @@ _SPECIAL_TOKENS: Special = {
 
 def to_text(text: str) -> str:
     """Return text for a terminal, at most 100 characters wide except for long formulas."""
+    from markdown_it.tree import SyntaxTreeNode
+
     tokens, formulas = parse_markdown(text)
 
     def formula(match: re.Match[str]) -> str:
@@ -266,74 +269,43 @@ def to_text(text: str) -> str:
         shown = unicode_math(parse_latex(latex))
         return f"\n\n{textwrap.indent(shown, '    ')}\n\n" if block else shown.strip()
 
-    lines = _Lines(lambda inline: HOLDER.sub(formula, _plain(inline)))
-    for index, token in enumerate(tokens):
-        lines.take(token, tokens[index - 1])
-    return re.sub(r"\n{3,}", "\n\n", "\n\n".join(lines.blocks)).strip() + "\n"
+    def show(inline: "SyntaxTreeNode") -> str:
+        breaks = {"softbreak": " ", "hardbreak": "\n"}
+        children = inline.token.children if inline.token else None
+        plain = "".join(breaks.get(child.type, child.content) for child in children or [])
+        return HOLDER.sub(formula, plain)
+
+    blocks = _text_blocks(SyntaxTreeNode(tokens), show, WIDTH)
+    return re.sub(r"\n{3,}", "\n\n", "\n\n".join(blocks)).strip() + "\n"
 
 
-def _plain(inline: "Token") -> str:
-    shown = {"softbreak": " ", "hardbreak": "\n"}
-    return "".join(shown.get(child.type, child.content) for child in inline.children or [])
+def _text_blocks(node: "SyntaxTreeNode", show: "Callable[[SyntaxTreeNode], str]", width: int) -> list[str]:
+    """Return the headings, paragraphs, tables and lists inside a node as text."""
+    blocks: list[str] = []
+    for child in node.children:
+        if child.type == "heading":
+            text = show(child.children[0])
+            blocks.append(f"{text}\n{('=' if child.tag in ('h1', 'h2') else '-') * shown_width(text)}")
+        elif child.type == "paragraph":
+            blocks += _wrap(show(child.children[0]), width)
+        elif child.type == "table":
+            rows = [row for part in child.children for row in part.children]
+            blocks.append(_table([[show(cell.children[0]) for cell in row.children] for row in rows]))
+        elif child.type in ("bullet_list", "ordered_list"):
+            between = "\n" if child.children[0].children[0].hidden else "\n\n"
+            items = []
+            for item in child.children:
+                marker = f"  {item.info}. " if item.info else "  • "
+                inside = textwrap.indent(between.join(_text_blocks(item, show, width - len(marker))), " " * len(marker))
+                items.append(marker + inside[len(marker) :])
+            blocks.append(between.join(items))
+    return blocks
 
 
-class _Lines:
-    """Blocks of text as they are found: paragraphs, list items, tables."""
-
-    def __init__(self, show: "Callable[[Token], str]") -> None:
-        self.show = show
-        self.blocks: list[str] = []
-        self.markers: list[str] = []
-        self.item, self.follows_item = "", False
-        self.table: list[list[str]] = []
-
-    def take(self, token: "Token", opener: "Token") -> None:
-        """Take a token into account; `opener` is the token before it."""
-        if token.type in ("bullet_list_open", "ordered_list_open"):
-            self.markers.append("•")
-            self.follows_item = False
-        elif token.type.endswith("_list_close"):
-            self.markers.pop()
-            self.item = ""
-        elif token.type == "list_item_open":
-            self.item = f"{token.info}. " if token.info else f"{self.markers[-1]} "
-        elif token.type == "tr_open":
-            self.table.append([])
-        elif token.type == "table_close":
-            self.blocks.append(_table(self.table))
-            self.table = []
-        elif token.type == "inline":
-            self._inline(token, opener)
-
-    def _inline(self, token: "Token", opener: "Token") -> None:
-        text = self.show(token)
-        if opener.type in ("th_open", "td_open"):
-            self.table[-1].append(text)
-        elif opener.type == "heading_open":
-            self.blocks.append(f"{text}\n{('=' if opener.tag in ('h1', 'h2') else '-') * shown_width(text)}")
-        else:
-            shown = _wrapped(text, self.item, "  " * len(self.markers))
-            if opener.hidden and self.item.strip() and self.follows_item:  # a list without empty lines
-                self.blocks[-1] += f"\n{shown}"
-            else:
-                self.blocks.append(shown)
-            self.follows_item = bool(self.item)
-            self.item = " " * len(self.item)
-
-
-def _wrapped(text: str, item: str, indent: str) -> str:
-    """Wrap prose, leave formulas on their lines as they are."""
-    prefix = indent + item if item else indent
-    rest = " " * len(prefix)
+def _wrap(text: str, width: int) -> list[str]:
+    """Return the pieces of a paragraph: prose wrapped, formulas on their own lines unchanged."""
     pieces = [piece for piece in re.split(r"\n{2,}", text) if piece.strip()]
-    shown = []
-    for number, piece in enumerate(pieces):
-        if piece.startswith("    "):
-            shown.append(textwrap.indent(piece, rest))
-        else:
-            start = prefix if number == 0 else rest
-            shown.append(textwrap.fill(piece, WIDTH, initial_indent=start, subsequent_indent=rest))
-    return "\n\n".join(shown)
+    return [piece if piece.startswith("    ") else textwrap.fill(piece, width) for piece in pieces]
 
 
 def _table(rows: Sequence[Sequence[str]]) -> str:

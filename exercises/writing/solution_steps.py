@@ -46,7 +46,6 @@ from qdot.exercises.writing.expansion import (
 )
 from qdot.exercises.writing.hint_context import HintContext
 from qdot.exercises.writing.latex import tex
-from qdot.exercises.writing.names import AxisNames
 
 
 @dataclass(frozen=True)
@@ -92,11 +91,11 @@ class SingularComponent:
         )
 
 
-class SolutionSteps(AxisNames):
+class SolutionSteps:
     """The steps for one arm; templates read its properties."""
 
     def __init__(self, chain: Chain) -> None:
-        self.chain = chain
+        self.chain, self.convention = chain, convention_of(chain)
         self.d: Derivation = derive(chain)
         generic = structure(chain)
         self._structure, self._values = generic.chain, dict(generic.values)
@@ -114,9 +113,9 @@ class SolutionSteps(AxisNames):
         """What hints tell of the arm and show of its results."""
         return HintContext(self.chain)
 
-    def lost_where(self, where: Where) -> tuple[LostAt, sp.Matrix] | None:
+    def lost_where(self, values: Values) -> tuple[LostAt, sp.Matrix] | None:
         """Return J and the direction that is lost where joints have values; None where these are not short."""
-        return lost_direction_where(self.chain, where)
+        return lost_direction_where(self.chain, Where(values))
 
     @property
     def links(self) -> list[sp.Expr]:

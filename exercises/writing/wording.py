@@ -1,25 +1,27 @@
 """The words in which a problem speaks of its arm: frame, point, task, units; the same in every question."""
 
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 
 import sympy as sp
 
 from qdot.exercises.arm.chain import TASK_ROWS, Base, Chain, Point
 from qdot.exercises.arm.classification import Kind, Values
+from qdot.exercises.arm.conventions import convention_of
+from qdot.exercises.arm.conventions.base import Convention
 from qdot.exercises.arm.derivation import derive
 from qdot.exercises.arm.kinds import kind_is_sure
 from qdot.exercises.arm.standard_table import axes_of
+from qdot.exercises.questions.base import velocities
 from qdot.exercises.writing.languages import ENGLISH, Catalogue, catalogue
 from qdot.exercises.writing.latex import symbol_latex, tex, tex_angle, tex_length, tex_value
-from qdot.exercises.writing.names import AxisNames
 
 NUMBER_WORDS = ("no", "one", "two", "three", "four", "five", "six", "seven", "eight", "nine")
 
 
 @dataclass(frozen=True)
-class Wording(AxisNames):
+class Wording:
     """What templates say about a chain, in the words of a language; formulas are LaTeX without dollar signs.
 
     `earlier` are the kinds of questions solved before in the same text; what they found is not shown again.
@@ -28,6 +30,32 @@ class Wording(AxisNames):
     chain: Chain
     words: Catalogue = field(default_factory=lambda: catalogue(ENGLISH))
     earlier: frozenset[str] = frozenset()
+
+    @property
+    def convention(self) -> Convention:
+        """The convention of the arm."""
+        return convention_of(self.chain)
+
+    @property
+    def six_rows(self) -> str:
+        """The components of a velocity in the order in which they are asked for."""
+        return ", ".join(name.replace("{", "").replace("}", "") for name in velocities(self.convention.velocities))
+
+    def twist(self, omega: str, v: str) -> str:
+        """Return a twist with these halves, in the order in which it is told."""
+        return f"({omega}, {v})" if self.convention.is_omega_first else f"({v}, {omega})"
+
+    def halves(self, six: Sequence[str]) -> tuple[Sequence[str], Sequence[str]]:
+        """Return omega and v of what is told in that order."""
+        both = [six[row] for row in self.convention.twist_rows]
+        return both[:3], both[3:]
+
+    @property
+    def axes_i(self) -> list[str]:
+        """What the axis of joint i is called, of each kind of joint that the arm has."""
+        kinds = {joint.kind for joint in self.chain.joints}
+        names = {"R": self.convention.axis(), "P": self.convention.prismatic_axis}
+        return list(dict.fromkeys(name for kind, name in names.items() if kind in kinds))
 
     @property
     def frame(self) -> str:
@@ -75,11 +103,6 @@ class Wording(AxisNames):
             "w": say.gettext("the last link"),
             "vw": say.gettext("$P$ and the last link"),
         }[self.motions]
-
-    @property
-    def movers(self) -> int:
-        """How many things that is."""
-        return len(self.motions)
 
     @property
     def of_mover(self) -> str:
@@ -140,11 +163,6 @@ class Wording(AxisNames):
             return say.gettext("$%(rate)s$ in m/s, all others in rad/s", rate=self.rates[slide])
         pairs = zip(self.rates, units, strict=True)
         return ", ".join(say.gettext("$%(rate)s$ in %(unit)s", rate=rate, unit=unit) for rate, unit in pairs)
-
-    @property
-    def last(self) -> int:
-        """The number of the last joint and frame."""
-        return self.chain.n
 
     @property
     def count(self) -> str:
