@@ -24,7 +24,7 @@ EDGE = 4.0
 """Width of the free margin at the edge of the figure, in pixels."""
 WAY = (0.1, 0.3, 0.5, 0.7, 0.9)
 HALF_WIDTH = {"link": 6.0, "rod": 4.0, "plate": 1.0}
-THIN, EDGE = 2.0, 1.5
+THIN, AIR = 2.0, 1.5
 """Half the width of other lines, with some air, and the air around a circle."""
 
 _Turn = tuple[float, float]
@@ -54,7 +54,7 @@ def samples(shapes: Iterable[Shape]) -> np.ndarray:
     for shape in shapes:
         for inner in shape.shapes if isinstance(shape, Glyph) else (shape,):
             if isinstance(inner, Circle):
-                circles.append((*inner.center, inner.radius + EDGE))
+                circles.append((*inner.center, inner.radius + AIR))
             else:
                 half = HALF_WIDTH.get(inner.style, THIN)
                 points = (*inner.points, inner.points[0]) if inner.closed else inner.points
@@ -81,7 +81,7 @@ class Line:
         self.shape = shape
         self.start, self.end = shape.points
         (x0, y0), (x1, y1) = shape.points
-        self._ink: list[Pair] = samples((shape,))[:, :2].tolist()
+        self._ink = Ink((shape,))
         self._points = [(x0 + k / 16 * (x1 - x0), y0 + k / 16 * (y1 - y0)) for k in range(17)]
         self._low, self._high = (min(x0, x1) - THIN, min(y0, y1) - THIN), (max(x0, x1) + THIN, max(y0, y1) + THIN)
 
@@ -92,8 +92,7 @@ class Line:
 
     def hits(self, box: Box) -> int:
         """Return how many points of the line a box covers."""
-        left, top, right, bottom = box[0] - THIN, box[1] - THIN, box[2] + THIN, box[3] + THIN
-        return sum(left < x < right and top < y < bottom for x, y in self._ink)
+        return self._ink.hits(box)
 
     def is_under(self, box: Box) -> bool:
         """Whether a box covers points of the line."""
