@@ -114,7 +114,7 @@ sharing: $(VENV)/.dev  ## measure how many of 500 students would share an answer
 	$(PY) -m qdot.exercises.docs.sharing
 
 messages: $(VENV)/.dev  ## collect all texts for the languages, merge them into exercises/locale, and say what is left to translate
-	$(PY) -m qdot.exercises.writing.collect_messages
+	$(PY) -m tests.tools.collect_messages
 
 pairs: $(VENV)/.dev  ## 100,000 right and wrong answers made from all families' formulas, and the verdicts on them
 	$(PY) -m tests.tools.pairs

@@ -1,4 +1,4 @@
-"""From an identity to a problem: the same id gives the same problem, byte for byte, for as long as its engine lives."""
+"""Generate problems: the same id gives the same problem, byte for byte, as long as the engine is the same."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
@@ -7,7 +7,7 @@ from functools import cache, partial
 from itertools import count, islice
 
 from qdot.exercises.arm.chain import CONVENTIONS, Chain
-from qdot.exercises.arm.difficulty import describe_band, difficulty, step
+from qdot.exercises.arm.difficulty import HARDEST, describe_band, difficulty, step
 from qdot.exercises.arm.library import robots
 from qdot.exercises.common.errors import QdotError, unknown
 from qdot.exercises.common.stream import Stream, derive_seed
@@ -22,7 +22,7 @@ ATTEMPTS = 8
 """Arms of a varied family, and for short questions, that are tried before what finds nothing to ask is given up."""
 
 DRAWS = 200
-"""Arms drawn before a family is said to have none in the band of difficulty asked for."""
+"""Arms that are sampled before qdot reports that a family has none in a band of difficulty."""
 
 SHORT_QUIZ = (
     "singular-angles-choice", "column-choice", "determinant-choice", "vector-choice", "singular-configurations",
@@ -31,13 +31,13 @@ SHORT_QUIZ = (
 """Of these, the first of each form makes a quiz."""
 
 QUIZ_DRAWS, QUIZ_LOOKED_AT = 12, 2
-"""Arms of a family drawn before a short question is given up, and those looked at before one is put into a quiz."""
+"""Arms that are sampled before a short question is given up, and examined before one is put into a quiz."""
 
 LOOKED_AT, LOOKED_AT_VARIED = 8, 120
-"""Arms of a family from which its difficulty is told, and of one that draws structures, where hard ones are rarer."""
+"""Arms from which the difficulty of a family is found out, more if structures are sampled: hard ones are rarer."""
 
 
-def family_named(name: str) -> Family:
+def look_up_family(name: str) -> Family:
     """Return a registered family. Raises QdotError."""
     if name in FAMILIES:
         return FAMILIES[name]
@@ -50,31 +50,32 @@ def family_named(name: str) -> Family:
 
 
 def sample_chain(identity: ProblemId, family: Family | None = None, attempt: int = 0) -> Chain:
-    """Return the arm of a problem; `family` is given where it is no registered one (an instructor's own robot).
+    """Return the arm of a problem; `family` is given if it is not registered (an instructor's own robot).
 
-    Attempts after the first draw another arm, for a varied family whose first one had nothing to give a question.
-    Raises QdotError for a family or engine that this version does not know, and where no arm is in the identity's band.
+    Attempts after the first sample another arm, if a question found nothing to ask of the first one.
+    Raises QdotError for a family or engine that this version does not know, and if no arm is in the identity's band.
     """
-    family = family or family_named(identity.family)
+    family = family or look_up_family(identity.family)
     if identity.engine != ENGINE:
         raise QdotError(f"{identity} was made by engine {identity.engine}; this version of qdot has engine {ENGINE}")
     in_convention = partial(_in_convention, convention=identity.convention, twist_order=identity.twist_order)
     stream = Stream(f"qdot/{identity.engine}/{identity.family_and_seed}/arm" + (f"/{attempt}" if attempt else ""))
     axes = axes_of(identity.variation)
     if family.structures is not None:
-        accepts = lambda chain: not _objection(in_convention(chain), identity.questions)  # noqa: E731
+        accepts = lambda chain: not _object_to_questions(in_convention(chain), identity.questions)  # noqa: E731
         return in_convention(family.structures(stream, axes, identity.band, accepts))
     quizzes = [name for name in identity.questions if name in QUIZZES]
     arms = map(in_convention, _sample_arms(family, stream, axes))
-    if identity.band is None:
-        return _first_askable(arms, quizzes)
-    low, high = identity.band
+    low, high = identity.band or (0, HARDEST)
     seen: dict[Chain, int] = {}
-    for chain in islice(arms, DRAWS):
-        if chain in seen:
-            break
-        seen[chain] = step(chain)
-        if low <= seen[chain] <= high and (len(seen) > QUIZ_DRAWS or _objection(chain, quizzes) is None):
+    for number, chain in enumerate(islice(arms, DRAWS)):
+        if identity.band is not None:
+            if chain in seen:
+                break
+            seen[chain] = step(chain)
+            if not low <= seen[chain] <= high:
+                continue
+        if number >= QUIZ_DRAWS or _object_to_questions(chain, quizzes) is None:
             return chain
     steps = describe_band(min(seen.values()), max(seen.values()))
     raise QdotError(
@@ -83,7 +84,7 @@ def sample_chain(identity: ProblemId, family: Family | None = None, attempt: int
 
 
 def _in_convention(chain: Chain, convention: str, twist_order: str = "") -> Chain:
-    """Return an arm as it is told in a convention, with its twists in an order; its own, if none is named."""
+    """Return an arm as it is presented in a convention, with its twists in an order; its own, if none is named."""
     presented = replace(chain, convention=convention) if convention else chain
     return replace(presented, twist_order=twist_order) if twist_order else presented
 
@@ -95,18 +96,8 @@ def _sample_arms(family: Family, stream: Stream, axes: tuple[str, ...]) -> Itera
         yield family.sample(stream.part(f"draw {again}"), axes)
 
 
-def _first_askable(arms: Iterator[Chain], quizzes: Sequence[str]) -> Chain:
-    """Return the first arm drawn that has something to ask for the short questions, which is up to its numbers too."""
-    chain = next(arms)
-    for another in islice(arms, QUIZ_DRAWS):
-        if _objection(chain, quizzes) is None:
-            break
-        chain = another
-    return chain
-
-
-def _objection(chain: Chain, questions: Sequence[str]) -> str | None:
-    """Return why one of the questions can't be asked of an arm, or None; unknown ones are for others to tell."""
+def _object_to_questions(chain: Chain, questions: Sequence[str]) -> str | None:
+    """Return why one of the questions can't be asked of an arm, or None; unknown ones are reported elsewhere."""
     for name in questions:
         if name in ASKED and (refused := ASKED[name].refusal(chain)) is not None:
             return f"question {name!r} can't be asked of {chain.name}: {refused}"
@@ -114,27 +105,29 @@ def _objection(chain: Chain, questions: Sequence[str]) -> str | None:
 
 
 def applicable_questions(chain: Chain, among: Mapping[str, Question] = QUESTIONS) -> tuple[str, ...]:
-    """Return the names of the questions that can be asked of an arm, in the chapter's order; others if told."""
+    """Return the names of the questions that can be asked of an arm, in the chapter's order; or of `among`."""
     return tuple(name for name, question in among.items() if question.refusal(chain) is None)
 
 
-def questions_of(family: str | Family, convention: str = "") -> tuple[str, ...]:
-    """Return the names of the questions that can be asked of every arm of a family, or of some of a varied one.
+def _find_family(family: str | Family) -> Family:
+    return look_up_family(family) if isinstance(family, str) else family
 
-    Of registered families as they tell their arms, they are listed (`families.listing`), as finding them out takes a
-    second for each.
-    """
-    known = family_named(family) if isinstance(family, str) else family
-    if convention:
-        return find_questions(known, convention)
-    if FAMILIES.get(known.name) is known and known.name in listing():
-        return listing()[known.name].questions
-    return find_questions(known)
+
+def _look_up_listing(family: Family) -> FamilyListing | None:
+    """Return what is listed of a registered family, as finding it out takes seconds; None of any other family."""
+    return listing().get(family.name) if FAMILIES.get(family.name) is family else None
+
+
+def questions_of(family: str | Family, convention: str = "") -> tuple[str, ...]:
+    """Return the names of the questions that can be asked of every arm of a family, or of some of a varied one."""
+    known = _find_family(family)
+    entry = _look_up_listing(known)
+    return find_questions(known, convention) if entry is None or convention else entry.questions
 
 
 def short_quiz(family: str | Family, convention: str = "") -> tuple[str, ...]:
     """Return a quiz for a family's arms: a short question of each form, as far as one can be asked."""
-    known = family_named(family) if isinstance(family, str) else family
+    known = _find_family(family)
     identities = (ProblemId(known.name, seed, convention=convention) for seed in range(QUIZ_LOOKED_AT))
     arms = [sample_chain(identity, known) for identity in identities]
     chosen: dict[str, str] = {}
@@ -158,10 +151,10 @@ def find_questions(family: Family, convention: str = "") -> tuple[str, ...]:
 
 @cache
 def _sampled_arms(family: Family) -> tuple[Chain, ...]:
-    """Return the arms from which is found out what is told of a family.
+    """Return the arms from which the questions and the difficulty of a family are found out.
 
-    Where structures are drawn, it is one arm of each of so many structures, all kinds of problems before a second of
-    any: what of these can be asked nothing can't be asked of the others, as those of a kind lose rank alike.
+    If structures are sampled, it is one arm of each of so many structures, all classes before a second of any: what
+    can't be asked of these can't be asked of the others, as all of a class lose rank alike.
     """
     if family.structures is None:
         return tuple(sample_chain(ProblemId(family.name, seed), family) for seed in range(LOOKED_AT))
@@ -178,8 +171,8 @@ def _sampled_arms(family: Family) -> tuple[Chain, ...]:
 
 def listing_of(family: str | Family, convention: str = "") -> FamilyListing:
     """Return what is listed of a registered family; of a robot, or of a new one, it is found out here."""
-    known = family_named(family) if isinstance(family, str) else family
-    entry = (None if known.robot else listing().get(known.name)) or find_out(known)
+    known = _find_family(family)
+    entry = _look_up_listing(known) or find_out(known)
     return replace(entry, questions=find_questions(known, convention)) if convention else entry
 
 
@@ -189,10 +182,10 @@ def find_out(family: Family) -> FamilyListing:
     arms = _sampled_arms(family)
     steps = [step(arm) for arm in arms]
     kinds = "" if family.varied else "".join(joint.kind for joint in arms[0].joints)
-    return FamilyListing(kinds, (min(steps), max(steps)), find_questions(family), _difficulty_by_variation(family))
+    return FamilyListing(kinds, (min(steps), max(steps)), find_questions(family), _measure_steps(family))
 
 
-def _difficulty_by_variation(family: Family) -> tuple[int, ...]:
+def _measure_steps(family: Family) -> tuple[int, ...]:
     """Return the difficulty of an arm at each step of variation; all arms of a family have that of a step's.
 
     A robot of a file has no such steps.
@@ -210,18 +203,19 @@ def check_questions(
     convention: str = "",
 ) -> None:
     """Raise QdotError where a question is unknown, asked twice, or can't be asked of the family's arms."""
-    known = family_named(family) if isinstance(family, str) else family
+    known = _find_family(family)
     _check_names(questions)
     if FAMILIES.get(known.name) is known:
         for name in questions:
             if (reason := ASKED[name].objection_to_convention(convention or CONVENTIONS[0])) is not None:
                 raise QdotError(f"question {name!r} can't be asked of {known.name}: {reason}")
-    if FAMILIES.get(known.name) is known and known.name in listing() and not convention:
-        can_be_asked = listing()[known.name].questions
-        if not known.varied and band is None and variation in STEPS and set(questions) <= set(can_be_asked):
+    entry = None if convention else _look_up_listing(known)
+    if entry is not None:
+        missing = [name for name in questions if name not in entry.questions]
+        if not known.varied and band is None and variation in STEPS and not missing:
             return  # what is listed, for arms of every step, need not be derived
-        for name in questions if known.varied else ():
-            if name in QUESTIONS and name not in can_be_asked:
+        for name in missing:
+            if known.varied and name in QUESTIONS:
                 raise QdotError(
                     f"question {name!r} can be asked of no arm of {known.name}; "
                     f"`qdot families {known.name}` lists what can"
@@ -245,7 +239,7 @@ def _check_names(questions: Sequence[str]) -> None:
 
 
 def _check_can_be_asked(chain: Chain, questions: Sequence[str], family: Family, convention: str) -> None:
-    objection = _objection(chain, questions)
+    objection = _object_to_questions(chain, questions)
     if objection is not None:
         option = f" --convention {convention}" if convention else ""
         raise QdotError(f"{objection}; `qdot families {family.robot or family.name}{option}` lists what can")
@@ -260,10 +254,10 @@ def generate(
 ) -> Problem:
     """Return the problem of an identity or a text FAMILY/SEED, with these `questions`; without any, all that apply.
 
-    `points` gives the points of each part, else those of the question; `family` as in `sample_chain`. Each part draws
-    from a stream of its own, so that a part is the same whatever else is asked of the arm. Lengths are in metres,
-    angles in radians, everything in the base frame. Raises QdotError for a family or question that is none, and where
-    a question can't be asked of the arm.
+    `points` gives the points of each part, else those of the question; `family` as in `sample_chain`. Each part has
+    its own stream, so that it does not depend on what else is asked of the arm. Lengths are in metres,
+    angles in radians, everything in the base frame. Raises QdotError for a family or question that is none, and for
+    a question that can't be asked of the arm.
 
     >>> generate("planar-2r/7", ["position", "jacobian"])
     Problem(planar-2r/7: position, jacobian)
@@ -271,20 +265,20 @@ def generate(
     identity = ProblemId.parse(identity) if isinstance(identity, str) else identity
     identity = replace(identity, questions=tuple(questions)) if questions else identity
     _check_names(identity.questions)
-    known = family or family_named(identity.family)
+    known = family or look_up_family(identity.family)
     again = known.varied or any(name in QUIZZES for name in identity.questions)
     for attempt in range(ATTEMPTS if again else 1):
         chain = sample_chain(identity, family, attempt)
         _check_can_be_asked(chain, identity.questions, known, identity.convention)
         try:
-            return Problem(identity, chain, _parts(identity, chain, points))
+            return Problem(identity, chain, _ask_parts(identity, chain, points))
         except RuntimeError:
             if not again or attempt == ATTEMPTS - 1:
                 raise
     raise AssertionError("a loop of at least one attempt ended without a result")
 
 
-def _parts(identity: ProblemId, chain: Chain, points: Sequence[float] | None) -> tuple[Part, ...]:
+def _ask_parts(identity: ProblemId, chain: Chain, points: Sequence[float] | None) -> tuple[Part, ...]:
     """Return the parts of a problem. Raises RuntimeError where a question finds nothing to ask of the arm."""
     names = identity.questions or applicable_questions(chain)
     parts = []
@@ -297,22 +291,10 @@ def _parts(identity: ProblemId, chain: Chain, points: Sequence[float] | None) ->
     return tuple(parts)
 
 
-def student_problem_id(
-    secret: str,
-    student: str,
-    slot: str,
-    family: str,
-    questions: Sequence[str],
-    band: tuple[int, int] | None = None,
-    variation: str = DEFAULT,
-    convention: str = "",
-    twist_order: str = "",
-) -> ProblemId:
-    """Return the problem of one student in one slot of an assignment; without the secret it can't be guessed.
+def student_problem_id(secret: str, student: str, slot: str, problem: ProblemId) -> ProblemId:
+    """Return the problem of one student in one slot of an assignment: `problem` with a seed of the student's own.
 
-    It depends on nobody else, so that a student who joins later changes no other problem.
+    Without the secret it can't be guessed. It depends on nobody else, so that a student who joins later changes no
+    other problem.
     """
-    seed = derive_seed(secret, student, slot, family)
-    return ProblemId(
-        family, seed, tuple(questions), band=band, variation=variation, convention=convention, twist_order=twist_order
-    )
+    return replace(problem, seed=derive_seed(secret, student, slot, problem.family))

@@ -27,12 +27,12 @@ from qdot.exercises.common.files import is_changed_by_windows
 from qdot.exercises.common.input_file import TomlFile, read_table, read_text, read_toml
 from qdot.exercises.common.variation import AXES, DEFAULT, STEPS, canonical_name, name_of_axes
 from qdot.exercises.families import Family
-from qdot.exercises.families.own import own_family
+from qdot.exercises.families.own import read_robot_family
 from qdot.exercises.formula.identity import Rounding
 from qdot.exercises.generation import (
     check_questions,
-    family_named,
     generate,
+    look_up_family,
     questions_of,
     short_quiz,
     student_problem_id,
@@ -164,9 +164,13 @@ class Slot:
     def identity(self, secret: str, student: str, draw: int = 1) -> ProblemId:
         """Return the identity of a student's problem in this slot; draws after the first have different seeds."""
         place = self.name if draw == 1 else f"{self.name}/{draw}"
-        return student_problem_id(
-            secret, student, place, self.family.name, self.questions, self.band, self.variation, self.convention,
-            self.twist_order,
+        return student_problem_id(secret, student, place, self.identity_of_seed(0))
+
+    def identity_of_seed(self, seed: int) -> ProblemId:
+        """Return the identity of the problem of this slot with a given seed."""
+        return ProblemId(
+            self.family.name, seed, self.questions, band=self.band, variation=self.variation,
+            convention=self.convention, twist_order=self.twist_order,
         )  # fmt: skip
 
     def problem(self, secret: str, student: str, draw: int = 1) -> Problem:
@@ -175,11 +179,7 @@ class Slot:
 
     def problem_with(self, seed: int) -> Problem:
         """Return the problem of this slot with a given seed."""
-        identity = ProblemId(
-            self.family.name, seed, self.questions, band=self.band, variation=self.variation,
-            convention=self.convention, twist_order=self.twist_order,
-        )  # fmt: skip
-        made = generate(identity, points=self.points, family=self.family)
+        made = generate(self.identity_of_seed(seed), points=self.points, family=self.family)
         allowed, credit = dict(self.decimals), dict(self.credit)
         return replace(
             made,
@@ -391,7 +391,7 @@ def _slot(file: TomlFile, index: int, entry: ProblemEntry, defaults: _Defaults, 
             raise QdotError('each [[problem]] has either family = "planar-2r" or robot = "my-arm.toml"')
     if entry.family is not None:
         with file.at(*place, "family"):
-            family, robot = family_named(entry.family), ""
+            family, robot = look_up_family(entry.family), ""
     else:
         with file.at(*place, "robot"):
             family, robot = _read_own_robot(robot_path(str(entry.robot), file.path.parent), notes)
@@ -493,7 +493,7 @@ def _read_own_robot(path: Path, notes: list[str]) -> tuple[Family, str]:
     """Return the family of a robot file, and the digest of the file."""
     robot = read_robot_file(path)
     notes += robot.notes
-    return own_family(path, robot), _short_hash(path.read_text(encoding="utf-8", errors="replace"))
+    return read_robot_family(path, robot), _short_hash(path.read_text(encoding="utf-8", errors="replace"))
 
 
 def _band(difficulty: int | list[int] | None) -> tuple[int, int] | None:

@@ -122,18 +122,10 @@ def _pickle_content(content: object) -> bytes:
     return pickled.getvalue()
 
 
-def read_stored_text(assignment: Assignment, student: str) -> str:
-    """Return the text of a student's stored file, to be sent to another machine; "" if there is none."""
+def load_stored_problems(assignment: Assignment, student: str) -> StoredProblems:
+    """Return a student's stored problems, or generate them again."""
     try:
-        return store_path(assignment, student).read_text(encoding="ascii")
-    except (OSError, ValueError):
-        return ""
-
-
-def load_stored_problems(assignment: Assignment, student: str, text: str | None = None) -> StoredProblems:
-    """Return a student's stored problems, or generate them again; with `text`, no file is read."""
-    try:
-        signature, encoded = (read_stored_text(assignment, student) if text is None else text).split("\n")[:2]
+        signature, encoded = store_path(assignment, student).read_text(encoding="ascii").split("\n")[:2]
         payload = base64.b64decode(encoded, validate=True)
         if hmac.compare_digest(signature, _signature(assignment, student, payload)):
             problems, figures, wording, texts, minors = pickle.loads(zlib.decompress(payload))  # noqa: S301 - signed with the secret
@@ -142,7 +134,7 @@ def load_stored_problems(assignment: Assignment, student: str, text: str | None 
                 if kept_minors:
                     store_minors(problem.chain, partial(pickle.loads, kept_minors))
             return StoredProblems(problems, figures, wording)
-    except ValueError:
+    except (OSError, ValueError):
         pass  # nothing is stored, or it is damaged
     return StoredProblems(assignment.problems(student))
 

@@ -37,7 +37,6 @@ EXTRAS = {
             "report", ("matplotlib", "xlsxwriter"),
             "charts of `qdot report` and `qdot solve --map`; workbooks: `qdot grade --report xlsx=…`",
         ),
-        Extra("cluster", ("distributed",), "grading on a Dask cluster: `qdot grade --executor`"),
     )
 }  # fmt: skip
 ALL = "all"

@@ -11,7 +11,7 @@ import io
 import json
 import re
 import tomllib
-from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from decimal import Decimal
@@ -279,25 +279,6 @@ def csv_rows(text: str, begins: list[int] | None = None) -> Iterator[tuple[int, 
         if any(cell.strip() for cell in row):
             yield begins[-1], row
         begins.append(reader.line_num + 1 + skipped)
-
-
-def remove_rows(content: bytes, gone: Collection[int]) -> bytes:
-    r"""Return a table without the rows that begin on these lines; all others stay byte for byte. Raises csv.Error.
-
-    >>> remove_rows(b'student;name\r\n7;"Ada\r\nA"\r\n8;Bo\r\n', {2})
-    b'student;name\r\n8;Bo\r\n'
-    """
-    is_utf_16 = content.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE))
-    code = "utf-16-le" if content.startswith(codecs.BOM_UTF16_LE) else "utf-16-be" if is_utf_16 else "latin-1"
-    text = content.decode(code)  # in UTF-8, too, nothing else than a line's end has its bytes
-    lines = re.findall(r"[^\r\n]*(?:\r\n|\r|\n)|[^\r\n]+$", text)
-    begins: list[int] = []
-    for _ in csv_rows("\n".join(line.rstrip("\r\n") for line in lines), begins):
-        pass
-    row_of = {
-        number: max((begin for begin in begins if begin <= number), default=0) for number in range(1, len(lines) + 1)
-    }
-    return "".join(line for number, line in enumerate(lines, 1) if row_of[number] not in gone).encode(code)
 
 
 def _separator(header: str) -> str:

@@ -25,7 +25,6 @@ from qdot.exercises.common.variation import DEFAULT, STEPS
 from qdot.exercises.docs.errata import Erratum, errata
 from qdot.exercises.docs.robots import robots_page
 from qdot.exercises.docs.sharing import GROUPS, load_measured
-from qdot.exercises.docs.structures import structures_page
 from qdot.exercises.families import FAMILIES
 from qdot.exercises.families.listing import LISTING, FamilyListing
 from qdot.exercises.figure import figure_svg, singular_svg, thumbnail_svg
@@ -56,7 +55,6 @@ def documents() -> Mapping[str, str]:
         "families.md": families_page(),
         "questions.md": questions_page(),
         "examples.md": examples_page(),
-        "structures.md": structures_page(),
         "mistakes.md": mistakes_page(),
         "variation.md": variation_page(),
         "robots.md": robots_page(),

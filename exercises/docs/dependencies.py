@@ -27,7 +27,6 @@ WHY = {
     "typst": "PDF that is accessible, set by a compiler with fonts of its own: nothing else is to be installed",
     "matplotlib": "the charts of the report and the map of `qdot solve`, as SVG",
     "xlsxwriter": "workbooks for Excel, with formats and the same bytes each time",
-    "distributed": "the scheduler and workers of a Dask cluster",
 }
 """What each library is for."""
 

@@ -17,7 +17,7 @@ from qdot.exercises.common.console import say
 from qdot.exercises.common.files import write_atomically
 from qdot.exercises.common.variation import STEPS
 from qdot.exercises.families import FAMILIES
-from qdot.exercises.families.structures import chain_of, clean_structures
+from qdot.exercises.families.structures import build_arm, read_clean_structures
 from qdot.exercises.generation import sample_chain
 from qdot.exercises.problem.problem import ProblemId
 from qdot.exercises.questions import QUESTIONS
@@ -51,8 +51,8 @@ def _all_arms() -> Iterator[Chain]:
             yield from (sample_chain(ProblemId(name, 1, convention=convention)) for convention in CONVENTIONS)
             for step in STEPS:
                 yield from (sample_chain(ProblemId(name, seed, variation=step)) for seed in range(1, DRAWS + 1))
-    for n, clean in clean_structures().items():
-        yield from (chain_of(clean_structure.rows, clean_structure.task, f"random-{n}") for clean_structure in clean)
+    for n, clean in read_clean_structures().items():
+        yield from (build_arm(clean_structure.rows, clean_structure.task, f"random-{n}") for clean_structure in clean)
     yield from (read_robot(robot_path(name)) for name in robots())
 
 

@@ -23,7 +23,7 @@ from qdot.exercises.figure import alt_text, figure_svg, part_alt, part_svg
 from qdot.exercises.notebook.notebook import solution_figure
 from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.quizzes import ASKED
-from qdot.exercises.quizzes.options import blames_of
+from qdot.exercises.quizzes.options import list_blames
 from qdot.exercises.writing.latex import tex
 from qdot.exercises.writing.render import render
 from qdot.exercises.writing.statement import hints, option_text, prompt, statement, worked_solution
@@ -262,7 +262,7 @@ class _Options(AnswerVisitor[Choose | Match]):
             if self.part.has_drawn_options:
                 text = f"{LETTERS[index]}: {text}"
             is_right = index in answer.right
-            blames = blames_of(self.part, index) if self.tells_mistakes and not is_right else ()
+            blames = list_blames(self.part, index) if self.tells_mistakes and not is_right else ()
             options.append(Option(text, is_right, " ".join(dict.fromkeys(blame.sentence for blame in blames))))
         return Choose(tuple(options), several, fixed)
 

@@ -29,8 +29,8 @@ from qdot.exercises.formula.latex import parse_latex
 from qdot.exercises.problem.credit import AMISS, HALF, OWN
 from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.questions.results import is_product
-from qdot.exercises.quizzes.options import blames_of
-from qdot.exercises.writing.fit import fitted, width
+from qdot.exercises.quizzes.options import list_blames
+from qdot.exercises.writing.fit import fit_formula, width
 from qdot.exercises.writing.short_answer import short_answer
 
 MOST = 4
@@ -71,7 +71,7 @@ def marking(problem: Problem, part: Part, earns: Earns) -> Marking:
 def _drop_illegible(answer: str) -> str:
     """Return an answer, or "" if its formulas would become too small to read on the sheet."""
     formulas = (parse_latex(latex) for latex in re.findall(r"\$\$(.*?)\$\$", answer, re.DOTALL))
-    return answer if all(width(fitted(each, ROOM)) <= LEGIBLE * ROOM for each in formulas) else ""
+    return answer if all(width(fit_formula(each, ROOM)) <= LEGIBLE * ROOM for each in formulas) else ""
 
 
 def _points(part: Part, share: Fraction) -> str:
@@ -83,7 +83,7 @@ def _options(part: Part) -> Iterator[Mark]:
     if not isinstance(part.answer, Choice):
         return
     for index, letter in zip(range(len(part.answer.options)), LETTERS, strict=False):
-        blames = dict.fromkeys(blame.title for blame in blames_of(part, index))
+        blames = dict.fromkeys(blame.title for blame in list_blames(part, index))
         if blames and index != part.answer.correct:
             yield Mark(f"{letter}: {', and '.join(blames)}", "", _points(part, Fraction(0)))
 

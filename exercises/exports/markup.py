@@ -10,7 +10,7 @@ from decimal import Decimal
 from qdot.exercises.exports.items import Item, Picture
 from qdot.exercises.formula.latex import parse_latex
 from qdot.exercises.formula.layout import Layout
-from qdot.exercises.writing.fit import fitted
+from qdot.exercises.writing.fit import fit_formula
 from qdot.exercises.writing.markup import SCREEN, to_html, to_html_for_mathjax
 from qdot.exercises.writing.render import render
 
@@ -27,7 +27,7 @@ def text_html(text: str, set_formula: SetFormula | None = None) -> str:
         return to_html_for_mathjax(text).strip()
 
     def formula(latex: str, block: bool) -> str:
-        return set_formula(fitted(parse_latex(latex), SCREEN) if block else parse_latex(latex), block)
+        return set_formula(fit_formula(parse_latex(latex), SCREEN) if block else parse_latex(latex), block)
 
     return to_html(text, formula).strip()
 

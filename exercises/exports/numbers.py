@@ -30,8 +30,8 @@ from qdot.exercises.mistakes.catalogue import (
 )
 from qdot.exercises.mistakes.configurations import Values, sample_configurations
 from qdot.exercises.problem.problem import Part, Problem
-from qdot.exercises.questions.geometry import distinct_lengths
-from qdot.exercises.questions.inversion import THREE_DIGITS, conditioning, sample_pose, well_conditioned
+from qdot.exercises.questions.geometry import sample_unequal_lengths
+from qdot.exercises.questions.inversion import THREE_DIGITS, conditioning, least_conditioning, sample_pose
 from qdot.exercises.questions.results import is_derived, is_made_of_jacobian, result
 from qdot.exercises.writing.latex import tex, tex_angle, tex_length, tex_value
 from qdot.exercises.writing.wording import Wording
@@ -180,10 +180,10 @@ def _configurations(chain: Chain, part: Part, stream: Stream) -> Iterator[Config
         for _ in range(30):
             lengths = {
                 symbol: _draw_angle(stream) if symbol.name.startswith(("alpha", "beta")) else value
-                for symbol, value in distinct_lengths(chain, stream).items()
+                for symbol, value in sample_unequal_lengths(chain, stream).items()
             }
             joints = sample_pose(chain, stream)
-            if not full or conditioning(chain, lengths, joints) > well_conditioned(chain) / 2:
+            if not full or conditioning(chain, lengths, joints) > least_conditioning(chain) / 2:
                 break
         rates = {rate: sp.Rational(_draw_nonzero(stream, 9), 10) for rate in chain.rates}
         velocity = {sp.Symbol(row): sp.Rational(_draw_nonzero(stream, 8), 20) for row in chain.task}

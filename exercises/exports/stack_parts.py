@@ -37,7 +37,7 @@ from qdot.exercises.problem.credit import (
 )
 from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.questions.results import divisor
-from qdot.exercises.quizzes.options import blames_of
+from qdot.exercises.quizzes.options import list_blames
 
 MOST = 6
 """Maximum number of mistakes in a part's response tree: each adds a node and a question test."""
@@ -512,7 +512,7 @@ def _choice(part: Part) -> StackPart:
     nodes, cases = [Node("AlgEquiv", "ans1", right, RIGHT, "1")], [Case("the reference", right, 1.0, RIGHT)]
     for i in range(len(answer.options)):
         if i != answer.correct:
-            blames = blames_of(part, i)
+            blames = list_blames(part, i)
             says = " ".join(dict.fromkeys(blame.sentence for blame in blames))
             note = f"prt1-{LETTERS[i]}" + "".join(f"-{name}" for name in dict.fromkeys(b.mistake for b in blames))
             nodes.append(Node("AlgEquiv", "ans1", str(i + 1), note, "0", says))

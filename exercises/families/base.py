@@ -3,24 +3,22 @@
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, field
 
-import sympy as sp
-
-from qdot.exercises.arm.chain import Chain, Joint
+from qdot.exercises.arm.chain import Chain
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.common.variation import AXES, axes_of
 
 Axis = Callable[[Chain, Stream], Chain]
-"""What one axis of variation does to an arm; all that it draws is from the stream."""
+"""What one axis of variation does to an arm, sampling from the stream."""
 
 
 @dataclass(frozen=True)
 class Family:
-    """A kind of arm: its name, a title for people, the chapter's example it follows, and how one is drawn.
+    """A kind of arm: its name, a title for people, the chapter's example it follows, and how one is sampled.
 
     `plain` is the arm as the chapter draws it: lengths are symbols, joints are zero where their variable is, the base
     is the world and the point of interest an origin. `axes` are the axes of variation that it has, by their names in
-    `variation.AXES`. A family without a plain arm draws the structure, too, by `structures`: its arms differ in
-    difficulty and in what they can be asked, so that it takes, beside the stream and the axes, `band` (least and
+    `variation.AXES`. A family without a plain arm samples the structure, too, by `structures`: its arms differ in
+    difficulty and in what they can be asked, so it takes, in addition to the stream and the axes, `band` (least and
     greatest step of difficulty) and `accepts` (a test of a chain). `robot` is the file, or the name in the library, of
     an arm that is no registered family's, as `qdot families` takes it.
     """
@@ -40,14 +38,14 @@ class Family:
 
     @property
     def has_axes(self) -> tuple[str, ...]:
-        """The names of the axes along which its arms can differ."""
+        """The names of the axes along which its arms can differ, in the order in which they are sampled."""
         return tuple(name for name in AXES if name in self.axes)
 
     def sample(self, rng: Stream, axes: Collection[str]) -> Chain:
-        """Draw an arm. Each axis has a stream of its own, so that it draws the same whatever else varies."""
+        """Sample an arm. Each axis has its own stream, so that its samples don't depend on what else varies."""
         chain = self.plain
         if chain is None:
-            raise TypeError(f"{self.name} draws its structure, too")
+            raise TypeError(f"{self.name} samples its structure, too")
         for name in self.has_axes:
             if name in axes:
                 chain = self.axes[name](chain, rng.part(name))
@@ -55,7 +53,7 @@ class Family:
 
 
 def describe_variation(family: Family, variation: str) -> str:
-    """Return in words how far arms of a family differ; a robot of a file has no other variation than its [draw].
+    """Return in words how far arms of a family differ; a robot file has no other variation than its [draw].
 
     >>> describe_variation(Family("mine", "my arm", "mine.toml", None, robot="mine.toml"), "zeros")
     'one arm for all, as no length is drawn'
@@ -63,25 +61,3 @@ def describe_variation(family: Family, variation: str) -> str:
     if not family.robot or set(family.axes) - set(axes_of(variation)):
         return f"variation {variation}"
     return "lengths as [draw] says" if family.axes else "one arm for all, as no length is drawn"
-
-
-def dh(*rows: str) -> tuple[Joint, ...]:
-    """Return the joints of a table in words: kind, d of a revolute joint or theta of a slide, a, alpha (degrees).
-
-    >>> dh("R d1 a1 -90", "P 0 0 0")[0]
-    Joint(kind='R', theta=theta1, d=d1, a=a1, alpha=-pi/2)
-    """
-    joints = []
-    for number, row in enumerate(rows, 1):
-        kind, fixed_entry, a, alpha = row.split()
-        twist = sp.pi * sp.Rational(int(alpha), 180)
-        if kind == "R":
-            joints.append(Joint(kind, sp.Symbol(f"theta{number}"), _length(fixed_entry), _length(a), twist))
-        else:
-            angle = sp.pi * sp.Rational(int(fixed_entry), 180)
-            joints.append(Joint(kind, angle, sp.Symbol(f"d{number}"), _length(a), twist))
-    return tuple(joints)
-
-
-def _length(name: str) -> sp.Expr:
-    return sp.S.Zero if name == "0" else sp.Symbol(name)

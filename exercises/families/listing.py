@@ -1,4 +1,4 @@
-"""What is known of each family without drawing its arms: joints, difficulty, questions; made by `make docs`."""
+"""What is known of each family without sampling its arms: joints, difficulty, questions; made by `make docs`."""
 
 import json
 from dataclasses import dataclass
@@ -12,7 +12,7 @@ LISTING = Path(__file__).with_name("listing.json")
 class FamilyListing:
     """One family: kinds of joints as in RRP, least and greatest step of difficulty seen, questions in order.
 
-    `by_variation` is the difficulty of an arm at each step of variation, nothing where structures are drawn.
+    `by_variation` is the difficulty of an arm at each step of variation, empty if structures are sampled.
     """
 
     kinds: str
@@ -30,15 +30,11 @@ class FamilyListing:
 @cache
 def listing() -> dict[str, FamilyListing]:
     """Return what is listed, by the family's name."""
-    if not LISTING.is_file():
-        return {}
     content = json.loads(LISTING.read_text(encoding="utf-8"))
     return {
         name: FamilyListing(
-            entry["kinds"],
-            (entry["steps"][0], entry["steps"][1]),
-            tuple(entry["questions"]),
+            entry["kinds"], (min(entry["steps"]), max(entry["steps"])), tuple(entry["questions"]),
             tuple(entry["by_variation"]),
         )
         for name, entry in content.items()
-    }
+    }  # fmt: skip

@@ -2,41 +2,36 @@
 
 import re
 import shlex
-from dataclasses import dataclass, replace
-from itertools import combinations
+from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.library import FOLDER
 from qdot.exercises.arm.robot_file import Draws, Robot, read_robot_file
 from qdot.exercises.common.stream import Stream
-from qdot.exercises.families.axes import APART, metres, with_values
+from qdot.exercises.families.axes import are_apart, metres, with_values
 from qdot.exercises.families.base import Family
 
 TRIES = 50
 """Draws of lengths before some are taken that are nearly equal, as the instructor's ranges leave no others."""
 
 
-def own_family(path: Path, robot: Robot | None = None) -> Family:
+def read_robot_family(path: Path, robot: Robot | None = None) -> Family:
     """Return the family of a robot file, read unless `robot` is given; its name is the file's. Raises QdotError."""
     robot = robot or read_robot_file(path)
     name = re.sub(r"[^a-z0-9]+", "-", path.stem.lower()).strip("-") or "robot"
-    axes = {"lengths": _SampledLengths(robot.draws)} if robot.draws else {}
+    axes = {"lengths": partial(_sample_lengths, draws=robot.draws)} if robot.draws else {}
     robot_argument = path.stem if path.parent == FOLDER else shlex.quote(str(path))
     return Family(
         name, robot.chain.title, robot.source or path.name, replace(robot.chain, name=name), axes, robot=robot_argument
     )
 
 
-@dataclass(frozen=True)
-class _SampledLengths:
-    """The axis along which the lengths of [draw] differ; other processes are given it."""
-
-    draws: Draws
-
-    def __call__(self, chain: Chain, rng: Stream) -> Chain:
-        for _ in range(TRIES):
-            lengths = [rng.integer(low, high) for _, low, high in self.draws]
-            if all(abs(a - b) >= APART for a, b in combinations(lengths, 2)):
-                break
-        return with_values(chain, {draw[0]: metres(length) for draw, length in zip(self.draws, lengths, strict=True)})
+def _sample_lengths(chain: Chain, rng: Stream, draws: Draws) -> Chain:
+    """Return the arm with lengths from the ranges of [draw]."""
+    for _ in range(TRIES):
+        lengths = [rng.integer(low, high) for _, low, high in draws]
+        if are_apart(lengths):
+            break
+    return with_values(chain, {draw[0]: metres(length) for draw, length in zip(draws, lengths, strict=True)})

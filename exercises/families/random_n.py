@@ -1,16 +1,16 @@
-"""random-2, random-3, random-4: arms whose very structure is drawn, from all clean structures there are.
+"""random-2, random-3, random-4: arms whose structure is sampled, too, from all clean structures.
 
-A class of structures that are the same problem is drawn with equal chances, then a structure of that class, then, along
-the axes of variation, what leaves the problem what it is: numbers for lengths, zeros of the joints, mirror images, a
-place for the base and how it is turned, the rows of the task going with it, whether the table or the point of interest
-has the last length. One length that no condition depends on stays open, if there is one; the others are numbers for
-which every condition of the singular set can hold.
+A class of structures that are the same problem is sampled with equal chances, then one of its structures. Then the axes
+of variation change what leaves the problem the same: numbers for lengths, zeros of the joints, mirror images, where the
+base stands and how it is rotated (with the rows of the task), and whether the table or the point of interest has the
+last length. One length that no condition depends on stays open, if there is one; the others are numbers for which every
+condition of the singular set can hold.
 """
 
 from collections.abc import Callable, Collection
 from dataclasses import replace
 from functools import lru_cache, partial
-from itertools import combinations, zip_longest
+from itertools import zip_longest
 
 import numpy as np
 import sympy as sp
@@ -22,21 +22,20 @@ from qdot.exercises.arm.vectors import rot_x, rot_z
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.families.axes import (
-    APART,
-    FREE,
-    OR_NONE,
-    SLIDE,
-    both_ways,
-    degrees,
+    ANY_ANGLE,
+    BOTH_WAYS,
+    RIGHT_ANGLE,
+    are_apart,
     displace_base,
     metres,
     mount_base,
     place_point,
+    shift_zero,
     sign,
     with_values,
-)  # fmt: skip
+)
 from qdot.exercises.families.base import Family
-from qdot.exercises.families.structures import Structure, chain_of, clean_classes, is_clean
+from qdot.exercises.families.structures import Structure, build_arm, group_clean_structures, is_clean
 from qdot.exercises.formula.expression import read
 from qdot.exercises.formula.program import Program, compile_program, evaluate
 
@@ -45,7 +44,7 @@ Accepts = Callable[[Chain], bool]
 Values = dict[sp.Symbol, sp.Rational]
 
 TRIES, ROUNDS, NUMBERS = 400, 4, 60
-"""Arms drawn in all, arms of one structure, and draws of numbers for one arm, before there is said to be none."""
+"""Samples before qdot gives up: arms in all, arms of one structure, and numbers for one arm."""
 INVERSE = (sp.atan, sp.acos, sp.asin)
 POSES, CLEARLY = 400, 0.02
 """A condition can hold if it takes both signs at so many poses, on either side by that part of its largest value."""
@@ -59,7 +58,7 @@ def _sample(
     n: int, rng: Stream, axes: Collection[str], band: Band | None = None, accepts: Accepts | None = None
 ) -> Chain:
     low, high = band or (0, HARDEST)
-    classes = [near for alike in clean_classes(n) if (near := _near_band(alike, low, high))]
+    classes = [near for alike in group_clean_structures(n) if (near := _select_near_band(alike, low, high))]
     refused: set[Structure] = set()
     in_band = False
     for index, structure in enumerate((_order_structures(classes, rng) * ROUNDS)[:TRIES]):
@@ -73,7 +72,7 @@ def _sample(
     which = f"of difficulty {describe_band(low, high)}" if band else "of any difficulty"
     if in_band:
         raise QdotError(f"random-{n} has no arm {which} that can be asked all of these questions")
-    steps = [structure.step for alike in clean_classes(n) for structure in alike]
+    steps = [structure.step for alike in group_clean_structures(n) for structure in alike]
     range_of_steps = describe_band(min(steps), max(steps))
     raise QdotError(f"random-{n} has no arm {which}; its arms are of difficulty {range_of_steps}")
 
@@ -84,16 +83,16 @@ def _order_structures(classes: list[tuple[Structure, ...]], rng: Stream) -> list
     return [structure for in_round in rounds for structure in in_round if structure is not None]
 
 
-def _near_band(alike: tuple[Structure, ...], low: int, high: int) -> tuple[Structure, ...]:
+def _select_near_band(alike: tuple[Structure, ...], low: int, high: int) -> tuple[Structure, ...]:
     """Return the structures whose arms may be in the band: zeros and a base make it harder, equal numbers easier."""
     return tuple(structure for structure in alike if low - 2 <= structure.step <= high + 1)
 
 
 def _sample_arm(structure: Structure, rng: Stream, axes: Collection[str]) -> Chain | None:
-    """Return an arm of a structure; None where no numbers drawn let every condition hold."""
-    turning = rng.part("senses")
-    turns = tuple(sign(turning) for _ in structure.rows) if "senses" in axes else ()
-    chain = chain_of(structure.rows, structure.task, f"random-{len(structure.rows)}", turns)
+    """Return an arm of a structure; None if no sampled numbers let every condition hold."""
+    sense_stream = rng.part("senses")
+    senses = tuple(sign(sense_stream) for _ in structure.rows) if "senses" in axes else ()
+    chain = build_arm(structure.rows, structure.task, f"random-{len(structure.rows)}", senses)
     if "lengths" in axes:
         values = _sample_lengths(chain, rng.part("lengths"), clean_roots="tool" not in axes)
         if values is None:
@@ -117,28 +116,25 @@ def _sample_lengths(chain: Chain, rng: Stream, clean_roots: bool) -> Values | No
     free = [s for s in chain.parameters if not any(condition.has(s) for condition in conditions)]
     kept = rng.choice(free) if free else None
     for _ in range(NUMBERS):
-        drawn = {symbol: rng.choice(LENGTHS) for symbol in chain.parameters if symbol != kept}
-        values = {symbol: metres(length) for symbol, length in drawn.items()}
-        apart = all(abs(x - y) >= APART for x, y in combinations(drawn.values(), 2))
+        sampled = {symbol: rng.choice(LENGTHS) for symbol in chain.parameters if symbol != kept}
+        values = {symbol: metres(length) for symbol, length in sampled.items()}
         clean = not clean_roots or not any(root.xreplace(values).has(*INVERSE) for root in roots)
-        if apart and clean and _can_hold(conditions, chain, values):
+        if are_apart([*sampled.values()]) and clean and _can_hold(conditions, chain, values):
             return values
     return None
 
 
 def _shift_zeros(chain: Chain, rng: Stream) -> Chain:
     """Return the arm with other zeros of its joints; those of slides stay where they would add too many terms."""
-    angles, both = [], []
-    for i, joint in enumerate(chain.joints, 1):
-        if joint.kind == "R":
-            turned = replace(joint, theta=joint.theta + degrees(rng.choice(FREE if i == 1 else OR_NONE)))
-            angles.append(turned)
-            both.append(turned)
-        else:
-            angles.append(joint)
-            both.append(replace(joint, d=joint.d + metres(rng.choice(both_ways(SLIDE)))))
-    moved = replace(chain, joints=tuple(both))
-    return moved if is_clean(moved) else replace(chain, joints=tuple(angles))
+    choices = [BOTH_WAYS if joint.kind == "P" else RIGHT_ANGLE for joint in chain.joints]
+    if chain.joints[0].kind == "R":
+        choices[0] = ANY_ANGLE
+    shifted = tuple(shift_zero(joint, rng.choice(by)) for joint, by in zip(chain.joints, choices, strict=True))
+    moved = replace(chain, joints=shifted)
+    if is_clean(moved):
+        return moved
+    pairs = zip(chain.joints, shifted, strict=True)
+    return replace(chain, joints=tuple(joint if joint.kind == "P" else turned for joint, turned in pairs))
 
 
 def _mount_arm(chain: Chain, rng: Stream) -> Chain:
@@ -163,7 +159,7 @@ def _sample_poses(kinds: str) -> np.ndarray:
 
 
 @lru_cache(maxsize=1024)
-def _program(conditions: tuple[sp.Expr, ...]) -> Program:
+def _compile_conditions(conditions: tuple[sp.Expr, ...]) -> Program:
     return compile_program([read(str(condition)) for condition in conditions])
 
 
@@ -174,7 +170,7 @@ def _can_hold(conditions: tuple[sp.Expr, ...], chain: Chain, values: Values) -> 
     poses = _sample_poses("".join(joint.kind for joint in chain.joints))
     known = {q.name: column for q, column in zip(chain.q, poses.T, strict=True)}
     known |= {symbol.name: np.full(POSES, float(value)) for symbol, value in values.items()}
-    evaluated = evaluate(_program(conditions), known, POSES)[0].real
+    evaluated = evaluate(_compile_conditions(conditions), known, POSES)[0].real
     least = CLEARLY * np.abs(evaluated).max(axis=1)
     return bool(np.all((evaluated.min(axis=1) < -least) & (evaluated.max(axis=1) > least)))
 

@@ -6,10 +6,10 @@ the table for joint i, theta_i or d_i with its offset. Differences in length are
 visible.
 
     shapes, view            plain shapes in pixels; from metres to pixels
-    plane, aspect, pose     the view of an arm, in general and in a given pose; the pose in which it is drawn
+    plane, pose             the general view of an arm; the pose in which it is drawn, or the view of a given pose
     model                   the arm that is drawn in place of others that differ only in their labels
-    arm, frames, body       links and joints; axes, origins and the base's position; an arm without lettering
-    ink, places, labels     the lines of a drawing as points; the places for one label; the layout of all labels
+    arm, frames             links and joints, and the view that fits; axes, origins and the base's position
+    places, labels          the lines of a drawing and the places for one label; the layout of all labels
     small                   thumbnails, and singular configurations beside a regular one
     tikz, words             the drawing for LaTeX; its description in words
 """
@@ -26,9 +26,7 @@ from qdot.exercises.answers import LETTERS
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.figure import frames
-from qdot.exercises.figure.arm import joint_angle, scene, slide
-from qdot.exercises.figure.aspect import best_views
-from qdot.exercises.figure.body import body, fit_drawing
+from qdot.exercises.figure.arm import body, fit_drawing, joint_angle, scene, slide
 from qdot.exercises.figure.labels import Layout
 from qdot.exercises.figure.model import model_of
 from qdot.exercises.figure.plane import camera, exact, is_flat
@@ -39,6 +37,7 @@ from qdot.exercises.figure.pose import (
     WIDTH,
     Skeleton,
     best_poses,
+    best_views,
     drawn_chain,
     entries_of_pose,
     skeleton,
@@ -48,7 +47,7 @@ from qdot.exercises.figure.small import PANEL, cells, figure_in_pose, singular_p
 from qdot.exercises.figure.view import Drawing, View
 from qdot.exercises.figure.words import alt_text, panels_text, panels_title, title_text
 from qdot.exercises.problem.problem import Part
-from qdot.exercises.quizzes.places import drawn_options
+from qdot.exercises.quizzes.places import find_drawn_options
 from qdot.exercises.writing.languages import ENGLISH, catalogue
 from qdot.exercises.writing.render import render
 
@@ -193,7 +192,7 @@ def _render_svg(chain: Chain, name: str, pose: tuple[tuple[str, float], ...] | N
 
 def part_svg(chain: Chain, part: Part, name: str) -> str:
     """Return the figure under a part's prompt: its configuration, or those to choose from; "" if there is none."""
-    options = drawn_options(chain, part)
+    options = find_drawn_options(chain, part)
     if options is not None:
         return options_svg(*options, name)
     return "" if part.pose is None else figure_svg(chain, name, part.pose)
@@ -230,7 +229,7 @@ def singular_svg(chain: Chain, name: str = "singular", language: str = ENGLISH) 
 
 def part_alt(chain: Chain, part: Part) -> str:
     """Return a description of the figure under a part's prompt."""
-    options = drawn_options(chain, part)
+    options = find_drawn_options(chain, part)
     return (
         alt_text(chain, posed=True) if options is None else f"Configurations to choose from. {options_text(options[1])}"
     )

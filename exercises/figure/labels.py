@@ -8,8 +8,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
-from qdot.exercises.figure.ink import Ink, Line
-from qdot.exercises.figure.places import Places
+from qdot.exercises.figure.places import Ink, Line, Places
 from qdot.exercises.figure.shapes import FONT, Box, Pair, Polyline, Shape, Text, TextRun, runs, shift_points
 
 FAR = 15.0

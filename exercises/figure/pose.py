@@ -1,6 +1,7 @@
 """The pose in which an arm is drawn: drawing lengths for its table, and candidate poses with a score.
 
-Poses are given by the entries of the DH table (theta_i or d_i with the offset), because a figure shows these.
+Poses are given by the entries of the DH table (theta_i or d_i with the offset), because a figure shows these. If the
+pose is given, the view is chosen instead: a rotation of the usual view about the vertical axis, so that up stays up.
 """
 
 import itertools
@@ -15,21 +16,31 @@ import sympy as sp
 from qdot.exercises.arm.chain import Base, Chain, Joint, Point
 from qdot.exercises.arm.kinematics import NumericChain
 from qdot.exercises.common.errors import QdotError
-from qdot.exercises.figure.plane import camera, is_flat
+from qdot.exercises.figure.plane import SPACE, axonometric, camera, is_flat
 
 DEFAULT_LENGTH = 0.4
 """Length in metres for a table without any number."""
 WIDTH, HEIGHT = 520, 360
 ROOM = (380.0, 240.0)
 """Maximum size of the arm's skeleton in pixels; the rest of the figure is for axes and labels."""
-MANY, BATCH = 2000, 100
-"""Maximum number of poses that are compared, an even selection if there are more; and how many at a time."""
+MANY = 2000
+"""Maximum number of poses that are compared, an even selection if there are more."""
 LONG = 4
 """An arm with more joints is a long arm."""
 TIGHT, CLOSE = 0.4, 34.0
 """Penalty for a pair of labels at nearly the same place, and the distance in pixels below which it applies."""
 CLEAR = {False: 1.8, True: 4.0}
 """Maximum bonus for links that are apart, and penalty if two of them cross; higher for a long arm."""
+
+
+AZIMUTHS, ELEVATIONS = range(0, 360, 15), (24, 12, 40)
+"""Angles from the usual view, and above the horizon, in degrees."""
+NEAR, REACH = 44.0, 54.0
+"""Distance in pixels below which two origins or ends of axes crowd each other, and length of an axis."""
+VISIBLE = 0.45
+"""The share of a z axis that should be visible."""
+USUAL = 0.3
+"""Bonus for the usual view, because the arm's own figure has it."""
 
 
 @dataclass(frozen=True)
@@ -56,9 +67,7 @@ def drawn_chain(chain: Chain, stretch: float = 1.0) -> Chain:
 
     `stretch` is a factor for the base's distance from the world's origin.
     """
-    lengths = [value for joint in chain.joints for value in (joint.a, joint.d)] + list(chain.point.offset)
-    known = [abs(float(value)) for value in lengths if value.is_number and value != 0]
-    unit = max(known, default=DEFAULT_LENGTH)
+    unit = _longest_length(chain)
     values = symbol_values(chain, unit)
 
     def length(value: sp.Expr, least: float = 0.36, most: float = 1.0) -> sp.Expr:
@@ -112,9 +121,13 @@ def symbol_values(chain: Chain, unit: float) -> dict[sp.Symbol, sp.Float]:
 
 def example_values(chain: Chain) -> dict[sp.Symbol, sp.Float]:
     """Return numbers for the open lengths and angles of an arm, in metres and radians, similar to the given ones."""
+    return symbol_values(chain, _longest_length(chain))
+
+
+def _longest_length(chain: Chain) -> float:
+    """Return the longest length (m) that an arm has as a number."""
     lengths = [value for joint in chain.joints for value in (joint.a, joint.d)] + list(chain.point.offset)
-    sizes = [abs(float(value)) for value in lengths if value.is_number and value != 0]
-    return symbol_values(chain, max(sizes, default=DEFAULT_LENGTH))
+    return max((abs(float(value)) for value in lengths if value.is_number and value != 0), default=DEFAULT_LENGTH)
 
 
 def entries_of_pose(chain: Chain, pose: Mapping[str, float]) -> np.ndarray:
@@ -186,35 +199,15 @@ def skeleton(drawn: Chain, entries: np.ndarray) -> Skeleton:
 def best_poses(chain: Chain, drawn: Chain, count: int) -> np.ndarray:
     """Return the `count` candidate poses (count x n) whose bare skeletons are easiest to read, best first."""
     entries = candidates(chain, drawn)
-    return np.asarray(entries[_best_indices(chain, drawn, entries, count)])
-
-
-def _best_indices(chain: Chain, drawn: Chain, entries: np.ndarray, count: int) -> np.ndarray:
-    """Return the indices of the `count` poses (of k x n) that are easiest to read, best first.
-
-    Clearance is slow to compute, so poses that can't become one of the best even with the best clearance are skipped.
-    """
-    score, lines, scale = _score_without_clearance(chain, drawn, entries)
-    order = np.argsort(-np.round(score, 3), kind="stable")
-    total = np.full(len(entries), -np.inf)
-    for start in range(0, len(order), BATCH):
-        some = order[start : start + BATCH]
-        least = np.sort(total)[-count] if count <= len(total) else -np.inf
-        if score[some[0]] + CLEAR[chain.n > LONG] + 0.01 < least:
-            break
-        total[some] = score[some] + _clearance_score(chain, lines[some], scale[some])
-    return np.argsort(-np.round(total, 3), kind="stable")[:count]
+    order = np.argsort(-np.round(scores(chain, drawn, entries), 3), kind="stable")
+    return np.asarray(entries[order[:count]])
 
 
 def scores(chain: Chain, drawn: Chain, entries: np.ndarray) -> np.ndarray:
     """Return how easy the bare skeletons of poses (k x n) are to read (k); higher is better."""
     score, lines, scale = _score_without_clearance(chain, drawn, entries)
-    return np.asarray(score + _clearance_score(chain, lines, scale))
-
-
-def _clearance_score(chain: Chain, lines: np.ndarray, scale: np.ndarray) -> np.ndarray:
-    kept = clearance(lines, 2 if chain.n > LONG else 1) * scale / 70
-    return np.asarray(CLEAR[chain.n > LONG] * np.clip(kept, -1, 1))
+    gaps = clearance(lines, 2 if chain.n > LONG else 1) * scale / 70
+    return np.asarray(score + CLEAR[chain.n > LONG] * np.clip(gaps, -1, 1))
 
 
 def _score_without_clearance(
@@ -345,3 +338,54 @@ def _axes_apart(frames: np.ndarray, view: np.ndarray) -> np.ndarray:
         turn = np.abs(np.arctan2(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0], (a * b).sum(axis=1)))
         worst = np.minimum(worst, turn / np.radians(20))
     return worst
+
+
+# --- the view of an arm in a given pose ---
+
+
+def best_views(drawn: Chain, entries: np.ndarray, count: int) -> list[np.ndarray]:
+    """Return the `count` best views (right, up, towards the reader; 3 x 3) of an arm with numbers, the best first.
+
+    `entries` (n) are those of the table. Scores are rounded, so that ties are broken alike on every machine.
+    """
+    turns = itertools.product(ELEVATIONS, AZIMUTHS)
+    views = np.array([axonometric(np.radians(36.0 + turn), np.radians(height)) for height, turn in turns])
+    score = _view_scores(drawn, entries, views)
+    score[0] += USUAL
+    order = np.argsort(-np.round(score, 3), kind="stable")[:count]
+    return [SPACE if k == 0 else views[k] for k in order]
+
+
+def _view_scores(drawn: Chain, entries: np.ndarray, views: np.ndarray) -> np.ndarray:
+    """Return how clearly views (k x 3 x 3) show the links, the origins and the z axes of an arm."""
+    frames, corners, path = skeletons(drawn, entries[None])
+    pieces = segments(frames, corners, path, drawn.point.frame)[0]
+    flat = np.einsum("spx,kyx->kspy", pieces, views[:, :2])
+    spread = np.ptp(flat.reshape(len(views), -1, 2), axis=1)
+    scale = 1.0 / np.maximum(np.max(spread / ROOM, axis=1), 1e-9)
+    origins, z = frames[0, :, :3, 3], frames[0, :, :3, 2]
+    places = scale[:, None, None] * np.einsum("ix,kyx->kiy", origins, views[:, :2])
+    ways = np.einsum("ix,kyx->kiy", z, views[:, :2])
+    ends = np.stack([origins[-1], origins[-1] + 1e-6 * z[-1]])  # the last link's own direction is no link
+    last = np.broadcast_to(np.einsum("px,kyx->kpy", ends, views[:, :2])[:, None], (len(views), 1, 2, 2))
+    clear = np.clip(clearance(np.concatenate([flat, last], axis=1), 1) * scale / 50, 0, 1)
+    short = np.minimum(np.linalg.norm(ways, axis=2) / VISIBLE, 1)
+    behind = np.round(views[:, 2] @ z[0], 6) < 0  # the wall that carries the arm hides it
+    return np.asarray(
+        2.0 * clear + 0.6 * (short - 1).sum(axis=1) - _count_crowded_in_views(origins, z, places, ways) - behind
+    )
+
+
+def _count_crowded_in_views(origins: np.ndarray, z: np.ndarray, places: np.ndarray, ways: np.ndarray) -> np.ndarray:
+    """Return a weighted count of pairs of origins and ends of z axes that are drawn close together (k).
+
+    The arguments are both in the world (n+1 x 3) and in the drawing (k x n+1 x 2). Coincident points don't count.
+    """
+    spots = np.concatenate([origins, origins + 0.37 * z])
+    drawn, count = np.concatenate([places, places + REACH * ways], axis=1), len(origins)
+    total = np.zeros(len(places))
+    for i, j in itertools.combinations(range(len(spots)), 2):
+        if np.linalg.norm(spots[i] - spots[j]) > 1e-6:
+            gaps = np.linalg.norm(drawn[:, i] - drawn[:, j], axis=1)
+            total += np.maximum(0.0, 1.0 - gaps / NEAR) * (4.0 if j < count else 1.0)
+    return total

@@ -20,16 +20,14 @@ from qdot.exercises.arm.kinds import REGULAR
 from qdot.exercises.arm.kinematics import NumericChain
 from qdot.exercises.arm.normalized_arm import normalize_arm, normalized_pieces
 from qdot.exercises.arm.singularity import Component, singular_set
-from qdot.exercises.figure.arm import scene
-from qdot.exercises.figure.body import body, fit_drawing
+from qdot.exercises.figure.arm import body, fit_drawing, scene
 from qdot.exercises.figure.plane import exact, is_flat
 from qdot.exercises.figure.pose import best_poses, drawn_chain, scores, skeleton, symbol_values
 from qdot.exercises.figure.shapes import Circle, Figure, Glyph, Pair, Polyline, Shape, decimal
 from qdot.exercises.figure.view import Drawing, View, arrow, tip
-from qdot.exercises.figure.words import left_out_text
 from qdot.exercises.formula.printers.unicode import unicode_math
 from qdot.exercises.writing.languages import ENGLISH, Catalogue, catalogue
-from qdot.exercises.writing.latex import laid_out
+from qdot.exercises.writing.latex import lay_out
 
 PANEL, THUMBNAIL = (280, 196), (320, 240)
 """Width and height of these drawings in pixels; both are shown at 60 % of this size."""
@@ -169,66 +167,39 @@ class Panel:
 def singular_panel(chain: Chain, language: str = ENGLISH) -> Panel:
     """Return drawings of a regular configuration and of each singular value or condition, as many as there is room for.
 
-    The captions number the components of the singular set from 1, with letters for several drawings of one component;
-    each gets one drawing before any gets a second one. Nothing is drawn if the arm has no singular configuration for
-    its task, or no regular one.
+    The captions number the components of the singular set from 1, with letters for several drawings of one. Nothing is
+    drawn if the arm has no singular configuration for its task, or no regular one.
     """
-    chain, words = exact(chain), catalogue(language)
+    chain, words, components = exact(chain), catalogue(language), singular_set(chain) or ()
     scaled_arm = _scale_arm(chain)
     regular = best_poses(chain, scaled_arm.drawn, 1)[0]
-    by_component = [
-        _configurations(chain, scaled_arm, component, regular, words) for component in singular_set(chain) or ()
-    ]
-    singular = [
-        [(caption, entries, lost) for caption, entries in configurations
-         if (lost := _lost_directions(chain, scaled_arm, entries)) is not None]
-        for configurations in by_component
-    ]  # fmt: skip
-    shown = distribute([len(configurations) for configurations in singular], MOST)
-    if not any(shown):
-        return Panel()
     drawings = [(words.pgettext("caption of a drawing", "regular"), _figure(scaled_arm.drawn, regular, PANEL))]
-    for number, (configurations, count) in enumerate(zip(singular, shown, strict=True), 1):
-        for k, which in enumerate(_spread_indices(len(configurations), count)):
-            caption, entries, lost = configurations[which]
-            letter = ascii_lowercase[k] if count > 1 else ""
-            drawings.append((f"{number}{letter}. {caption}", _figure(scaled_arm.drawn, entries, PANEL, lost)))
-    return Panel(
-        tuple(drawings),
-        _key(chain, [figure for _, figure in drawings], words),
-        left_out_text([len(configurations) for configurations in singular], shown, words),
-        any(shape.style == "lost" for _, figure in drawings for shape in figure.shapes if not isinstance(shape, Glyph)),
-    )
+    left_out = 0
+    for number, component in enumerate(components, 1):
+        configurations = [
+            (caption, _figure(scaled_arm.drawn, entries, PANEL, lost))
+            for caption, entries in _configurations(chain, scaled_arm, component, regular, words)
+            if (lost := _lost_directions(chain, scaled_arm, entries)) is not None
+        ]
+        shown = configurations[: max(1, MOST // len(components))]
+        letters = ascii_lowercase if len(shown) > 1 else ("",)
+        drawings += [(f"{number}{letters[k]}. {caption}", figure) for k, (caption, figure) in enumerate(shown)]
+        left_out += len(configurations) - len(shown)
+    if len(drawings) == 1:
+        return Panel()
+    remark = words.gettext("%(count)s more singular configurations are not drawn.", count=left_out) if left_out else ""
+    styles = {shape.style for _, figure in drawings for shape in figure.shapes if not isinstance(shape, Glyph)}
+    return Panel(tuple(drawings), _key(chain, styles, words), remark, "lost" in styles)
 
 
-def _key(chain: Chain, figures: list[Figure], words: Catalogue) -> str:
+def _key(chain: Chain, styles: set[str], words: Catalogue) -> str:
     """Return the meaning of the marks in some drawings, in order of appearance."""
-    styles = {shape.style for figure in figures for shape in figure.shapes if not isinstance(shape, Glyph)}
     meanings = (
         ("lost", words.gettext("dashed: P cannot move that way")),
         ("axis-z", words.gettext("blue: %(axis)s", axis=_text(sp.Symbol(f"z{chain.n}"), chain))),
     )
     sentence = "; ".join(meaning for style, meaning in meanings if style in styles)
     return f"{sentence[0].upper()}{sentence[1:]}." if sentence else ""
-
-
-def distribute(counts: list[int], room: int) -> list[int]:
-    """Distribute the room for drawings: one of each first, then a second of each, and so on.
-
-    >>> distribute([2, 4, 4, 4], 8), distribute([1, 4, 1], 8), distribute([3, 3, 3], 2)
-    ([2, 2, 2, 2], [1, 4, 1], [1, 1, 0])
-    """
-    taken = [0] * len(counts)
-    for turn in range(max(counts, default=0)):
-        for k, count in enumerate(counts):
-            if turn < count and sum(taken) < room:
-                taken[k] += 1
-    return taken
-
-
-def _spread_indices(total: int, count: int) -> list[int]:
-    """Return evenly spread indices, including the first and the last, since neighbours look alike."""
-    return [k * (total - 1) // max(count - 1, 1) for k in range(count)]
 
 
 def _scale_arm(chain: Chain) -> _ScaledArm:
@@ -308,7 +279,7 @@ def _best_on_condition(chain: Chain, scaled: _ScaledArm, component: Component) -
 
 
 def _text(expression: sp.Expr, chain: Chain) -> str:
-    return unicode_math(laid_out(expression, chain))
+    return unicode_math(lay_out(expression, chain))
 
 
 def _value(value: sp.Expr, kind: str, chain: Chain) -> str:

@@ -8,9 +8,9 @@ from qdot.exercises.arm.standard_table import axes_of
 from qdot.exercises.figure.plane import SEEN, exact, is_flat, plane
 from qdot.exercises.figure.shapes import sign_and_lettering
 from qdot.exercises.writing.languages import ENGLISH, Catalogue, catalogue
+from qdot.exercises.writing.wording import NUMBER_WORDS
 
 _ENGLISH = catalogue(ENGLISH)
-NUMBERS = ("no", "one", "two", "three", "four", "five", "six", "seven", "eight", "nine")
 KINDS = {"R": "revolute", "P": "prismatic"}
 
 
@@ -34,7 +34,7 @@ def alt_text(chain: Chain, posed: bool = False) -> str:
     An arm given by its axes is described at home, even if it is drawn in another configuration (`posed`).
     """
     chain = exact(chain)
-    count = NUMBERS[chain.n] if chain.n < len(NUMBERS) else str(chain.n)
+    count = NUMBER_WORDS[chain.n] if chain.n < len(NUMBER_WORDS) else str(chain.n)
     joints = f"{count} joint{'s' if chain.n > 1 else ''}"
     across = plane(chain)
     where = f"drawn flat {SEEN[across]}" if across else "drawn in space"
@@ -57,25 +57,6 @@ def panels_text(captions: list[str], key: str, remark: str, words: Catalogue, ha
     ring = words.gettext("A dashed ring: that way is at the reader.") if has_ring else ""
     scale = words.gettext("Drawn to scale.")
     return " ".join(sentence for sentence in (shown, remark, scale, key, ring) if sentence)
-
-
-def left_out_text(counts: list[int], shown: list[int], words: Catalogue = _ENGLISH) -> str:
-    """Return what small drawings leave out, from the known and shown numbers of configurations of each condition.
-
-    >>> left_out_text([2, 4, 3, 0], [2, 2, 0, 0])
-    'Not drawn: 2 more of condition 2; condition 3 (3 configurations); condition 4 (none with these lengths).'
-    """
-    missing = []
-    for number, (count, drawn) in enumerate(zip(counts, shown, strict=True), 1):
-        if count == 0:
-            missing.append(words.gettext("condition %(number)s (none with these lengths)", number=number))
-        elif drawn == 0 and count == 1:
-            missing.append(words.gettext("condition %(number)s (1 configuration)", number=number))
-        elif drawn == 0:
-            missing.append(words.gettext("condition %(number)s (%(count)s configurations)", number=number, count=count))
-        elif drawn < count:
-            missing.append(words.gettext("%(count)s more of condition %(number)s", number=number, count=count - drawn))
-    return words.gettext("Not drawn: %(missing)s.", missing="; ".join(missing)) if missing else ""
 
 
 def _plain(expression: sp.Expr, angle: bool) -> str:

@@ -44,12 +44,8 @@ Size = tuple[float, float, float, float]
 def _add_sizes(x: Size, y: Size, count: int) -> Size:
     if not count:
         return x
-    return (
-        max(x[0] + y[2], x[2] + y[0]),
-        _log_sum(x[1] + y[3], x[3] + y[1] + log2(abs(count))),
-        x[2] + y[2],
-        x[3] + y[3],
-    )
+    height = _log_sum(x[1] + y[3], x[3] + y[1] + log2(abs(count)))
+    return max(x[0] + y[2], x[2] + y[0]), height, x[2] + y[2], x[3] + y[3]
 
 
 def _log_sum(x: float, y: float) -> float:

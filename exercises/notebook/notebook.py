@@ -15,7 +15,7 @@ from qdot.exercises.figure import alt_text, figure_svg, part_alt, part_svg, sing
 from qdot.exercises.notebook.self_check import Problems, check_cell, function_cell
 from qdot.exercises.notebook.setup_cell import setup_cell
 from qdot.exercises.problem.problem import ENGINE, Part, Problem, variable
-from qdot.exercises.questions.differentiation import power_of_metres
+from qdot.exercises.questions.differentiation import find_power_of_metres
 from qdot.exercises.quizzes import ASKED
 from qdot.exercises.writing.render import render
 from qdot.exercises.writing.statement import answer_code, hints, prompt, statement, worked_solutions
@@ -125,7 +125,7 @@ def _form(problem: Problem, part: Part) -> dict[str, object]:
         "units": list(part.answer.units_due),
         "labels": list(question.typed_labels(problem.chain, part)),
         "columns": list(question.columns(problem.chain)),
-        "metres": power_of_metres(part),
+        "metres": find_power_of_metres(part),
     }
 
 

@@ -5,7 +5,7 @@ behind it (`templates/notebook/self-check.py.j2`) stands in the notebook and nee
 """
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.conventions import convention_of
@@ -186,16 +186,6 @@ RELATIONS = (
 """In the order in which they are made where several become due after the same question."""
 
 
-@dataclass(frozen=True)
-class Check:
-    """A relation in the words of a notebook's cell."""
-
-    question: str
-    left: str
-    right: str
-    singular: bool
-
-
 def _find_relations(problem: Problem) -> Iterator[tuple[str, Relation]]:
     """Yield what can be checked, and behind which part."""
     asked, order = _by_kind(problem), [part.name for part in problem.parts]
@@ -226,7 +216,8 @@ def check_cell(slot: str, problem: Problem, part: str) -> str:
         "turning": [int(joint.kind == "R") for joint in problem.chain.joints],
     }
     checks = [
-        Check(each.question, each.left.format(**words), each.right.format(**words), each.singular) for each in relations
+        replace(relation, left=relation.left.format(**words), right=relation.right.format(**words))
+        for relation in relations
     ]
     return render("notebook/check.py.j2", slot=slot, checks=checks).strip()
 

@@ -67,9 +67,8 @@ class ProblemId:
         order = find_twist_order(twist_order) if twist_order else self.twist_order
         is_ordered = bool(REGISTRY[chosen].twist_orders) if chosen else not convention
         if (twist_order or order) and not is_ordered:
-            raise QdotError(
-                f"{self.family_and_seed} is told by a table (convention = {convention or chosen!r}); {OF_ORDER}"
-            )
+            table = f"is told by a table (convention = {convention or chosen!r})"
+            raise QdotError(f"{self.family_and_seed} {table}; {OF_ORDER}")
         return replace(self, convention=BY_AXES if twist_order else chosen, twist_order=order)
 
     @staticmethod
@@ -89,20 +88,17 @@ class ProblemId:
             )
         if len(seed) > len(str(LARGEST_SEED)) or int(seed) > LARGEST_SEED:
             raise QdotError(f"{family}/{seed[:25]}{'…' * (len(seed) > 25)}: the largest seed is {LARGEST_SEED}")
-        conventions, orders, variations = _sort_marks(text, marks.split("@")[1:])
-        return (
-            ProblemId(family, int(seed))
-            .with_variation("".join(variations))
-            .with_convention("".join(conventions), "".join(orders))
-        )
+        sorted_marks = _sort_marks(text, marks.split("@")[1:])
+        problem = ProblemId(family, int(seed)).with_variation(sorted_marks["variation"])
+        return problem.with_convention(sorted_marks["convention"], sorted_marks["order of twists"])
 
 
-def _sort_marks(text: str, marks: Sequence[str]) -> tuple[list[str], list[str], list[str]]:
-    """Return the conventions, orders of twists and variations among the marks of an identity, at most one of each.
+def _sort_marks(text: str, marks: Sequence[str]) -> dict[str, str]:
+    """Return the mark of each kind (`_MARKS`) in an identity, "" if there is none.
 
-    Raises QdotError; for an unknown mark, it lists the known ones.
+    Raises QdotError for two of a kind; for an unknown mark, it lists the known ones.
     """
-    sorted_marks: dict[str, list[str]] = {kind: [] for kind in _MARKS}
+    sorted_marks = dict.fromkeys(_MARKS, "")
     for mark in marks:
         kind = next((kind for kind, names in _MARKS.items() if mark in names), "variation" if "+" in mark else "")
         if not kind:
@@ -115,13 +111,11 @@ def _sort_marks(text: str, marks: Sequence[str]) -> tuple[list[str], list[str], 
                 f"variations: {', '.join(STEPS)}, or axes, as in lengths+base, out of {', '.join(AXES)}; "
                 f"conventions: {', '.join(CONVENTIONS)}; orders of twists: {', '.join(TWIST_ORDERS)}"
             )
-        sorted_marks[kind].append(mark)
-    for kind, named in sorted_marks.items():
-        if len(named) > 1:
-            kinds = kind.replace(" of", "s of") if " of" in kind else f"{kind}s"
-            raise QdotError(f"{text!r} names two {kinds}, {named[0]} and {named[1]}; it may have one of each")
-    conventions, orders, variations = sorted_marks.values()
-    return conventions, orders, variations
+        if sorted_marks[kind]:
+            kinds = "orders of twists" if kind == "order of twists" else f"{kind}s"
+            raise QdotError(f"{text!r} names two {kinds}, {sorted_marks[kind]} and {mark}; it may have one of each")
+        sorted_marks[kind] = mark
+    return sorted_marks
 
 
 BY_AXES = Screws.name

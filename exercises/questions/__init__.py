@@ -3,9 +3,10 @@
 Beside the questions:
 
     base            what a question is
+    reference       the stages of a derivation as people read them, over which references are worked out
     geometry        configurations that questions on singularities are asked at
     lost_lines      the lines of an arm along which a motion is lost
-    results         answers as they come out of a derivation, with whatever went wrong in it
+    results         answers as they come out of a derivation, with the mistakes made in it
 """
 
 from qdot.exercises.questions import (
@@ -48,8 +49,6 @@ _ALL = {
     for question in module.QUESTIONS
 }  # fmt: skip
 
-QUESTIONS: dict[str, Question] = {
-    name: _ALL[name] for name in [*_ORDER, *(n for n in _ALL if n not in _ORDER)] if name in _ALL
-}
+QUESTIONS: dict[str, Question] = {name: _ALL[name] for name in sorted(_ALL, key=_ORDER.index)}
 
 __all__ = ["QUESTIONS", "Question"]

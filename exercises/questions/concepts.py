@@ -9,30 +9,30 @@ from itertools import combinations
 import numpy as np
 import sympy as sp
 
-from qdot.exercises.answers import Choice, Number
+from qdot.exercises.answers import Number
 from qdot.exercises.arm.chain import TASK_ROWS, Chain
 from qdot.exercises.arm.derivation import derive
 from qdot.exercises.arm.derivation_graph import Working
 from qdot.exercises.arm.directions import lost_direction
 from qdot.exercises.arm.mpmath_kinematics import determinant, four_digits, numeric, round_matrix
-from qdot.exercises.arm.singularity import singular_set
 from qdot.exercises.common.stream import Stream
-from qdot.exercises.problem.problem import Details, Part
-from qdot.exercises.questions.base import Asked, Question
+from qdot.exercises.problem.problem import Details
+from qdot.exercises.questions.base import Asked, Question, shuffle_options
 from qdot.exercises.questions.differentiation import ForTask
 from qdot.exercises.questions.geometry import (
     AtPose,
     Pose,
-    distinct_lengths,
     evaluate_precisely,
+    find_singular_pose,
     jacobian_at,
+    make_pose,
     nearest_integer,
-    pose_of,
     precise_lost_direction,
-    regular_pose,
-    shown_pose,
+    sample_regular_pose,
+    sample_unequal_lengths,
 )
 from qdot.exercises.questions.inversion import sample_pose
+from qdot.exercises.questions.singular import objection_unless_singular
 
 DIFFERENT = 0.2
 """Share of the larger one by which two options differ at least."""
@@ -40,7 +40,7 @@ DIFFERENT = 0.2
 # --- size of J ---
 
 
-def _other_tasks(chain: Chain) -> list[tuple[str, ...]]:
+def _list_other_tasks(chain: Chain) -> list[tuple[str, ...]]:
     """Return the tasks in which an arm can move, other than its own: the rows that are not zero identically."""
     rows = moving_rows(derive(chain).geometric)
     tasks = [task for size in range(1, len(rows) + 1) for task in combinations(rows, size)]
@@ -53,14 +53,14 @@ def moving_rows(geometric: sp.Matrix) -> tuple[str, ...]:
 
 
 def _ask_size(chain: Chain, rng: Stream) -> Asked:
-    tasks = _other_tasks(chain)
+    tasks = _list_other_tasks(chain)
     size = rng.choice(sorted({len(task) for task in tasks}))
     task = rng.choice([task for task in tasks if len(task) == size])
     return Number(sp.Matrix([size, chain.n]), ("", ""), 1e-9, 1e-9), ForTask(task=task)
 
 
 def _object_to_task(chain: Chain) -> str | None:
-    return None if _other_tasks(chain) else "it moves in one component only, which is its task"
+    return None if _list_other_tasks(chain) else "it moves in one component only, which is its task"
 
 
 # --- effect of one joint ---
@@ -86,7 +86,7 @@ class OfJoint(Details):
         return self.effect.place.numbers
 
 
-def _shown_rows(chain: Chain) -> tuple[str, ...]:
+def _choose_rows(chain: Chain) -> tuple[str, ...]:
     """Return the components in which the effect of a joint is shown: of P, or of the last link if P does not count."""
     rows = moving_rows(derive(chain).geometric)
     linear = tuple(row for row in rows if row[0] == "v")
@@ -96,61 +96,59 @@ def _shown_rows(chain: Chain) -> tuple[str, ...]:
 
 
 def _object_to_effect(chain: Chain) -> str | None:
-    rows = _shown_rows(chain)
+    rows = _choose_rows(chain)
     return None if len(rows) >= 2 else "its velocity has one component only, along a line that does not change"
 
 
 Numbers = tuple[sp.Rational, ...]
 
 
-def _ask_effect(chain: Chain, rng: Stream) -> Asked:
-    rows = _shown_rows(chain)
+def _ask_effect(chain: Chain, rng: Stream) -> Asked | None:
+    rows = _choose_rows(chain)
     indices = [TASK_ROWS.index(row) for row in rows]
     for _ in range(60):
-        lengths, joints = distinct_lengths(chain, rng), sample_pose(chain, rng)
-        pose = pose_of(chain, lengths, joints)
-        geometric = evaluate_precisely(chain, pose, derive(chain).geometric)
-        shown = geometric.extract(indices, list(range(chain.n)))
-        moving = [i for i in range(chain.n) if _size_of(shown.col(i)) > 0.1]
+        lengths, joints = sample_unequal_lengths(chain, rng), sample_pose(chain, rng)
+        pose = make_pose(chain, lengths, joints)
+        shown = evaluate_precisely(chain, pose, derive(chain).geometric)[indices, :]
+        moving = [i for i in range(chain.n) if _measure(shown.col(i)) > 0.1]
         if not moving:
             continue
         joint = rng.choice(moving)
         right = _round_vector(shown.col(joint))
         wrong: list[Numbers] = []
-        for vector in rng.permutation(_wrong_vectors(chain, pose, joint, shown, geometric, indices)):
+        for vector in rng.permutation(_distort(chain, pose, joint, shown, [row for row in indices if row < 3])):
             candidate = _round_vector(vector)
             if all(_differ(candidate, known) for known in (right, *wrong)):
                 wrong.append(candidate)
         if len(wrong) >= 3:
-            order = rng.permutation([right, *wrong[:3]])
-            answer = Choice(tuple(vector_words(vector) for vector in order), order.index(right))
+            answer, _ = shuffle_options([right, *wrong[:3]], right, rng, write_vector)
             return answer, OfJoint(effect=Effect(joint + 1, pose, rows), pose=pose.figure)
-    raise RuntimeError(f"no pose of {chain} tells the effects of its joints apart; please report this")
+    return None
 
 
-def _wrong_vectors(
-    chain: Chain, pose: Pose, joint: int, shown: sp.Matrix, geometric: sp.Matrix, rows: list[int]
-) -> list[sp.Matrix]:
+def _derive_effect(w: Working, details: Details) -> np.ndarray:
+    assert isinstance(details, OfJoint)
+    effect = details.effect
+    return np.asarray(w["geometric"][[TASK_ROWS.index(row) for row in effect.rows], effect.joint - 1])
+
+
+def _distort(chain: Chain, pose: Pose, joint: int, shown: sp.Matrix, linear: list[int]) -> list[sp.Matrix]:
     """Return what mistakes make of a column: sign, another column, p* itself, p* from the next origin, next frame."""
     column = shown.col(joint)
     vectors = [-column, *(shown.col(i) for i in range(chain.n) if i != joint)]
-    if rows[0] < 3:
-        derivation = derive(chain)
+    if linear:
+        derivation, is_revolute = derive(chain), chain.joints[joint].kind == "R"
         z, p_star = evaluate_precisely(chain, pose, derivation.z), evaluate_precisely(chain, pose, derivation.p_star)
-        linear = [row for row in rows if row < 3]
         vectors.append(p_star.col(joint).extract(linear, [0]))
-        if chain.joints[joint].kind == "R" and joint + 1 < chain.n:
-            vectors.append(z.col(joint).cross(p_star.col(joint + 1)).extract(linear, [0]))
-        if chain.joints[joint].kind == "P":
-            vectors.append(z.col(joint).cross(p_star.col(joint)).extract(linear, [0]))
-    rotated = [-column[1], column[0], *column[2:]]  # a quarter turn too far
-    vectors.append(sp.Matrix(rotated))
-    vectors.append(sp.Matrix([column[1], column[0], *column[2:]]))
-    vectors.append(sp.Matrix([column[0], -column[1], *column[2:]]))
-    return [vector for vector in vectors if _size_of(vector) > 0.05]
+        origin = joint + is_revolute
+        if origin < chain.n:
+            vectors.append(z.col(joint).cross(p_star.col(origin)).extract(linear, [0]))
+    x, y, *rest = column
+    vectors += [sp.Matrix(entries) for entries in ([-y, x, *rest], [y, x, *rest], [x, -y, *rest])]
+    return [vector for vector in vectors if _measure(vector) > 0.05]
 
 
-def _size_of(vector: Iterable[sp.Expr]) -> float:
+def _measure(vector: Iterable[sp.Expr]) -> float:
     """Return the length of a vector; by sums that are the same on every machine, as lengths may be just 0.05 m."""
     return math.sqrt(math.fsum(float(value) ** 2 for value in vector))
 
@@ -165,23 +163,23 @@ def _round_to(value: sp.Expr, places: int) -> sp.Rational:
 
 
 def _differ(a: Numbers, b: Numbers) -> bool:
-    apart = _size_of(x - y for x, y in zip(a, b, strict=True))
-    return apart > DIFFERENT * max(_size_of(a), _size_of(b))
+    apart = _measure(x - y for x, y in zip(a, b, strict=True))
+    return apart > DIFFERENT * max(_measure(a), _measure(b))
 
 
-def vector_words(vector: Numbers) -> str:
+def write_vector(vector: Numbers) -> str:
     """Return a vector as the text of an option, three decimals each.
 
-    >>> vector_words((sp.Rational(1, 3).limit_denominator(1000), sp.S(-2)))
+    >>> write_vector((sp.Rational(1, 3).limit_denominator(1000), sp.S(-2)))
     '(0.333, -2.000)'
     """
     return f"({', '.join(f'{float(value) + 0.0:.3f}' for value in vector)})"
 
 
-def option_numbers(words: str) -> list[float]:
-    """Return the vector that an option shows, as `vector_words` wrote it.
+def read_vector(words: str) -> list[float]:
+    """Return the vector that an option shows, as `write_vector` wrote it.
 
-    >>> option_numbers("(0.333, -2.000)")
+    >>> read_vector("(0.333, -2.000)")
     [0.333, -2.0]
     """
     return [float(value) for value in words.strip("()").split(",")]
@@ -207,20 +205,19 @@ class ForUse(AtPose):
     determinant: sp.Float | None = None
 
 
-def _ask_use(chain: Chain, rng: Stream) -> Asked:
-    """Draw the answer first, then a task and a pose that have it."""
+def _ask_use(chain: Chain, rng: Stream) -> Asked | None:
+    """Choose the answer first, then a task and a pose that have it."""
     for use in rng.permutation(tuple(USES)):
-        for task in rng.permutation(_tasks_for(chain, use))[:6]:
+        for task in rng.permutation(_list_tasks(chain, use))[:6]:
             asked = chain.with_task(*task)
-            pose = _pose_for(asked, use, rng)
+            pose = _sample_pose_for(asked, use, rng)
             if pose is not None:
-                order = rng.permutation(tuple(USES))
-                answer = Choice(tuple(USES[name] for name in order), order.index(use))
-                return answer, _use_details(asked, use, pose)
-    raise RuntimeError(f"no task of {chain} could be asked about; please report this")
+                answer, _ = shuffle_options(tuple(USES), use, rng, USES.__getitem__)
+                return answer, _describe_use(asked, use, pose)
+    return None
 
 
-def _use_details(chain: Chain, use: str, pose: Pose) -> ForUse:
+def _describe_use(chain: Chain, use: str, pose: Pose) -> ForUse:
     """Return the details for an arm with the task asked about; numbers to four digits."""
     jacobian = evaluate_precisely(chain, pose, derive(chain).jacobian)
     numbers = [[numeric(value) for value in row] for row in jacobian.tolist()]
@@ -231,7 +228,7 @@ def _use_details(chain: Chain, use: str, pose: Pose) -> ForUse:
 
 
 @lru_cache(maxsize=1024)
-def _tasks_for(chain: Chain, use: str) -> tuple[tuple[str, ...], ...]:
+def _list_tasks(chain: Chain, use: str) -> tuple[tuple[str, ...], ...]:
     """Return the tasks of an arm for which J can have the shape asked for; where square, its own if it is square."""
     rows = moving_rows(derive(chain).geometric)
     sizes = {
@@ -245,14 +242,10 @@ def _tasks_for(chain: Chain, use: str) -> tuple[tuple[str, ...], ...]:
     return tuple(task for size in sizes for task in combinations(rows, size))
 
 
-def _pose_for(chain: Chain, use: str, rng: Stream) -> Pose | None:
-    if use != "singular":
-        return regular_pose(chain, rng, 0.06, use == "regular")
-    for component in rng.permutation(singular_set(chain) or ()):
-        pose = shown_pose(chain, (component,), rng)
-        if pose is not None:
-            return pose
-    return None
+def _sample_pose_for(chain: Chain, use: str, rng: Stream) -> Pose | None:
+    if use == "singular":
+        return find_singular_pose(chain, rng)
+    return sample_regular_pose(chain, rng, 0.06, use == "regular")
 
 
 # --- what a singularity costs ---
@@ -286,11 +279,8 @@ class OfCost(Details):
 
 
 def _object_to_cost(chain: Chain) -> str | None:
-    components = singular_set(chain)
-    if components is None:
-        return "its Jacobian has less than full rank everywhere"
-    if not components:
-        return "it has no singular configuration"
+    if refused := objection_unless_singular(chain):
+        return refused
     m = len(chain.task)
     if m > chain.n:
         return f"its task counts {m} components, more than its {chain.n} joints can give anywhere"
@@ -301,55 +291,40 @@ def _object_to_cost(chain: Chain) -> str | None:
 
 @lru_cache(maxsize=1024)
 def _has_cost(chain: Chain) -> bool:
-    return _cost_pose(chain, Stream("cost")) is not None
+    return find_singular_pose(chain, Stream("cost"), 1) is not None
 
 
-def _cost_pose(chain: Chain, rng: Stream) -> Pose | None:
-    for component in rng.permutation(singular_set(chain) or ()):
-        pose = shown_pose(chain, (component,), rng, len(chain.task) - 1)
-        if pose is not None:
-            return pose
-    return None
-
-
-def _ask_cost(chain: Chain, rng: Stream) -> Asked:
-    """Draw whether three velocities can be produced and one not, or one can and three not."""
+def _ask_cost(chain: Chain, rng: Stream) -> Asked | None:
+    """Choose at random whether three velocities can be produced and one not, or one can and three not."""
     possible = rng.choice((True, False))
     for _ in range(20):
-        pose = _cost_pose(chain, rng)
+        pose = find_singular_pose(chain, rng, 1)
         if pose is None:
             continue
         jacobian = evaluate_precisely(chain, pose, derive(chain).jacobian)
         lost = lost_direction(jacobian_at(chain, pose))
         assert lost is not None
-        chosen = _velocities(jacobian, lost, possible, rng)
+        chosen = _sample_velocities(jacobian, lost, possible, rng)
         if chosen is not None:
-            order = rng.permutation(chosen)
-            answer = Choice(tuple(vector_words(vector) for vector in order), order.index(chosen[0]))
+            answer, order = shuffle_options(chosen, chosen[0], rng, write_vector)
             shown = _round_vector(precise_lost_direction(chain, pose))
             products = [sum(a * b for a, b in zip(vector, shown, strict=True)) for vector in order]
             lettered = tuple((letter, _round_to(value, 2)) for letter, value in zip("ABCD", products, strict=True))
             return answer, OfCost(cost=Cost(pose, possible, shown, lettered), pose=pose.figure)
-    raise RuntimeError(f"no singular configuration of {chain} could be asked about; please report this")
+    return None
 
 
-def _orient(vector: np.ndarray) -> np.ndarray:
-    """Return a vector whose first clear entry is positive."""
-    first = next(value for value in vector if abs(value) > 1e-3)
-    return vector if first > 0 else -vector
-
-
-def _velocities(jacobian: sp.Matrix, lost: np.ndarray, possible: bool, rng: Stream) -> list[Numbers] | None:
+def _sample_velocities(jacobian: sp.Matrix, lost: np.ndarray, possible: bool, rng: Stream) -> list[Numbers] | None:
     """Return four velocities, the one asked for first: `possible` tells whether it or the others can be produced."""
     chosen: list[Numbers] = []
     for _ in range(80):
         rates = sp.Matrix([sp.Rational(rng.choice([k for k in range(-9, 10) if k]), 10) for _ in range(jacobian.cols)])
         produced = jacobian * rates
         can = possible == (not chosen)
-        added = sp.zeros(jacobian.rows, 1) if can else _velocity_along(lost, _size_of(produced), rng)
+        added = sp.zeros(jacobian.rows, 1) if can else _sample_velocity_along(lost, _measure(produced), rng)
         velocity = _round_vector(produced + added)
         if (
-            0.1 < _size_of(sp.Matrix(velocity)) < 3
+            0.1 < _measure(sp.Matrix(velocity)) < 3
             and _has_clear_share(velocity, lost, can)
             and _is_new(velocity, chosen)
         ):
@@ -359,10 +334,12 @@ def _velocities(jacobian: sp.Matrix, lost: np.ndarray, possible: bool, rng: Stre
     return None
 
 
-def _velocity_along(lost: np.ndarray, size: float, rng: Stream) -> sp.Matrix:
+def _sample_velocity_along(lost: np.ndarray, size: float, rng: Stream) -> sp.Matrix:
     """Return a velocity along the lost direction, in whole hundredths of its length."""
     factor = rng.choice((1, -1)) * sp.Rational(round(100 * max(size, 0.2)), 100)
-    return factor * sp.Matrix([sp.Rational(round(float(value) * 10**6), 10**6) for value in _orient(lost)])
+    first = next(value for value in lost if abs(value) > 1e-3)
+    oriented = lost if first > 0 else -lost
+    return factor * sp.Matrix([sp.Rational(round(float(value) * 10**6), 10**6) for value in oriented])
 
 
 def _has_clear_share(velocity: Numbers, lost: np.ndarray, can: bool) -> bool:
@@ -376,43 +353,17 @@ def _is_new(velocity: Numbers, chosen: list[Numbers]) -> bool:
     return all(_differ(velocity, known) and _differ(velocity, tuple(-v for v in known)) for known in chosen)
 
 
-# --- out of a derivation ---
-
-
-def _derived_effect(w: Working, part: Part) -> np.ndarray:
-    effect = part.about(OfJoint).effect
-    return np.asarray(w["geometric"][[TASK_ROWS.index(row) for row in effect.rows], effect.joint - 1])
-
-
 QUESTIONS = (
     Question(
-        name="jacobian-size",
-        title="Size of the Jacobian",
-        source="6.4",
-        ask=_ask_size,
-        points=0.5,
-        objection=_object_to_task,
+        "jacobian-size", "Size of the Jacobian", "6.4", points=0.5, sample=_ask_size, objection=_object_to_task,
         entry_names=lambda chain, _: [r"\text{rows}", r"\text{columns}"],
     ),
     Question(
-        name="joint-effect",
-        title="What one joint does",
-        source="6.12",
-        ask=_ask_effect,
-        objection=_object_to_effect,
-        result=_derived_effect,
+        "joint-effect", "What one joint does", "6.12",
+        sample=_ask_effect, formula=_derive_effect, objection=_object_to_effect,
     ),
+    Question("invertibility", "When (6.7) can be used", "6.7", sample=_ask_use),
     Question(
-        name="invertibility",
-        title="When (6.7) can be used",
-        source="6.7",
-        ask=_ask_use,
+        "unreachable-velocity", "What a singularity costs", "6.8", sample=_ask_cost, objection=_object_to_cost,
     ),
-    Question(
-        name="unreachable-velocity",
-        title="What a singularity costs",
-        source="6.8",
-        ask=_ask_cost,
-        objection=_object_to_cost,
-    ),
-)
+)  # fmt: skip

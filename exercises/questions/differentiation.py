@@ -5,25 +5,14 @@ from dataclasses import dataclass
 import numpy as np
 import sympy as sp
 
-from qdot.exercises.answers import Expression, Matrix
+from qdot.exercises.answers import Expression
 from qdot.exercises.arm.arithmetic import apply_matrix
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.derivation import derive
 from qdot.exercises.arm.derivation_graph import Change, Working
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.problem.problem import Details, OneOfSeveral, Part
-from qdot.exercises.questions.base import (
-    Asked,
-    Question,
-    number,
-    objection_to_length,
-    objection_unless_square,
-    rates_to,
-    stage,
-    substitute_number,
-    substitute_stage,
-    velocities,
-)
+from qdot.exercises.questions.base import Question, objection_to_length, objection_unless_square, rates_to, velocities
 
 
 def moving_rows(chain: Chain) -> list[int]:
@@ -38,7 +27,7 @@ class ForTask(Details):
     task: tuple[str, ...]
 
 
-def power_of_metres(part: Part) -> int | None:
+def find_power_of_metres(part: Part) -> int | None:
     """Return the power of metres that a determinant is in, one for each row of linear velocity; None of others."""
     return sum(row.startswith("v") for row in part.about(ForTask).task) if part.kind == "determinant" else None
 
@@ -62,10 +51,6 @@ class AlongAxis(OneOfSeveral):
     row: int
 
 
-def _ask_position(chain: Chain, rng: Stream) -> Asked:
-    return Matrix(derive(chain).position.extract(moving_rows(chain), [0])), AlongAxes(axes=chain.linear_rows)
-
-
 def linear_velocity(chain: Chain) -> sp.Matrix:
     """Return the velocity of the point, the coordinates that the task counts (6.2).
 
@@ -75,7 +60,7 @@ def linear_velocity(chain: Chain) -> sp.Matrix:
     d = derive(chain)
     if is_by_links(chain):
         position = d.position.extract(moving_rows(chain), [0])
-        return position.applyfunc(lambda entry: _velocity_by_links(entry, chain))
+        return position.applyfunc(lambda entry: _differentiate_by_links(entry, chain))
     return d.geometric.extract(moving_rows(chain), list(range(chain.n))) * sp.Matrix(chain.rates)
 
 
@@ -87,7 +72,7 @@ def is_by_links(chain: Chain) -> bool:
     return sums and all(len(trigs) <= 1 for trigs in turning)
 
 
-def _velocity_by_links(coordinate: sp.Expr, chain: Chain) -> sp.Expr:
+def _differentiate_by_links(coordinate: sp.Expr, chain: Chain) -> sp.Expr:
     """Return the rate of change of a coordinate; what turns by the same angle has the same sum of joint rates."""
     rates = dict(zip(chain.q, chain.rates, strict=True))
     turning: dict[sp.Expr, sp.Expr] = {}
@@ -106,41 +91,30 @@ def _velocity_by_links(coordinate: sp.Expr, chain: Chain) -> sp.Expr:
     return velocity
 
 
-def _ask_velocity(chain: Chain, rng: Stream) -> Asked:
-    by_links = is_by_links(chain)
-    return Matrix(linear_velocity(chain)), AlongAxes(axes=chain.linear_rows, by_links=by_links)
-
-
-def _ask_component(chain: Chain, rng: Stream) -> Asked:
+def _choose_component(chain: Chain, rng: Stream) -> AlongAxis:
     velocity = linear_velocity(chain)
     useful = [i for i, entry in enumerate(velocity) if len(entry.free_symbols & set(chain.rates)) > 1]
     chosen = rng.choice(useful or list(range(len(velocity))))
-    details = AlongAxis(axis=chain.linear_rows[chosen], row=moving_rows(chain)[chosen])
-    return Expression(velocity[chosen]), details
+    return AlongAxis(axis=chain.linear_rows[chosen], row=moving_rows(chain)[chosen])
+
+
+def _write_component(chain: Chain, details: Details) -> sp.Matrix:
+    assert isinstance(details, AlongAxis)
+    return linear_velocity(chain)[chain.linear_rows.index(details.axis), :]
+
+
+def _derive_component(w: Working, details: Details) -> np.ndarray:
+    assert isinstance(details, AlongAxis)
+    return apply_matrix(w["linear"][[details.row]], w["joint rates"])
 
 
 def _object_to_task(chain: Chain) -> str | None:
     return None if chain.linear_rows else "its task counts no linear velocity"
 
 
-def _ask_jacobian(chain: Chain, rng: Stream) -> Asked:
-    return Matrix(derive(chain).jacobian), ForTask(task=chain.task)
-
-
-def _title(chain: Chain) -> str:
+def _choose_title(chain: Chain) -> str:
     by_axes = all(row[0] == "w" for row in chain.task)
     return "Jacobian from the joint axes" if by_axes else "Jacobian by differentiation"
-
-
-def _ask_determinant(chain: Chain, rng: Stream) -> Asked:
-    return Expression(derive(chain).determinant), ForTask(task=chain.task)
-
-
-# --- out of a derivation ---
-
-
-def _derived_component(w: Working, part: Part) -> np.ndarray:
-    return np.asarray(apply_matrix(w["linear"][[part.about(AlongAxis).row]], w["joint rates"]))
 
 
 def _substitute_position(rows: np.ndarray) -> dict[str, Change]:
@@ -157,72 +131,36 @@ def _substitute_position(rows: np.ndarray) -> dict[str, Change]:
 
 QUESTIONS = (
     Question(
-        name="position",
-        title="Position of the point",
-        source="6.1",
-        ask=_ask_position,
-        objection=_object_to_task,
-        too_long=objection_to_length("position"),
-        result=lambda w, _: w["point"][moving_rows(w.chain)],
-        entry_names=lambda chain, _: list(chain.linear_rows),
-        labels=lambda chain: tuple(chain.linear_rows),
-        substitutes=_substitute_position,
-        adds_up="links",
-        linear_rows=lambda chain: list(enumerate(moving_rows(chain))),
+        "position", "Position of the point", "6.1",
+        formula=lambda w, _: w["point"][moving_rows(w.chain)], substitutes=_substitute_position,
+        details=lambda chain, _: AlongAxes(axes=chain.linear_rows), entry_names=lambda chain, _: chain.linear_rows,
+        objection=_object_to_task, too_long=objection_to_length("position"),
+        adds_up="links", linear_rows=lambda chain: list(enumerate(moving_rows(chain))),
     ),
     Question(
-        name="velocity",
-        title="Cartesian velocity",
-        source="6.2",
-        ask=_ask_velocity,
-        needs=("position",),
-        objection=_object_to_task,
-        too_long=objection_to_length("linear"),
-        result=lambda w, _: apply_matrix(w["linear"][moving_rows(w.chain)], w["joint rates"]),
+        "velocity", "Cartesian velocity", "6.2", needs=("position",),
+        formula=lambda w, _: apply_matrix(w["linear"][moving_rows(w.chain)], w["joint rates"]),
+        reference=lambda chain, _: linear_velocity(chain),
+        details=lambda chain, _: AlongAxes(axes=chain.linear_rows, by_links=is_by_links(chain)),
         entry_names=lambda chain, _: velocities([row for row in chain.task if row[0] == "v"]),
-        labels=lambda chain: tuple(row for row in chain.task if row[0] == "v"),
-        follows=(("position",),),
+        objection=_object_to_task, too_long=objection_to_length("linear"),
     ),
     Question(
-        name="velocity-component",
-        title="One velocity component",
-        source="6.2",
-        ask=_ask_component,
-        needs=("position",),
-        objection=_object_to_task,
-        too_long=objection_to_length("linear"),
-        result=_derived_component,
+        "velocity-component", "One velocity component", "6.2", needs=("position",),
+        formula=_derive_component, reference=_write_component, answer_type=Expression, details=_choose_component,
         entry_names=lambda chain, part: [f"v_{{{part.about(AlongAxis).axis}}}"],
-        follows=(("position",),),
+        objection=_object_to_task, too_long=objection_to_length("linear"),
     ),
     Question(
-        name="jacobian",
-        title="Jacobian by differentiation",
-        title_for=_title,
-        source="6.3",
-        ask=_ask_jacobian,
-        needs=("position",),
-        points=2.0,
-        too_long=objection_to_length("jacobian"),
-        result=stage("jacobian"),
-        grid=rates_to(lambda chain: chain.task),
-        substitutes=substitute_stage("jacobian"),
-        follows=(("position",),),
-        adds_up="columns of links",
+        "jacobian", "Jacobian by differentiation", "6.3", needs=("position",), points=2.0, title_for=_choose_title,
+        stage="jacobian", details=lambda chain, _: ForTask(task=chain.task), grid=rates_to(lambda chain: chain.task),
+        too_long=objection_to_length("jacobian"), adds_up="columns of links",
         linear_rows=lambda chain: [(k, "xyz".index(row[1])) for k, row in enumerate(chain.task) if row[0] == "v"],
     ),
     Question(
-        name="determinant",
-        title="Determinant of the Jacobian",
-        source="6.8",
-        ask=_ask_determinant,
-        needs=("jacobian",),
-        objection=objection_unless_square,
-        result=number("determinant"),
-        entry_names=lambda chain, _: [r"\det J"],
-        is_made_of_jacobian=True,
-        is_made_of_minors=True,
-        substitutes=substitute_number("determinant"),
-        follows=(("jacobian",),),
+        "determinant", "Determinant of the Jacobian", "6.8", needs=("jacobian",),
+        stage="determinant", answer_type=Expression, details=lambda chain, _: ForTask(task=chain.task),
+        entry_names=lambda chain, _: [r"\det J"], objection=objection_unless_square,
+        is_made_of_jacobian=True, is_made_of_minors=True,
     ),
 )  # fmt: skip

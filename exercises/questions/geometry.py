@@ -4,9 +4,9 @@ A pose is exact: joint values of the component, or the value of one joint for wh
 solved. What is no simple number is shown rounded; references are worked out at the exact pose, with 30 digits.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from functools import lru_cache
+from functools import lru_cache, partial
 
 import mpmath
 import numpy as np
@@ -19,8 +19,10 @@ from qdot.exercises.arm.directions import CLEAR, Values, clear_rank, task_rows, 
 from qdot.exercises.arm.kinematics import NumericChain
 from qdot.exercises.arm.singularity import Component, singular_set
 from qdot.exercises.common.stream import Stream
+from qdot.exercises.formula.expression import read
+from qdot.exercises.formula.program import compile_program, evaluate
 from qdot.exercises.problem.problem import Details
-from qdot.exercises.questions.inversion import Configuration, lengths_in_table, sample_pose
+from qdot.exercises.questions.inversion import Configuration, list_table_lengths, sample_pose
 
 DIGITS, KEPT = 30, 40
 TRIES = 12
@@ -42,7 +44,7 @@ class Pose(Configuration):
 
     @property
     def figure(self) -> dict[str, float]:
-        """The joint values for a drawing."""
+        """The joint values for a figure."""
         return {q.name: float(sp.Float(sp.N(value, DIGITS), 10)) for q, value in self.joints.items()}
 
 
@@ -57,7 +59,7 @@ class AtPose(Details):
         return self.place.numbers
 
 
-def pose_of(
+def make_pose(
     chain: Chain,
     lengths: Mapping[sp.Symbol, sp.Rational],
     joints: Mapping[sp.Symbol, sp.Expr],
@@ -101,15 +103,20 @@ def nearest_integer(value: sp.Expr) -> int:
     return int(value.round())
 
 
-def sample_of(chain: Chain, pose: Pose) -> Sample:
+def to_sample(chain: Chain, pose: Pose) -> Sample:
     """Return a pose in floating point."""
     arm = NumericChain(chain, {symbol.name: float(value) for symbol, value in pose.lengths.items()})
     return Sample(arm, np.array([float(sp.N(pose.joints[q])) for q in chain.q]))
 
 
+def full_rank(chain: Chain) -> int:
+    """Return the rank of the task Jacobian where the arm is not singular."""
+    return min(len(chain.task), chain.n)
+
+
 def jacobian_at(chain: Chain, pose: Pose) -> np.ndarray:
     """Return the task Jacobian at a pose, (m, n), in floating point."""
-    sample = sample_of(chain, pose)
+    sample = to_sample(chain, pose)
     return np.asarray(sample.arm.jacobian(sample.q)[task_rows(chain)])
 
 
@@ -138,90 +145,106 @@ def precise_lost_direction(chain: Chain, pose: Pose) -> sp.Matrix:
     return sp.Matrix([sp.S.Zero if abs(value) < sp.Float("1e-12") else value for value in entries])
 
 
-# --- drawing ---
+# --- sampling ---
 
 
-def regular_pose(
+def sample_regular_pose(
     chain: Chain, rng: Stream, clear: float = 0.1, misleading: bool = True, exact: bool = False
 ) -> Pose | None:
-    """Draw a pose of full rank; with `misleading` one that looks singular: what a slip makes of a root.
+    """Sample a pose of full rank; with `misleading`, one that an error makes seem singular.
 
     With `exact`, no joint value is shown rounded.
     """
     components = singular_set(chain) or () if misleading else ()
     roots = [solution for component in components for solution in component.solutions or ()]
-    for tried in range(60):
-        lengths, joints = distinct_lengths(chain, rng), sample_pose(chain, rng)
-        if roots and tried < 30:
-            joint, values = rng.choice(roots)
-            shift = rng.choice((sp.pi / 2, -sp.pi / 2)) if joint.name.startswith("theta") else sp.Rational(1, 10)
-            value = rng.choice(values).xreplace(lengths)
-            joints[joint] = rng.choice((-value, value + shift, shift - value))
+    for attempt in range(60):
+        lengths, joints = sample_unequal_lengths(chain, rng), sample_pose(chain, rng)
+        if roots and attempt < 30:
+            joints |= sample_false_root(roots, lengths, rng)
         if not all(_is_real(value) for value in joints.values()):
             continue
-        pose = pose_of(chain, lengths, {q: wrap_angle(chain, q, value) for q, value in joints.items()})
-        if not (exact and pose.about) and clear_rank(jacobian_at(chain, pose), clear) == min(len(chain.task), chain.n):
+        pose = make_pose(chain, lengths, {q: wrap_angle(chain, q, value) for q, value in joints.items()})
+        if not (exact and pose.about) and clear_rank(jacobian_at(chain, pose), clear) == full_rank(chain):
             return pose
     return None
 
 
-def singular_pose(
+def sample_false_root(
+    roots: Sequence[tuple[sp.Symbol, tuple[sp.Expr, ...]]], lengths: Mapping[sp.Symbol, sp.Expr], rng: Stream
+) -> dict[sp.Symbol, sp.Expr]:
+    """Return a joint with what an error of a sign or of a right angle makes of a value at which the arm is singular."""
+    joint, values = rng.choice(roots)
+    shift = rng.choice((sp.pi / 2, -sp.pi / 2)) if joint.name.startswith("theta") else sp.Rational(1, 10)
+    value = rng.choice(values).xreplace(dict(lengths))
+    return {joint: rng.choice((-value, value + shift, shift - value))}
+
+
+def sample_singular_pose(
     chain: Chain,
     components: Sequence[Component],
     rng: Stream,
-    rank: int | None = None,
+    lost: int | None = None,
     wide: bool = False,
     exact: bool = False,
     symbolic: bool = False,
 ) -> Pose | None:
-    """Draw a pose that lies on all of `components` at once and has a clear rank (`rank` if told), or None.
+    """Sample a pose on all of `components` at once whose rank is clearly less than full, by `lost` if given; or None.
 
     With `wide`, open lengths differ by up to a factor of 12. With `exact`, no joint value is shown rounded;
     with `symbolic`, too, they may be formulas.
     """
     for _ in range(EXACT_TRIES if exact else TRIES):
-        lengths = _wide_lengths(chain, rng) if wide else distinct_lengths(chain, rng)
+        lengths = _sample_wide_lengths(chain, rng) if wide else sample_unequal_lengths(chain, rng)
         joints = (_sample_exact_joints_on if exact else _sample_joints_on)(chain, components, lengths, rng)
         if joints is None or not all(_is_real(value) for value in joints.values()):
             continue
-        pose = pose_of(chain, lengths, joints, symbolic)
+        pose = make_pose(chain, lengths, joints, symbolic)
         if exact and pose.about:
             continue
-        is_clear = clear_rank(jacobian_at(chain, pose), CLEAR / 5 if wide else CLEAR)
-        if is_clear is not None and is_clear < min(len(chain.task), chain.n) and rank in (None, is_clear):
+        rank = clear_rank(jacobian_at(chain, pose), CLEAR / 5 if wide else CLEAR)
+        if rank is not None and rank < full_rank(chain) and lost in (None, full_rank(chain) - rank):
             return pose
     return None
 
 
-def shown_pose(chain: Chain, components: Sequence[Component], rng: Stream, rank: int | None = None) -> Pose | None:
-    """Draw a singular pose to be told: an exact one if there is one, else with a joint value rounded; or None."""
-    return singular_pose(chain, components, rng, rank, exact=True) or singular_pose(chain, components, rng, rank)
+def sample_shown_pose(chain: Chain, branch: Sequence[Component], rng: Stream, lost: int | None = None) -> Pose | None:
+    """Sample a singular pose to be shown: an exact one if there is one, else with a joint value rounded; or None."""
+    sample = partial(sample_singular_pose, chain, branch, rng, lost)
+    return sample(exact=True) or sample()
 
 
-def distinct_lengths(chain: Chain, rng: Stream) -> dict[sp.Symbol, sp.Rational]:
+def find_singular_pose(
+    chain: Chain, rng: Stream, lost: int | None = None, sample: Callable[..., Pose | None] = sample_shown_pose
+) -> Pose | None:
+    """Return a singular pose on the first component, in random order, on which one is found."""
+    poses = (sample(chain, (component,), rng, lost) for component in rng.permutation(singular_set(chain) or ()))
+    return next((pose for pose in poses if pose is not None), None)
+
+
+def sample_unequal_lengths(chain: Chain, rng: Stream) -> dict[sp.Symbol, sp.Rational]:
     """Draw a number for each length that the table leaves open, none equal to another: that is a case of its own."""
-    taken = lengths_in_table(chain)
-    drawn = rng.permutation(range(6, max(17, 6 + len(chain.parameters) + len(taken))))
-    steps = [step for step in drawn if sp.Rational(step, 20) not in taken]
+    taken = list_table_lengths(chain)
+    shuffled = rng.permutation(range(6, max(17, 6 + len(chain.parameters) + len(taken))))
+    steps = [step for step in shuffled if sp.Rational(step, 20) not in taken]
     return {symbol: sp.Rational(step, 20) for symbol, step in zip(chain.parameters, steps, strict=False)}
 
 
-def _wide_lengths(chain: Chain, rng: Stream) -> dict[sp.Symbol, sp.Rational]:
-    """Draw lengths of very different size, no two of which are near each other."""
+def _sample_wide_lengths(chain: Chain, rng: Stream) -> dict[sp.Symbol, sp.Rational]:
+    """Sample lengths of very different size, no two of which are nearly equal."""
     sizes = [12 * 13**i // 10**i for i in range(max(10, len(chain.parameters)))]
-    drawn = zip(chain.parameters, rng.permutation(sizes), strict=False)
-    return {symbol: sp.Rational(size + rng.below(2), 100) for symbol, size in drawn}
+    pairs = zip(chain.parameters, rng.permutation(sizes), strict=False)
+    return {symbol: sp.Rational(size + rng.below(2), 100) for symbol, size in pairs}
 
 
 @lru_cache(maxsize=1024)
-def singular_samples(chain: Chain, component: Component, count: int) -> tuple[Sample, ...]:
+def sample_singular_poses(chain: Chain, component: Component, count: int) -> tuple[Sample, ...]:
     """Return configurations of a component where one direction is lost, of very different lengths; often `count`."""
-    stream, full = Stream(f"samples/{component.pieces()}"), min(len(chain.task), chain.n)
-    poses = (singular_pose(chain, (component,), stream, full - 1, wide=True) for _ in range(count))
-    return tuple(sample_of(chain, pose) for pose in poses if pose is not None)
+    stream = Stream(f"samples/{component.pieces()}")
+    poses = (sample_singular_pose(chain, (component,), stream, 1, wide=True) for _ in range(count))
+    return tuple(to_sample(chain, pose) for pose in poses if pose is not None)
 
 
-def part_at_values(component: Component, values: Values) -> Component:
+def restrict(component: Component, values: Values) -> Component:
     """Return the part of a component at one combination of its joint values."""
     return Component(component.conditions, tuple((joint, (value,)) for joint, value in values))
 
@@ -252,14 +275,14 @@ def branches(chain: Chain) -> tuple[Branch, ...]:
             continue
         for values in value_sets(component):
             theirs = next(
-                (theirs for theirs in value_sets(generic_component) if _same_values(chain, values, theirs)), None
+                (theirs for theirs in value_sets(generic_component) if _have_same_values(chain, values, theirs)), None
             )
             if theirs is not None:
-                reached.append(Branch(part_at_values(component, values), part_at_values(generic_component, theirs)))
+                reached.append(Branch(restrict(component, values), restrict(generic_component, theirs)))
     return tuple(reached)
 
 
-def _same_values(chain: Chain, arm_values: Values, generic_values: Values) -> bool:
+def _have_same_values(chain: Chain, arm_values: Values, generic_values: Values) -> bool:
     """Tell whether joint values of a structure are those of the arm, which has offsets, whole turns apart."""
     lengths = {symbol: sp.Rational(37 + 11 * i, 100) for i, symbol in enumerate(chain.parameters)}
     for (q, value), (_, theirs) in zip(arm_values, generic_values, strict=True):
@@ -285,7 +308,7 @@ def _sample_joints_on(
             fixed.update({q: wrap_angle(chain, q, value.xreplace(dict(lengths))) for q, value in values.items()})
     if not all(_is_real(value) for value in fixed.values()):
         return None
-    drawn = sample_pose(chain, rng)
+    sampled = sample_pose(chain, rng)
     for component in components:
         if component.solutions is not None:
             continue
@@ -296,14 +319,14 @@ def _sample_joints_on(
         if not free:
             return None
         last = rng.choice(free)
-        known = {**lengths, **drawn, **fixed}
+        known = {**lengths, **sampled, **fixed}
         known.pop(last)
         zeros = _zeros(condition.xreplace(known), last, chain.joints[chain.q.index(last)].kind == "R")
         if not zeros:
             return None
-        fixed.update({q: drawn[q] for q in free})
+        fixed.update({q: sampled[q] for q in free})
         fixed[last] = rng.choice(zeros)
-    return {**drawn, **fixed}
+    return {**sampled, **fixed}
 
 
 def _sample_exact_joints_on(
@@ -317,9 +340,9 @@ def _sample_exact_joints_on(
     fixed = _sample_joints_on(chain, solved, lengths, rng)
     if fixed is None:
         return None
-    values = {q for component in solved for q, _ in component.solutions or ()}
+    solved_joints = {q for component in solved for q, _ in component.solutions or ()}
     conditions = [c for component in components if component.solutions is None for c in component.conditions]
-    tied = [q for q in chain.q if q not in values and any(condition.has(q) for condition in conditions)]
+    tied = [q for q in chain.q if q not in solved_joints and any(condition.has(q) for condition in conditions)]
     if not conditions:
         return fixed
     if not 0 < len(tied) <= MOST_TIED:
@@ -331,31 +354,18 @@ def _sample_exact_joints_on(
         else [sp.Rational(k, 20) for k in range(2, 17)]
         for q in tied
     }
-    grid = np.meshgrid(*(np.array([float(value) for value in steps[q]]) for q in tied), indexing="ij")
-    known = {symbol: np.asarray(float(sp.N(value))) for symbol, value in {**lengths, **fixed}.items()}
-    at = known | dict(zip(tied, grid, strict=True))
-    apart = np.max([np.abs(_evaluate(condition, at)) * np.ones_like(grid[0]) for condition in conditions], axis=0)
-    places = np.argwhere(apart < 1e-9)
+    grid = np.meshgrid(*([float(value) for value in steps[q]] for q in tied), indexing="ij")
+    values = {symbol.name: np.full(grid[0].size, float(sp.N(value))) for symbol, value in {**lengths, **fixed}.items()}
+    values |= {q.name: axis.ravel() for q, axis in zip(tied, grid, strict=True)}
+    programs = compile_program([read(str(condition)) for condition in conditions])
+    apart = np.abs(evaluate(programs, values, grid[0].size)[0]).max(axis=0)
+    places = np.argwhere(apart.reshape(grid[0].shape) < 1e-9)
     if not len(places):
         return None
     place = rng.choice(places.tolist())
     joints = {**fixed, **{q: steps[q][index] for q, index in zip(tied, place, strict=True)}}
     exact = {**lengths, **joints}
     return joints if all(abs(sp.N(c.xreplace(exact), DIGITS)) < sp.Float("1e-20") for c in conditions) else None
-
-
-def _evaluate(expression: sp.Expr, at: Mapping[sp.Symbol, np.ndarray]) -> np.ndarray:
-    """Return the numbers that an expression has at places, all at once."""
-    if expression.is_Symbol:
-        return at[expression]
-    if expression.is_number:
-        return np.asarray(float(expression))
-    parts = [_evaluate(part, at) for part in expression.args]
-    if expression.is_Add or expression.is_Mul:
-        return np.asarray((np.sum if expression.is_Add else np.prod)(np.broadcast_arrays(*parts), axis=0))
-    if expression.is_Pow:
-        return np.asarray(parts[0] ** parts[1])
-    return np.asarray({sp.sin: np.sin, sp.cos: np.cos}[expression.func](parts[0]))
 
 
 def _zeros(condition: sp.Expr, joint: sp.Symbol, turns: bool) -> list[sp.Expr]:

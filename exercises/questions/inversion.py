@@ -5,9 +5,9 @@ from dataclasses import dataclass
 import numpy as np
 import sympy as sp
 
-from qdot.exercises.answers import Matrix, Number
+from qdot.exercises.answers import Number
 from qdot.exercises.arm.chain import TASK_ROWS, Chain
-from qdot.exercises.arm.derivation import derive, task_velocity
+from qdot.exercises.arm.derivation import task_velocity
 from qdot.exercises.arm.kinematics import NumericChain
 from qdot.exercises.arm.mpmath_kinematics import PreciseArm, Vector, numeric, solve_linear, ten_digits
 from qdot.exercises.common.stream import Stream
@@ -19,24 +19,13 @@ from qdot.exercises.questions.base import (
     joint_rates,
     objection_to_inverse,
     objection_unless_square,
-    stage,
-    substitute_stage,
-    substitute_vector,
 )
 
 POSES = 2000
-"""Poses drawn before an arm is said to have none that is well conditioned."""
+"""Poses that are sampled before qdot reports that an arm has none that is well conditioned."""
 
 THREE_DIGITS = 0.005
 """Relative tolerance of a number asked for to three significant digits: rounding 1.004999 to 1.00 moves it by 0.5 %."""
-
-
-def _ask_inverse(chain: Chain, rng: Stream) -> Asked:
-    return Matrix(derive(chain).inverse), Details()
-
-
-def _ask_rates(chain: Chain, rng: Stream) -> Asked:
-    return Matrix(derive(chain).rate_law()), Details()
 
 
 @dataclass(frozen=True)
@@ -55,6 +44,11 @@ class Configuration:
     def numbers(self) -> dict[str, float]:
         """All numbers by their names, in floating point."""
         return {str(symbol): float(sp.N(value.xreplace(self.lengths))) for symbol, value in self.values.items()}
+
+    @property
+    def figure(self) -> dict[str, float]:
+        """The joint values for a figure."""
+        return {q.name: float(value) for q, value in self.joints.items()}
 
 
 @dataclass(frozen=True)
@@ -91,8 +85,8 @@ def sample_pose(chain: Chain, rng: Stream) -> dict[sp.Symbol, sp.Expr]:
 
 
 def sample_lengths(chain: Chain, rng: Stream) -> dict[sp.Symbol, sp.Rational]:
-    """Draw a number for each length that the table leaves open: no two lengths are equal, as the statement says."""
-    taken = lengths_in_table(chain)
+    """Sample a number for each length that the table leaves open; no two are equal, as the statement promises."""
+    taken = list_table_lengths(chain)
     lengths: dict[sp.Symbol, sp.Rational] = {}
     for symbol in chain.parameters:
         first = rng.integer(0, 10)
@@ -102,7 +96,7 @@ def sample_lengths(chain: Chain, rng: Stream) -> dict[sp.Symbol, sp.Rational]:
     return lengths
 
 
-def lengths_in_table(chain: Chain) -> set[sp.Expr]:
+def list_table_lengths(chain: Chain) -> set[sp.Expr]:
     """Return the lengths that the table gives as numbers."""
     return {abs(length) for joint in chain.joints for length in (joint.a, joint.d) if length.is_number}
 
@@ -120,7 +114,7 @@ def sample_situation(chain: Chain, rng: Stream) -> Situation:
     for _ in range(POSES):
         lengths, joints = sample_lengths(chain, rng), sample_pose(chain, rng)
         velocity = {v: sp.Rational(rng.choice([k for k in range(-8, 9) if k]), 20) for v in task_velocity(chain)}
-        if conditioning(chain, lengths, joints) > well_conditioned(chain):
+        if conditioning(chain, lengths, joints) > least_conditioning(chain):
             return Situation(lengths, joints, velocity)
     raise RuntimeError(f"no well-conditioned pose of {chain} was found; please report this")
 
@@ -131,10 +125,10 @@ def jacobian_at(chain: Chain, situation: Situation) -> list[Vector]:
     return arm.task_jacobian([arm.number(situation.joints[q]) for q in chain.q])
 
 
-def well_conditioned(chain: Chain) -> float:
+def least_conditioning(chain: Chain) -> float:
     """Return the least sigma_min/sigma_max of a pose given in numbers; few poses are better with many joints.
 
-    Where metres and radians are counted together the quotient says less, and a smaller one will do.
+    If the task has metres and radians, the quotient means less, and a smaller one will do.
     """
     kinds = {row[0] for row in chain.task}
     return 0.15 if chain.n <= BY_HAND and len(kinds) == 1 else 0.04
@@ -149,49 +143,24 @@ def _ask_joint_rates(chain: Chain, rng: Stream) -> Asked:
     return Number(numbers, units, THREE_DIGITS, floor), InSituation(situation=situation)
 
 
+OF_INVERSE = (("jacobian",), ("jacobian", "determinant"))
+OF_RATES = (("inverse-velocity",), ("inverse-jacobian",), *OF_INVERSE)
+"""From which answers the inverse, and joint rates in numbers, are derived."""
+
 QUESTIONS = (
     Question(
-        name="inverse-jacobian",
-        title="Inverse Jacobian",
-        source="appendix",
-        ask=_ask_inverse,
-        needs=("jacobian", "determinant"),
-        points=2.0,
-        objection=objection_unless_square,
-        too_long=objection_to_inverse,
-        result=stage("inverse"),
-        grid=lambda chain: (joint_rates(chain), chain.task),
-        is_made_of_jacobian=True,
-        is_made_of_minors=True,
-        substitutes=substitute_stage("inverse"),
-        follows=(("jacobian",), ("jacobian", "determinant")),
+        "inverse-jacobian", "Inverse Jacobian", "appendix", points=2.0, needs=("jacobian", "determinant"),
+        stage="inverse", grid=lambda chain: (joint_rates(chain), chain.task), objection=objection_unless_square,
+        too_long=objection_to_inverse, is_made_of_jacobian=True, is_made_of_minors=True, follows_from=OF_INVERSE,
     ),
     Question(
-        name="inverse-velocity",
-        title="Inverse velocity",
-        source="6.7",
-        ask=_ask_rates,
-        needs=("jacobian", "inverse-jacobian"),
-        points=2.0,
-        objection=objection_unless_square,
-        too_long=objection_to_inverse,
-        result=stage("rates"),
-        labels=joint_rates,
-        is_made_of_jacobian=True,
-        is_made_of_minors=True,
-        substitutes=substitute_vector("rates"),
-        follows=(("inverse-jacobian",), ("jacobian",), ("jacobian", "determinant")),
+        "inverse-velocity", "Inverse velocity", "6.7", points=2.0, needs=("jacobian", "inverse-jacobian"),
+        stage="rates", labels=joint_rates, objection=objection_unless_square, too_long=objection_to_inverse,
+        is_made_of_jacobian=True, is_made_of_minors=True, follows_from=OF_RATES[1:],
     ),
     Question(
-        name="joint-rates",
-        title="Joint rates at a configuration",
-        source="6.7",
-        ask=_ask_joint_rates,
-        needs=("inverse-velocity",),
-        objection=objection_unless_square,
-        result=stage("rates"),
-        labels=joint_rates,
-        is_made_of_jacobian=True,
-        follows=(("inverse-velocity",), ("inverse-jacobian",), ("jacobian",), ("jacobian", "determinant")),
+        "joint-rates", "Joint rates at a configuration", "6.7", needs=("inverse-velocity",),
+        stage="rates", sample=_ask_joint_rates, labels=joint_rates, objection=objection_unless_square,
+        is_made_of_jacobian=True, follows_from=OF_RATES,
     ),
-)
+)  # fmt: skip

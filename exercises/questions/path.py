@@ -26,9 +26,16 @@ from qdot.exercises.arm.path import Line, Station
 from qdot.exercises.arm.singularity import singular_set
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.problem.problem import Details, by_name
-from qdot.exercises.questions.base import Asked, Question, joint_rates, objection_unless_square, stage
-from qdot.exercises.questions.inversion import THREE_DIGITS, Configuration, conditioning, sample_lengths, sample_pose
-from qdot.exercises.questions.redundancy import open_angles, pose_of
+from qdot.exercises.questions.base import Asked, Question, joint_rates, objection_unless_square
+from qdot.exercises.questions.inversion import (
+    OF_RATES,
+    THREE_DIGITS,
+    Configuration,
+    conditioning,
+    sample_lengths,
+    sample_pose,
+)
+from qdot.exercises.questions.redundancy import open_angles
 
 STEP = 0.02
 """Distance of the places at which a line is looked at (m)."""
@@ -38,7 +45,7 @@ REGULAR, LESS_REGULAR, CLOSE = 0.15, 0.05, 0.03
 such line; and along a line that leads to a singularity."""
 
 TRIES = 1000
-"""Lines drawn before a less regular one is good enough."""
+"""Lines that are sampled before a less regular one is good enough."""
 
 
 @dataclass(frozen=True)
@@ -52,18 +59,36 @@ class Seam(Configuration):
         """Return the line in numbers of an arithmetic."""
         return Line(chain, self.lengths, self.joints, tuple(self.target.values()), context)
 
+    def joints_on(self, chain: Chain, s: sp.Expr) -> Vector:
+        """Return the joint values at the distance s from A, on the branch on which the arm starts."""
+        end, line = float(s), self.line(chain, PRECISE)
+        *_, last = self.line(chain).follow(end / max(1, round(end / STEP)) if end else 1.0, 1e-3, end)
+        q = line.joints_at(line.arm.number(s), [PRECISE.mpf(value) for value in last.joints])
+        assert q is not None
+        return q
+
     def at(self, chain: Chain, s: sp.Expr) -> "Place":
-        """Return the worked numbers at the distance s from A, four digits; angles in degrees, as the start is told."""
-        turning = [joint.kind == "R" for joint in chain.joints]
-        return _worked_place(self.line(chain, PRECISE), self.line(chain), sp.sympify(s), self.speed, turning)
+        """Return the worked numbers at the distance s from A, four digits; angles in degrees, as in the prompt."""
+        line, q = self.line(chain, PRECISE), self.joints_on(chain, sp.sympify(s))
+        distance, jacobian = line.arm.number(sp.sympify(s)), line.arm.task_jacobian(q)
+        sigma = PRECISE.svd_r(PRECISE.matrix(jacobian), compute_uv=False)
+        return Place(
+            sp.Float(PRECISE.nstr(distance, 5), 10),
+            _round(line.point(distance)),
+            _round([PRECISE.degrees(v) if joint.kind == "R" else v for v, joint in zip(q, chain.joints, strict=True)]),
+            round_matrix(jacobian),
+            four_digits(determinant(jacobian)),
+            _round([slope * line.arm.number(self.speed) for slope in line.slopes(q)]),
+            four_digits(min(sigma) / max(sigma)),
+        )
 
     def start(self, chain: Chain) -> sp.Matrix:
         """Return A, four digits."""
-        return _column(self.line(chain, PRECISE).start)
+        return _round(self.line(chain, PRECISE).start)
 
     def unit(self, chain: Chain) -> sp.Matrix:
         """Return the unit vector from A to B, four digits."""
-        return _column(self.line(chain, PRECISE).unit)
+        return _round(self.line(chain, PRECISE).unit)
 
     def length(self, chain: Chain) -> sp.Float:
         """Return the distance from A to B, four digits."""
@@ -88,31 +113,7 @@ class Place:
     conditioning: sp.Float
 
 
-def _worked_place(line: Line, rough: Line, s: sp.Expr, speed: sp.Rational, turning: Sequence[bool]) -> Place:
-    q, distance = joints_on(line, rough, s), line.arm.number(s)
-    jacobian = line.arm.task_jacobian(q)
-    sigma = PRECISE.svd_r(PRECISE.matrix(jacobian), compute_uv=False)
-    return Place(
-        sp.Float(PRECISE.nstr(distance, 5), 10),
-        _column(line.point(distance)),
-        _column([PRECISE.degrees(value) if turns else value for value, turns in zip(q, turning, strict=True)]),
-        round_matrix(jacobian),
-        four_digits(determinant(jacobian)),
-        _column([slope * line.arm.number(speed) for slope in line.slopes(q)]),
-        four_digits(min(sigma) / max(sigma)),
-    )
-
-
-def joints_on(line: Line, rough: Line, s: sp.Expr) -> Vector:
-    """Return the joint values at s on the branch on which the arm starts; `rough` is the same line in floats."""
-    end = float(s)
-    *_, last = rough.follow(end / max(1, round(end / STEP)) if end else 1.0, 1e-3, end)
-    q = line.joints_at(line.arm.number(s), [PRECISE.mpf(value) for value in last.joints])
-    assert q is not None
-    return q
-
-
-def _column(values: Vector) -> sp.Matrix:
+def _round(values: Vector) -> sp.Matrix:
     return round_matrix([[value] for value in values])
 
 
@@ -139,7 +140,7 @@ class AtDistance(OnPath):
     def given_values(self, chain: Chain) -> dict[str, float]:
         """Return the lengths, the joint values at the distance, and the velocity along the line."""
         seam, line = self.seam, self.seam.line(chain, PRECISE)
-        joints = joints_on(line, seam.line(chain), self.distance)
+        joints = seam.joints_on(chain, self.distance)
         values = {symbol.name: float(value) for symbol, value in seam.lengths.items()}
         values |= {q.name: float(value) for q, value in zip(chain.q, joints, strict=True)}
         return values | {row: float(u) * float(seam.speed) for row, u in zip(chain.task, line.unit, strict=True)}
@@ -159,7 +160,7 @@ def _object_to_path(chain: Chain) -> str | None:
     return None
 
 
-def _ask_path_rates(chain: Chain, rng: Stream) -> Asked:
+def _ask_path_rates(chain: Chain, rng: Stream) -> Asked | None:
     for attempt in range(2 * TRIES):
         regular, least, most = (REGULAR, 25, 60) if attempt < TRIES else (LESS_REGULAR, 15, 40)
         seam = _sample_seam(chain, rng, least, most, 1.3 * regular)
@@ -169,17 +170,16 @@ def _ask_path_rates(chain: Chain, rng: Stream) -> Asked:
         stations = list(line.follow(STEP, regular))
         if stations[-1:] and stations[-1].s > float(line.length) - STEP:
             last = int(20 * float(line.length)) - 1  # in steps of 5 cm
-            return _rates_at(chain, seam, sp.Rational(5 * rng.integer(min(3, last), last), 100))
-    raise RuntimeError(f"no line was found that {chain} can follow; please report this")
+            return _ask_rates_at(chain, seam, sp.Rational(5 * rng.integer(min(3, last), last), 100))
+    return None
 
 
-def _rates_at(chain: Chain, seam: Seam, s: sp.Rational) -> Asked:
+def _ask_rates_at(chain: Chain, seam: Seam, s: sp.Rational) -> Asked:
     line = seam.line(chain, PRECISE)
-    q = joints_on(line, seam.line(chain), s)
-    rates = [slope * line.arm.number(seam.speed) for slope in line.slopes(q)]
+    rates = [slope * line.arm.number(seam.speed) for slope in line.slopes(seam.joints_on(chain, s))]
     units = tuple("rad/s" if joint.kind == "R" else "m/s" for joint in chain.joints)
     floor = 0.001 * float(max(map(abs, rates)))
-    details = AtDistance(seam=seam, distance=s, pose=pose_of(seam, chain))
+    details = AtDistance(seam=seam, distance=s, pose=seam.figure)
     return Number(sp.Matrix(list(map(ten_digits, rates))), units, THREE_DIGITS, floor), details
 
 
@@ -190,10 +190,10 @@ def _sample_seam(chain: Chain, rng: Stream, least: int, most: int, regular: floa
     speed = sp.Rational(rng.integer(2, 8), 40)
     if not least**2 <= sum(k * k for k in way) <= most**2 or conditioning(chain, lengths, joints) < regular:
         return None
-    return Seam(lengths, joints, _point_towards(chain, lengths, joints, way), speed)
+    return Seam(lengths, joints, _place_target(chain, lengths, joints, way), speed)
 
 
-def _point_towards(
+def _place_target(
     chain: Chain, lengths: dict[sp.Symbol, sp.Rational], joints: dict[sp.Symbol, sp.Expr], way: Sequence[int]
 ) -> dict[str, sp.Rational]:
     """Return a point in whole centimetres that is `way` (cm) from where P is, as nearly as can be."""
@@ -235,20 +235,20 @@ def _object_to_limit(chain: Chain) -> str | None:
     return refused if refused else None if singular_set(chain) else "it has no singular configuration to come near to"
 
 
-def _ask_path_limit(chain: Chain, rng: Stream) -> Asked:
+def _ask_path_limit(chain: Chain, rng: Stream) -> Asked | None:
     for attempt in range(2 * TRIES):
         seam = _sample_seam_to_singularity(chain, rng, REGULAR if attempt < TRIES else LESS_REGULAR)
         if seam is None:
             continue
         stations = list(seam.line(chain).follow(STEP, CLOSE))
-        crossings = list(_crossings(stations, float(seam.speed)))
+        crossings = list(_find_crossings(stations, float(seam.speed)))
         if crossings:
             crossing = rng.choice(crossings)
-            s = ten_digits(_exact_crossing(chain, seam, crossing))
-            pose = pose_of(seam, chain)
+            s = ten_digits(_locate_crossing(chain, seam, crossing))
+            pose = seam.figure
             details = ToLimit(seam=seam, joint=crossing.joint + 1, limit=crossing.limit, pose=pose)
             return Number(sp.Matrix([s]), ("m",), THREE_DIGITS, 1e-6), details
-    raise RuntimeError(f"no line was found on which a rate of {chain} exceeds a limit; please report this")
+    return None
 
 
 def _sample_seam_to_singularity(chain: Chain, rng: Stream, regular: float) -> Seam | None:
@@ -270,11 +270,11 @@ def _sample_seam_to_singularity(chain: Chain, rng: Stream, regular: float) -> Se
     if conditioning(chain, lengths, joints) < regular:
         return None
     past = [rng.choice((-1, 1)) * rng.integer(1, 6) for _ in chain.task]
-    target = _point_towards(chain, lengths, singular, past)
+    target = _place_target(chain, lengths, singular, past)
     return Seam(lengths, joints, target, sp.Rational(rng.integer(2, 8), 40))
 
 
-def _crossings(stations: Sequence[Station], speed: float) -> list[Crossing]:
+def _find_crossings(stations: Sequence[Station], speed: float) -> list[Crossing]:
     """Return where a joint's speed clearly exceeds a round limit for the first time, growing towards a singularity."""
     crossings = []
     for joint in range(len(stations[0].slopes) if stations else 0):
@@ -303,14 +303,15 @@ def _is_clear(stations: Sequence[Station], speeds: Sequence[float], k: int, limi
     )
 
 
-def _exact_crossing(chain: Chain, seam: Seam, crossing: Crossing) -> Any:
+def _locate_crossing(chain: Chain, seam: Seam, crossing: Crossing) -> Any:
     """Return the distance at which the joint's speed is its limit, to 30 digits: first by floats, then from there."""
-    rough, near = _root(seam, seam.line(chain), crossing, (crossing.before.s, crossing.after.s), crossing.before.joints)
-    s, _ = _root(seam, seam.line(chain, PRECISE), crossing, (rough - 1e-9, rough + 1e-9), near)
+    before = crossing.before
+    rough, near = _solve(seam, seam.line(chain), crossing, (before.s, crossing.after.s), before.joints)
+    s, _ = _solve(seam, seam.line(chain, PRECISE), crossing, (rough - 1e-9, rough + 1e-9), near)
     return s
 
 
-def _root(
+def _solve(
     seam: Seam, line: Line, crossing: Crossing, ends: tuple[float, float], near: Sequence[float]
 ) -> tuple[Any, Vector]:
     """Return s near `ends` at which |rate| = limit, and the joint values there, by the secant rule."""
@@ -325,42 +326,18 @@ def _root(
         q = joints
         return abs(line.slopes(q)[crossing.joint]) * speed - limit
 
-    a, b = (context.mpf(end) for end in ends)
-    at_a, at_b = excess(a), excess(b)
-    for _ in range(60):
-        if abs(b - a) < 2.0**10 * context.eps or at_a == at_b:
-            break
-        a, b, at_a = b, b - at_b * (b - a) / (at_b - at_a), at_b
-        at_b = excess(b)
-    return b, q
+    return context.findroot(excess, [context.mpf(end) for end in ends]), q
 
 
 QUESTIONS = (
     Question(
-        name="path-rates",
-        title="Joint rates along a path",
-        source="6.7 on a welding path",
-        ask=_ask_path_rates,
-        needs=("inverse-velocity",),
-        points=2.0,
-        objection=_object_to_path,
-        result=stage("rates"),
-        labels=joint_rates,
-        is_made_of_jacobian=True,
-        follows=(("inverse-velocity",), ("inverse-jacobian",), ("jacobian",), ("jacobian", "determinant")),
+        "path-rates", "Joint rates along a path", "6.7 on a welding path", points=2.0, needs=("inverse-velocity",),
+        stage="rates", sample=_ask_path_rates, labels=joint_rates, objection=_object_to_path,
+        is_made_of_jacobian=True, follows_from=OF_RATES,
     ),
     Question(
-        name="path-limit",
-        title="Where a joint rate exceeds its limit",
-        source="6.7 near a singularity",
-        ask=_ask_path_limit,
-        needs=("path-rates",),
-        points=2.0,
-        objection=_object_to_limit,
-        entry_names=lambda chain, _: ["s"],
-        without={
-            "diagnosis": "a distance at which a limit is met does not tell one mistake from another",
-            "follow-through": "it is searched for along the line, and rates are asked for at one distance only",
-        },
+        "path-limit", "Where a joint rate exceeds its limit", "6.7 near a singularity", points=2.0,
+        needs=("path-rates",), sample=_ask_path_limit, entry_names=lambda chain, _: ["s"], objection=_object_to_limit,
+        follows_from=(),
     ),
 )  # fmt: skip

@@ -21,19 +21,13 @@ from qdot.exercises.arm.mpmath_kinematics import (
     ten_digits,
 )
 from qdot.exercises.common.stream import Stream
-from qdot.exercises.questions.base import Asked, Question, number
+from qdot.exercises.questions.base import Asked, Question
 from qdot.exercises.questions.inversion import THREE_DIGITS, InSituation, Situation, jacobian_at, sample_situation
-from qdot.exercises.questions.redundancy import (
-    NOTHING,
-    jacobian_somewhere,
-    objection_to_mixed_joints,
-    open_angles,
-    pose_of,
-)
+from qdot.exercises.questions.redundancy import NOTHING, jacobian_somewhere, objection_to_mixed_joints, open_angles
 
 
 def _object_to_arm(chain: Chain) -> str | None:
-    """Return the objection to arms whose w is always zero, always the same, or of no unit that can be said."""
+    """Return the objection to arms whose w is always zero, always the same, or without a common unit."""
     m, n = len(chain.task), chain.n
     if n < m:
         return f"it has {n} joints for the {m} rows {', '.join(chain.task)}: J J^T is singular everywhere"
@@ -66,7 +60,7 @@ def _ask_manipulability(chain: Chain, rng: Stream) -> Asked:
     value = ten_digits(PRECISE.sqrt(determinant(gram(jacobian_at(chain, situation)))))
     power = unit_power(chain)
     unit = {0: "", 1: "m"}.get(power, f"m^{power}")
-    return Number(sp.Matrix([value]), (unit,), THREE_DIGITS, 1e-9), _details(chain, situation, power)
+    return Number(sp.Matrix([value]), (unit,), THREE_DIGITS, 1e-9), _describe_measures(chain, situation, power)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -78,14 +72,14 @@ class Measured(InSituation):
     power: int | None = None
 
 
-def _details(chain: Chain, situation: Situation, power: int | None = None) -> Measured:
+def _describe_measures(chain: Chain, situation: Situation, power: int | None = None) -> Measured:
     squares = sorted((value**2 for value in singular_values(chain, situation)), reverse=True)
     return Measured(
         situation=situation,
         gram=round_matrix(gram(jacobian_at(chain, situation))),
         eigenvalues=tuple(map(four_digits, squares)),
         power=power,
-        pose=pose_of(situation, chain),
+        pose=situation.figure,
     )
 
 
@@ -99,30 +93,18 @@ def _ask_condition_number(chain: Chain, rng: Stream) -> Asked:
     situation = sample_situation(chain, rng)
     sigma = singular_values(chain, situation)
     value = ten_digits(max(sigma) / min(sigma))
-    return Number(sp.Matrix([value]), ("",), THREE_DIGITS, 1e-9), _details(chain, situation)
+    return Number(sp.Matrix([value]), ("",), THREE_DIGITS, 1e-9), _describe_measures(chain, situation)
 
 
 QUESTIONS = (
     Question(
-        name="manipulability",
-        title="Manipulability at a configuration",
-        source="below 6.8",
-        ask=_ask_manipulability,
-        needs=("jacobian",),
+        "manipulability", "Manipulability at a configuration", "below 6.8", needs=("jacobian",),
+        stage="manipulability", sample=_ask_manipulability, entry_names=lambda chain, _: ["w"],
         objection=_object_to_arm,
-        result=number("manipulability"),
-        entry_names=lambda chain, _: ["w"],
-        follows=(("jacobian",),),
     ),
     Question(
-        name="condition-number",
-        title="Condition number at a configuration",
-        source="below 6.8",
-        ask=_ask_condition_number,
-        needs=("jacobian",),
+        "condition-number", "Condition number at a configuration", "below 6.8", needs=("jacobian",),
+        stage="condition number", sample=_ask_condition_number, entry_names=lambda chain, _: [r"\kappa"],
         objection=_object_to_ratio,
-        result=number("condition number"),
-        entry_names=lambda chain, _: [r"\kappa"],
-        follows=(("jacobian",),),
     ),
 )  # fmt: skip

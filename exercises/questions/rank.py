@@ -1,104 +1,89 @@
 """Rank, lost direction and meaning of a singular configuration (null space of J transposed; 6.8)."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import lru_cache, partial
 from itertools import combinations
 
 import numpy as np
 import sympy as sp
 
-from qdot.exercises.answers import Choice, Direction, Number
+from qdot.exercises.answers import Direction, Number
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.classification import representative_samples
 from qdot.exercises.arm.derivation import derive, structure
-from qdot.exercises.arm.directions import (
-    Line,
-    LostFormula,
-    clear_rank,
-    lost_formula,
-    value_sets,
-)
+from qdot.exercises.arm.directions import Line, LostFormula, clear_rank, lost_formula, value_sets
 from qdot.exercises.arm.kinds import kind_at, kind_is_sure
 from qdot.exercises.arm.meanings import Meaning, Reading, common_kind, read_meanings
 from qdot.exercises.arm.singularity import Component, singular_set
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.problem.problem import Details
-from qdot.exercises.questions.base import Asked, Question, stage
+from qdot.exercises.questions.base import Asked, Question, shuffle_options
 from qdot.exercises.questions.geometry import (
     AtPose,
     Branch,
     Pose,
     branches,
+    find_singular_pose,
+    full_rank,
     jacobian_at,
     precise_lost_direction,
-    regular_pose,
-    sample_of,
-    shown_pose,
-    singular_pose,
-    singular_samples,
+    sample_regular_pose,
+    sample_shown_pose,
+    sample_singular_pose,
+    sample_singular_poses,
+    to_sample,
 )
 from qdot.exercises.questions.inversion import THREE_DIGITS
-from qdot.exercises.questions.lost_lines import SAMPLES, Motion, lost_motion, parallel_lines
+from qdot.exercises.questions.lost_lines import SAMPLES, Motion, find_lost_motion, find_parallel_lines
+from qdot.exercises.questions.singular import objection_unless_singular
 
 MOST_ROWS = 4
 """Rows of a Jacobian whose null space is found by hand."""
 
+Sampler = Callable[[Chain, Stream], Pose | None]
+
 KINDS = 60
 """Configurations at which the kind of a branch is established."""
-
-
-def _object_unless_singular(chain: Chain) -> str | None:
-    components = singular_set(chain)
-    if components is None:
-        return "its Jacobian has less than full rank everywhere"
-    return None if components else "it has no singular configuration"
 
 
 # --- rank ---
 
 
 @lru_cache(maxsize=1024)
-def _deep_sets(generic: Chain) -> tuple[tuple[int, ...], ...]:
+def _find_deep_sets(generic: Chain) -> tuple[tuple[int, ...], ...]:
     """Return which components of a structure, together, take more than one from the rank."""
-    components, full = singular_set(generic) or (), min(len(generic.task), generic.n)
-    deep = []
-    for size in (1, 2, 3):
-        for chosen in combinations(range(len(components)), size):
-            for rank in range(full - 2, -1, -1):
-                if singular_pose(generic, [components[i] for i in chosen], Stream(f"deep/{chosen}"), rank):
-                    deep.append(chosen)
-                    break
-    return tuple(deep)
+    components = singular_set(generic) or ()
+
+    def loses_more_than_one(chosen: tuple[int, ...]) -> bool:
+        on = [components[i] for i in chosen]
+        lost_counts = range(2, full_rank(generic) + 1)
+        return any(sample_singular_pose(generic, on, Stream(f"deep/{chosen}"), lost) for lost in lost_counts)
+
+    sets = (chosen for size in (1, 2, 3) for chosen in combinations(range(len(components)), size))
+    return tuple(filter(loses_more_than_one, sets))
 
 
-def _deep_pose(chain: Chain, rng: Stream) -> Pose | None:
-    """Draw a pose at which more than one is taken from the rank."""
+_sample_formula_pose = partial(sample_singular_pose, exact=True, symbolic=True)
+
+
+def _sample_deep_pose(chain: Chain, rng: Stream) -> Pose | None:
+    """Sample a pose at which more than one is taken from the rank."""
     generic, fill = structure(chain).chain, derive(chain).fill
     known = singular_set(generic) or ()
     arm_components = {component.conditions: component for component in singular_set(chain) or ()}
-    full = min(len(chain.task), chain.n)
-    for chosen in rng.permutation(_deep_sets(generic)):
+    for chosen in rng.permutation(_find_deep_sets(generic)):
         here = [arm_components.get(tuple(map(fill, known[i].conditions))) for i in chosen]
         components = [component for component in here if component is not None]
         if len(components) == len(chosen):
-            pose = singular_pose(chain, components, rng, exact=True, symbolic=True)
-            if pose is not None and (clear_rank(jacobian_at(chain, pose)) or 0) < full - 1:
+            pose = _sample_formula_pose(chain, components, rng)
+            if pose is not None and (clear_rank(jacobian_at(chain, pose)) or 0) < full_rank(chain) - 1:
                 return pose
     return None
 
 
-def _single_pose(chain: Chain, rng: Stream) -> Pose | None:
-    full = min(len(chain.task), chain.n)
-    for component in rng.permutation(singular_set(chain) or ()):
-        pose = singular_pose(chain, (component,), rng, full - 1, exact=True, symbolic=True)
-        if pose is not None:
-            return pose
-    return None
-
-
-def _regular_pose(chain: Chain, rng: Stream) -> Pose | None:
-    return regular_pose(chain, rng, exact=True)
+_sample_regular_pose = partial(sample_regular_pose, exact=True)
+_sample_single_pose = partial(find_singular_pose, lost=1, sample=_sample_formula_pose)
 
 
 @dataclass(frozen=True)
@@ -116,20 +101,21 @@ class OfRank(AtPose):
     facts: RankFacts
 
 
-def _ask_rank(chain: Chain, rng: Stream) -> Asked:
-    """Draw how much of the rank is lost, none included, then a pose of that kind, exact: rounding gives full rank."""
-    for draw in rng.permutation((_regular_pose, _single_pose, _deep_pose)):
-        pose = draw(chain, rng)
+def _ask_rank(chain: Chain, rng: Stream) -> Asked | None:
+    """Choose how much of the rank is lost, if any, then sample an exact pose of that kind: rounding gives full rank."""
+    samplers: tuple[Sampler, ...] = (_sample_regular_pose, _sample_single_pose, _sample_deep_pose)
+    for sample in rng.permutation(samplers):
+        pose = sample(chain, rng)
         if pose is not None:
             jacobian = jacobian_at(chain, pose)
             rank = clear_rank(jacobian)
-            facts = RankFacts(_independent_columns(jacobian), _vanishing_conditions(chain, pose))
+            facts = RankFacts(_find_independent_columns(jacobian), _find_vanishing_conditions(chain, pose))
             answer = Number(sp.Matrix([[rank]]), ("",), 1e-9, 1e-9)
             return answer, OfRank(place=pose, facts=facts, pose=pose.figure)
-    raise RuntimeError(f"no configuration of {chain} has a clear rank; please report this")
+    return None
 
 
-def _independent_columns(jacobian: np.ndarray) -> tuple[int, ...]:
+def _find_independent_columns(jacobian: np.ndarray) -> tuple[int, ...]:
     """Return columns, from 1, that are independent and span all of them, the first that will do."""
     chosen: list[int] = []
     for column in range(jacobian.shape[1]):
@@ -139,7 +125,7 @@ def _independent_columns(jacobian: np.ndarray) -> tuple[int, ...]:
     return tuple(column + 1 for column in chosen)
 
 
-def _vanishing_conditions(chain: Chain, pose: Pose) -> tuple[tuple[sp.Expr, ...], ...]:
+def _find_vanishing_conditions(chain: Chain, pose: Pose) -> tuple[tuple[sp.Expr, ...], ...]:
     """Return the conditions of the components on which a pose lies."""
     components = singular_set(chain) or ()
     return tuple(
@@ -153,7 +139,7 @@ def _vanishing_conditions(chain: Chain, pose: Pose) -> tuple[tuple[sp.Expr, ...]
 
 
 def _object_to_direction(chain: Chain) -> str | None:
-    refused = _object_unless_singular(chain)
+    refused = objection_unless_singular(chain)
     if refused is not None:
         return refused
     m = len(chain.task)
@@ -168,12 +154,12 @@ def _object_to_vector(chain: Chain) -> str | None:
     refused = _object_to_direction(chain)
     if refused is None and len(chain.task) > MOST_ROWS:
         return f"its Jacobian has {len(chain.task)} rows, too many to find a null space by hand"
-    if refused is None and not _branches_with_vector(chain):
+    if refused is None and not _find_branches_with_vector(chain):
         return "no singular configuration loses exactly one direction"
     return refused
 
 
-def _branches_with_vector(chain: Chain) -> list[Branch]:
+def _find_branches_with_vector(chain: Chain) -> list[Branch]:
     """Return the branches on which a structure loses one direction, as a formula if there is one with formulas."""
     generic = structure(chain).chain
     single = [branch for branch in branches(chain) if loses_one_direction(generic, branch.generic)]
@@ -183,8 +169,7 @@ def _branches_with_vector(chain: Chain) -> list[Branch]:
 @lru_cache(maxsize=1024)
 def loses_one_direction(generic: Chain, component: Component) -> bool:
     """Tell whether a structure loses exactly one direction on a component, and can be placed there in numbers."""
-    full = min(len(generic.task), generic.n)
-    return singular_pose(generic, (component,), Stream("one"), full - 1) is not None
+    return sample_singular_pose(generic, (component,), Stream("one"), 1) is not None
 
 
 @dataclass(frozen=True)
@@ -199,7 +184,7 @@ class LostAt:
 
 @dataclass(frozen=True, kw_only=True)
 class LostInFormulas(Details):
-    """About a direction that is lost at joint values, whatever the others are."""
+    """About a direction that is lost at given joint values, for any values of the other joints."""
 
     lost: LostAt
 
@@ -209,26 +194,25 @@ class LostInFormulas(Details):
         return dict(self.lost.values)
 
 
-def _ask_direction(chain: Chain, rng: Stream) -> Asked:
+def _ask_direction(chain: Chain, rng: Stream) -> Asked | None:
     """Ask for a formula where the component has joint values and the vector is short, else for numbers at a pose."""
-    full = min(len(chain.task), chain.n)
-    for branch in rng.permutation(_branches_with_vector(chain)):
+    for branch in rng.permutation(_find_branches_with_vector(chain)):
         formula = lost_formula(structure(chain).chain, branch.generic)
         if formula is not None:
             direction = formula.direction.applyfunc(derive(chain).fill)
             if all(entry == 0 or entry.could_extract_minus_sign() for entry in direction):
                 direction = -direction
-            return Direction(direction), LostInFormulas(lost=_lost_at(chain, branch.component, formula))
-        pose = shown_pose(chain, (branch.component,), rng, full - 1)
+            return Direction(direction), LostInFormulas(lost=_describe_loss(chain, branch.component, formula))
+        pose = sample_shown_pose(chain, (branch.component,), rng, 1)
         if pose is not None:
             numbers = precise_lost_direction(chain, pose).applyfunc(
                 lambda value: sp.Float(value, 10) if value else sp.S.Zero
             )
             return Direction(numbers, THREE_DIGITS), AtPose(place=pose, pose=pose.figure)
-    raise RuntimeError(f"no singular configuration of {chain} loses one direction; please report this")
+    return None
 
 
-def _lost_at(chain: Chain, component: Component, formula: LostFormula) -> LostAt:
+def _describe_loss(chain: Chain, component: Component, formula: LostFormula) -> LostAt:
     (values,) = value_sets(component)
     jacobian = None if formula.jacobian is None else formula.jacobian.applyfunc(derive(chain).fill)
     return LostAt(values, tuple(q for q in chain.q if q not in dict(values)), jacobian, formula.columns)
@@ -249,25 +233,25 @@ class Where:
 def _describe_where(chain: Chain, branch: Branch) -> Where | None:
     if branch.component.solutions is not None:
         return Where(value_sets(branch.component)[0])
-    reading = reading_of(structure(chain).chain, branch.generic)
+    reading = read_branch(structure(chain).chain, branch.generic)
     if reading is None or len(branch.component.conditions) > 1 or reading.right.kind != "on axis":
         return None
     return Where((), reading.right.words, branch.component.conditions[0])
 
 
-def _lost_motions(chain: Chain) -> list[tuple[Where, Branch, Motion]]:
+def _find_lost_motions(chain: Chain) -> list[tuple[Where, Branch, Motion]]:
     generic = structure(chain).chain
     return [
         (where, branch, motion)
         for branch in branches(chain)
         if (where := _describe_where(chain, branch)) is not None
-        and (motion := lost_motion(generic, branch.generic)) is not None
+        and (motion := find_lost_motion(generic, branch.generic)) is not None
     ]
 
 
 def _object_to_motion(chain: Chain) -> str | None:
     refused = _object_to_direction(chain)
-    if refused is None and not _lost_motions(chain):
+    if refused is None and not _find_lost_motions(chain):
         return "no line of the arm tells a direction that is lost"
     return refused
 
@@ -290,14 +274,13 @@ class OfMotion(Details):
 
 
 def _ask_motion(chain: Chain, rng: Stream) -> Asked:
-    where, branch, motion = rng.choice(_lost_motions(chain))
-    parallel = parallel_lines(structure(chain).chain, branch.generic)
+    where, branch, motion = rng.choice(_find_lost_motions(chain))
+    parallel = find_parallel_lines(structure(chain).chain, branch.generic)
     chosen = [rng.choice(motion.right)]
     for line in rng.permutation(motion.wrong):
         if len(chosen) < 4 and not any(parallel[line, chosen_line] for chosen_line in chosen):
             chosen.append(line)
-    order = rng.permutation(chosen)
-    answer = Choice(tuple(line.words for line in order), order.index(chosen[0]))
+    answer, order = shuffle_options(chosen, chosen[0], rng, lambda line: line.words)
     return answer, OfMotion(asked=MotionAsked(where, motion.moving, motion.held, tuple(order)))
 
 
@@ -307,7 +290,7 @@ def lost_direction_where(chain: Chain, where: Where) -> tuple[LostAt, sp.Matrix]
         if branch.component.solutions is not None and value_sets(branch.component)[0] == where.values:
             formula = lost_formula(structure(chain).chain, branch.generic)
             if formula is not None and formula.jacobian is not None:
-                return _lost_at(chain, branch.component, formula), formula.direction.applyfunc(derive(chain).fill)
+                return _describe_loss(chain, branch.component, formula), formula.direction.applyfunc(derive(chain).fill)
     return None
 
 
@@ -315,33 +298,33 @@ def lost_direction_where(chain: Chain, where: Where) -> tuple[LostAt, sp.Matrix]
 
 
 @lru_cache(maxsize=1024)
-def reading_of(generic: Chain, component: Component) -> Reading | None:
-    """Return what all configurations of a branch of a structure look like; None where nothing is told."""
+def read_branch(generic: Chain, component: Component) -> Reading | None:
+    """Return what all configurations of a branch of a structure look like; None if no phrase fits."""
     more = representative_samples(generic, component.pieces())
-    meanings = read_meanings(generic, singular_samples(generic, component, SAMPLES), more)
-    if meanings is None or (len(meanings.wrong) < 2 and kind_of(generic, component) is None):
+    meanings = read_meanings(generic, sample_singular_poses(generic, component, SAMPLES), more)
+    if meanings is None or (len(meanings.wrong) < 2 and find_common_kind(generic, component) is None):
         return None
     return meanings
 
 
 @lru_cache(maxsize=1024)
-def kind_of(generic: Chain, component: Component) -> str | None:
+def find_common_kind(generic: Chain, component: Component) -> str | None:
     """Return the kind that all configurations of a branch of a structure have, None where it differs."""
-    return common_kind(generic, singular_samples(generic, component, KINDS)) if kind_is_sure(generic) else None
+    return common_kind(generic, sample_singular_poses(generic, component, KINDS)) if kind_is_sure(generic) else None
 
 
-def _readings(chain: Chain, order: Sequence[Branch]) -> Iterator[tuple[Branch, Reading]]:
-    """Yield the branches that can be told at sight, in the order given, each when it is asked for."""
+def _read_branches(chain: Chain, order: Sequence[Branch]) -> Iterator[tuple[Branch, Reading]]:
+    """Yield the branches whose look a phrase describes, in the order given, each when it is asked for."""
     generic = structure(chain).chain
     for branch in order:
-        reading = reading_of(generic, branch.generic)
+        reading = read_branch(generic, branch.generic)
         if reading is not None:
             yield branch, reading
 
 
 def _object_to_meaning(chain: Chain) -> str | None:
-    refused = _object_unless_singular(chain)
-    if refused is None and next(_readings(chain, branches(chain)), None) is None:
+    refused = objection_unless_singular(chain)
+    if refused is None and next(_read_branches(chain, branches(chain)), None) is None:
         return "nothing that can be told at sight is common to a whole component of its singular set"
     return refused
 
@@ -366,74 +349,57 @@ class OfMeaning(Details):
     asked: MeaningAsked
 
 
-def _ask_meaning(chain: Chain, rng: Stream) -> Asked:
+def _ask_meaning(chain: Chain, rng: Stream) -> Asked | None:
     """Offer the right meaning and kind, the other kind with it, and meanings that do not hold there."""
-    full = min(len(chain.task), chain.n)
-    for branch, reading in _readings(chain, rng.permutation(branches(chain))):
-        pose = shown_pose(chain, (branch.component,), rng, full - 1)
+    for branch, reading in _read_branches(chain, rng.permutation(branches(chain))):
+        pose = sample_shown_pose(chain, (branch.component,), rng, 1)
         if pose is None:
             continue
-        kind = _kind_with_numbers(chain, branch, pose)
+        kind = _find_kind_with_numbers(chain, branch, pose)
         kinds = ("boundary", "internal")
         offered = [(reading.right, kind)]
         if kind is not None:
             offered.append((reading.right, kinds[kind == "boundary"]))
         others = rng.permutation(reading.wrong)[: 4 - len(offered)]
         offered += [(false, None if kind is None else rng.choice(kinds)) for false in others]
-        order = rng.permutation(offered)
-        texts = tuple(m.words if k is None else f"{m.words}; {KIND_WORDS[k]}" for m, k in order)
+        answer, order = shuffle_options(offered, offered[0], rng, _describe_meaning)
         tied = branch.component.solutions is None
         values = () if tied else value_sets(branch.component)[0]
         condition = branch.component.conditions[0] if tied else None
         asked = MeaningAsked(values, pose if tied else None, condition, tuple(order))
-        return Choice(texts, order.index(offered[0])), OfMeaning(asked=asked)
-    raise RuntimeError(f"no singular configuration of {chain} has a clear meaning; please report this")
+        return answer, OfMeaning(asked=asked)
+    return None
 
 
-def _kind_with_numbers(chain: Chain, branch: Branch, pose: Pose) -> str | None:
+def _find_kind_with_numbers(chain: Chain, branch: Branch, pose: Pose) -> str | None:
     """Return the kind of a branch, unless the arm's own numbers make it another one."""
-    kind = kind_of(structure(chain).chain, branch.generic)
-    return kind if kind is not None and kind == kind_at(chain, sample_of(chain, pose)) else None
+    kind = find_common_kind(structure(chain).chain, branch.generic)
+    return kind if kind is not None and kind == kind_at(chain, to_sample(chain, pose)) else None
+
+
+def _describe_meaning(option: tuple[Meaning, str | None]) -> str:
+    meaning, kind = option
+    return meaning.words if kind is None else f"{meaning.words}; {KIND_WORDS[kind]}"
 
 
 KIND_WORDS = {"boundary": "a boundary singularity", "internal": "an internal singularity"}
 
 
+# No rank or lost direction follows from a wrong Jacobian, which mostly has full rank where J has not.
 QUESTIONS = (
     Question(
-        name="singularity-meaning",
-        title="Meaning of a singularity",
-        source="below 6.7",
-        ask=_ask_meaning,
-        objection=_object_to_meaning,
+        "singularity-meaning", "Meaning of a singularity", "below 6.7",
+        sample=_ask_meaning, objection=_object_to_meaning,
     ),
     Question(
-        name="rank",
-        title="Rank of the Jacobian",
-        source="6.8",
-        ask=_ask_rank,
-        needs=("jacobian",),
-        objection=_object_unless_singular,
-        entry_names=lambda chain, _: [r"\text{rank}"],
-        without={"follow-through": "a wrong Jacobian mostly has full rank where J has not"},
+        "rank", "Rank of the Jacobian", "6.8", needs=("jacobian",), sample=_ask_rank,
+        entry_names=lambda chain, _: [r"\text{rank}"], objection=objection_unless_singular, follows_from=(),
     ),
     Question(
-        name="lost-direction",
-        title="Lost direction of motion",
-        source="6.8",
-        ask=_ask_direction,
-        needs=("jacobian",),
-        objection=_object_to_vector,
-        result=stage("lost direction"),
+        "lost-direction", "Lost direction of motion", "6.8", needs=("jacobian",),
+        stage="lost direction", sample=_ask_direction, objection=_object_to_vector, is_made_of_jacobian=True,
         entry_names=lambda chain, _: [f"u_{{{row}}}" for row in range(1, len(chain.task) + 1)],
-        is_made_of_jacobian=True,
-        without={"follow-through": "a wrong Jacobian mostly loses no direction where J does"},
+        follows_from=(),
     ),
-    Question(
-        name="lost-motion",
-        title="Motion that is lost",
-        source="6.8",
-        ask=_ask_motion,
-        objection=_object_to_motion,
-    ),
-)
+    Question("lost-motion", "Motion that is lost", "6.8", sample=_ask_motion, objection=_object_to_motion),
+)  # fmt: skip

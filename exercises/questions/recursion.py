@@ -1,6 +1,6 @@
 """Velocities from frame to frame, each in its own coordinates: what courses with a modified table work out (Craig).
 
-With R = R_{i-1,i}^T and P_i the origin of frame i in frame i-1, each vector in the frame that stands before it:
+With R = R_{i-1,i}^T and P_i the origin of frame i in frame i-1, each vector in the frame written before it:
 
     i_omega_i = R i-1_omega_i-1 + qd_i z,   i_v_i = R (i-1_v_i-1 + i-1_omega_i-1 x P_i)           revolute
     i_omega_i = R i-1_omega_i-1,            i_v_i = R (i-1_v_i-1 + i-1_omega_i-1 x P_i) + qd_i z   prismatic
@@ -12,7 +12,6 @@ from functools import lru_cache
 import numpy as np
 import sympy as sp
 
-from qdot.exercises.answers import Matrix
 from qdot.exercises.arm.arithmetic import apply_matrix
 from qdot.exercises.arm.chain import TASK_ROWS, Chain
 from qdot.exercises.arm.conventions import convention_of
@@ -22,8 +21,8 @@ from qdot.exercises.arm.derivation_graph import Working
 from qdot.exercises.arm.kinematics import Z
 from qdot.exercises.arm.trigonometry import count_terms, textbook
 from qdot.exercises.common.stream import Stream
-from qdot.exercises.problem.problem import Details, Part
-from qdot.exercises.questions.base import MOST_TERMS, Asked, Question, velocities
+from qdot.exercises.problem.problem import Details
+from qdot.exercises.questions.base import MOST_TERMS, Question, velocities
 
 FURTHEST = 3
 """Frames behind it are too much work by hand."""
@@ -50,7 +49,7 @@ class FromFrameToFrame(Details):
 
 
 @lru_cache(maxsize=1024)
-def _steps(generic: Chain) -> tuple[Step, ...]:
+def _derive_steps(generic: Chain) -> tuple[Step, ...]:
     """Return the recursion over all frames of a structure."""
     omega = v = sp.zeros(3, 1)
     steps = []
@@ -74,59 +73,46 @@ def _collect_rates(vector: sp.Matrix, generic: Chain) -> sp.Matrix:
     return vector.applyfunc(entry)
 
 
-def _velocity(chain: Chain, frame: int) -> sp.Matrix:
-    fill, step = derive(chain).fill, _steps(structure(chain).chain)[frame - 1]
-    return step.v.col_join(step.omega).applyfunc(fill)
-
-
-def _ask(chain: Chain, rng: Stream) -> Asked:
-    fill = derive(chain).fill
-    frame = rng.choice(_frames(chain))
-    steps = tuple(
-        Step(
-            step.number,
-            step.kind,
-            *(matrix.applyfunc(fill) for matrix in (step.rotation, step.origin, step.omega, step.v)),
-        )
-        for step in _steps(structure(chain).chain)[:frame]
+def _choose_frame(chain: Chain, rng: Stream) -> FromFrameToFrame:
+    fill, frame = derive(chain).fill, rng.choice(_find_frames(chain))
+    steps = _derive_steps(structure(chain).chain)[:frame]
+    filled = (
+        Step(step.number, step.kind, *(m.applyfunc(fill) for m in (step.rotation, step.origin, step.omega, step.v)))
+        for step in steps
     )
-    return Matrix(_velocity(chain, frame)), FromFrameToFrame(frame=frame, steps=steps)
+    return FromFrameToFrame(frame=frame, steps=tuple(filled))
 
 
-def _frames(chain: Chain) -> list[int]:
+def _find_frames(chain: Chain) -> list[int]:
     """Return the frames whose velocity is no matter of one joint, and can be worked out by hand."""
     return [frame for frame in range(2, min(chain.n, FURTHEST) + 1) if _count_terms(chain, frame) <= MOST_TERMS]
 
 
 @lru_cache(maxsize=4096)
 def _count_terms(chain: Chain, frame: int) -> int:
-    return count_terms(_velocity(chain, frame))
-
-
-def _object_to_joints(chain: Chain) -> str | None:
-    return None if chain.n > 1 else "it has one joint"
+    step = _derive_steps(structure(chain).chain)[frame - 1]
+    return count_terms(step.v.col_join(step.omega).applyfunc(derive(chain).fill))
 
 
 def _object_to_length(chain: Chain) -> str | None:
-    return None if _frames(chain) else "the velocities of its frames are too long to be worked out by hand"
+    return None if _find_frames(chain) else "the velocities of its frames are too long to be worked out by hand"
 
 
-def _result(w: Working, part: Part) -> np.ndarray:
-    frame = part.about(FromFrameToFrame).frame
-    return apply_matrix(w.up_to(frame)["tool jacobian"], w["joint rates"][:frame])
+def _derive_velocity(w: Working, details: Details) -> np.ndarray:
+    assert isinstance(details, FromFrameToFrame)
+    return apply_matrix(w.up_to(details.frame)["tool jacobian"], w["joint rates"][: details.frame])
+
+
+def _write_velocity(chain: Chain, details: Details) -> sp.Matrix:
+    assert isinstance(details, FromFrameToFrame)
+    return details.steps[-1].v.col_join(details.steps[-1].omega)
 
 
 QUESTIONS = (
     Question(
-        name="own-frame-velocity",
-        title="Velocity of a frame in its own coordinates",
-        source="6.9 and 6.10",
-        ask=_ask,
-        points=2.0,
-        speaks_of=FRAMES_OF_JOINTS,
-        objection=_object_to_joints,
-        too_long=_object_to_length,
-        result=_result,
-        entry_names=lambda chain, _: velocities(TASK_ROWS),
+        "own-frame-velocity", "Velocity of a frame in its own coordinates", "6.9 and 6.10", points=2.0,
+        speaks_of=FRAMES_OF_JOINTS, formula=_derive_velocity, reference=_write_velocity, details=_choose_frame,
+        entry_names=lambda chain, _: velocities(TASK_ROWS), too_long=_object_to_length,
+        objection=lambda chain: None if chain.n > 1 else "it has one joint",
     ),
-)
+)  # fmt: skip

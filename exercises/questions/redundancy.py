@@ -26,8 +26,8 @@ from qdot.exercises.arm.mpmath_kinematics import (
 from qdot.exercises.arm.trigonometry import Factored, factor_trig
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.problem.problem import Details
-from qdot.exercises.questions.base import Asked, Question, joint_rates, number, stage
-from qdot.exercises.questions.inversion import THREE_DIGITS, Configuration, InSituation, jacobian_at, sample_situation
+from qdot.exercises.questions.base import Asked, Question, joint_rates
+from qdot.exercises.questions.inversion import THREE_DIGITS, InSituation, jacobian_at, sample_situation
 
 TERMS = 12
 """Terms that a person can be asked to handle in det(J J^T); half of them in a self-motion."""
@@ -72,15 +72,15 @@ def objection_to_mixed_joints(chain: Chain) -> str | None:
     return None
 
 
-# --- det(J J^T) ---
-
-
-def _object_to_gram(chain: Chain) -> str | None:
+def _object_to_least_norm(chain: Chain) -> str | None:
     return objection_unless_redundant(chain) or objection_to_mixed_joints(chain)
 
 
+# --- det(J J^T) ---
+
+
 def _object_to_length(chain: Chain) -> str | None:
-    if chain.n > JOINTS or _count_terms(_generic_gram(structure(chain).chain)) > TERMS:
+    if chain.n > JOINTS or _count_terms(_derive_gram(structure(chain).chain)) > TERMS:
         return "det(J J^T) is too long to work out by hand"
     return None
 
@@ -93,22 +93,24 @@ class OfMinors(Details):
     squares: tuple[sp.Expr, ...]
 
 
-def _ask_gram(chain: Chain, rng: Stream) -> Asked:
-    known, values = structure(chain), dict(structure(chain).values)
-    squares = tuple(minor.substitute(values) ** 2 for minor in split_minors(known.chain)[1])
-    return Expression(_generic_gram(known.chain).substitute(values)), OfMinors(
-        shared=_shared_factors(chain), squares=squares
-    )
+def _write_gram_determinant(chain: Chain) -> sp.Expr:
+    return _derive_gram(structure(chain).chain).substitute(dict(structure(chain).values))
 
 
-def _shared_factors(chain: Chain) -> sp.Expr:
+def _describe_gram(chain: Chain, rng: Stream) -> OfMinors:
+    values = dict(structure(chain).values)
+    squares = tuple(minor.substitute(values) ** 2 for minor in split_minors(structure(chain).chain)[1])
+    return OfMinors(shared=_find_shared_factors(chain), squares=squares)
+
+
+def _find_shared_factors(chain: Chain) -> sp.Expr:
     """Return the factors that all maximal minors have in common, 1 if there are none."""
     known = structure(chain)
     return split_minors(known.chain)[0].substitute(dict(known.values))
 
 
 @lru_cache(maxsize=1024)
-def _generic_gram(chain: Chain) -> Factored:
+def _derive_gram(chain: Chain) -> Factored:
     """Return det(J J^T) of a structure: what all minors share, squared, times the sum of squares of what is left."""
     shared, left = split_minors(chain)
     squares = sp.Add(*(Factored(abs(minor.coefficient), minor.factors).expression() ** 2 for minor in left))
@@ -144,15 +146,6 @@ def _count_leaves(expression: sp.Expr) -> int:
 # --- least-norm joint rates ---
 
 
-def _object_to_norm(chain: Chain) -> str | None:
-    return objection_unless_redundant(chain) or objection_to_mixed_joints(chain)
-
-
-def pose_of(configuration: Configuration, chain: Chain) -> dict[str, float]:
-    """Return the joint values by name, for the figure."""
-    return {q.name: float(configuration.joints[q]) for q in chain.q}
-
-
 @dataclass(frozen=True, kw_only=True)
 class LeastNorm(InSituation):
     """About rates J^T w: J J^T, and the weights w that solve J J^T w = v."""
@@ -173,7 +166,7 @@ def _ask_least_norm(chain: Chain, rng: Stream) -> Asked:
         situation=situation,
         gram=round_matrix(gram(jacobian)),
         weights=round_matrix([[weight] for weight in weights]),
-        pose=pose_of(situation, chain),
+        pose=situation.figure,
     )
     return Number(sp.Matrix(list(map(ten_digits, rates))), (unit,) * chain.n, THREE_DIGITS, floor), details
 
@@ -202,11 +195,11 @@ class InFormulas(Details):
 
 def _ask_self_motion(chain: Chain, rng: Stream) -> Asked:
     if chain.n <= JOINTS and sum(map(_count_terms, split_minors(structure(chain).chain)[1])) <= TERMS / 2:
-        return Direction(self_motion(chain)), InFormulas(situation=None, shared=_shared_factors(chain))
+        return Direction(self_motion(chain)), InFormulas(situation=None, shared=_find_shared_factors(chain))
     situation = sample_situation(chain, rng)
     jacobian = jacobian_at(chain, situation)
     numbers = sp.Matrix(list(map(ten_digits, null_vector(jacobian))))
-    return Direction(numbers, THREE_DIGITS), InSituation(situation=situation, pose=pose_of(situation, chain))
+    return Direction(numbers, THREE_DIGITS), InSituation(situation=situation, pose=situation.figure)
 
 
 def null_vector(jacobian: list[Vector]) -> Vector:
@@ -239,42 +232,19 @@ def self_motion(chain: Chain) -> sp.Matrix:
 
 QUESTIONS = (
     Question(
-        name="gram-determinant",
-        title="det(J Jᵀ) of a redundant arm",
-        source="6.8 for m < n",
-        ask=_ask_gram,
-        needs=("jacobian",),
-        points=2.0,
-        objection=_object_to_gram,
-        too_long=_object_to_length,
-        result=number("gram determinant"),
-        entry_names=lambda chain, _: [r"\det(J J^T)"],
-        is_made_of_jacobian=True,
-        is_made_of_minors=True,
-        follows=(("jacobian",),),
+        "gram-determinant", "det(J Jᵀ) of a redundant arm", "6.8 for m < n", points=2.0, needs=("jacobian",),
+        stage="gram determinant", written={"gram determinant": _write_gram_determinant}, answer_type=Expression,
+        details=_describe_gram, entry_names=lambda chain, _: [r"\det(J J^T)"],
+        objection=_object_to_least_norm, too_long=_object_to_length, is_made_of_jacobian=True, is_made_of_minors=True,
     ),
     Question(
-        name="least-norm-rates",
-        title="Joint rates of least norm",
-        source="6.7 for m < n",
-        ask=_ask_least_norm,
-        needs=("jacobian",),
-        objection=_object_to_norm,
-        result=lambda w, _: apply_matrix(w["pseudo-inverse"], w["wanted velocity"]),
-        labels=joint_rates,
-        is_made_of_jacobian=True,
-        follows=(("jacobian",),),
+        "least-norm-rates", "Joint rates of least norm", "6.7 for m < n", needs=("jacobian",),
+        formula=lambda w, _: apply_matrix(w["pseudo-inverse"], w["wanted velocity"]), sample=_ask_least_norm,
+        labels=joint_rates, objection=_object_to_least_norm, is_made_of_jacobian=True,
     ),
     Question(
-        name="self-motion",
-        title="Self-motion of a redundant arm",
-        source="6.4 for m < n",
-        ask=_ask_self_motion,
-        needs=("jacobian",),
-        objection=_object_to_motion,
-        result=stage("self-motion"),
-        labels=joint_rates,
+        "self-motion", "Self-motion of a redundant arm", "6.4 for m < n", needs=("jacobian",),
+        stage="self-motion", sample=_ask_self_motion, labels=joint_rates, objection=_object_to_motion,
         is_made_of_jacobian=True,
-        follows=(("jacobian",),),
     ),
 )  # fmt: skip

@@ -16,7 +16,7 @@ from qdot.exercises.questions import QUESTIONS
 
 def is_derived(part: Part) -> bool:
     """Return whether the answer to a part comes out of a derivation."""
-    return part.kind in QUESTIONS and QUESTIONS[part.kind].result is not None
+    return part.kind in QUESTIONS and QUESTIONS[part.kind].formula is not None
 
 
 def is_made_of_jacobian(part: Part) -> bool:
@@ -46,10 +46,10 @@ def result(w: Working, part: Part) -> np.ndarray:
 
     Raises TypeError for a part whose answer comes out of none.
     """
-    derived = QUESTIONS[part.kind].result
-    if derived is None:
+    formula = QUESTIONS[part.kind].formula
+    if formula is None:
         raise TypeError(f"the answer to {part.kind!r} comes out of no derivation")
-    answer = derived(w, part)
+    answer = formula(w, part.details)
     answer = answer[:, None] if answer.ndim == 2 else answer
     for name, change in w.changes:
         if name == RESULT:

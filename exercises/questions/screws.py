@@ -1,4 +1,4 @@
-"""Arms told by their axes at home: screws, the pose by exponentials, Jacobian and twist in the space and body frame.
+"""Arms described by their axes: screws, pose by exponentials, Jacobian and twist in the space and body frame.
 
 Notation of Lynch and Park: twists are worked out as (omega, v), and asked for in the order of the arm. The screw of
 joint i at home is S_i = (omega_i, -omega_i x q_i) of a revolute joint, (0, v_i) of a prismatic one. The space frame {s}
@@ -8,21 +8,21 @@ from {b}: J_b = [Ad_{T_bs}] J_s.
 """
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
-from functools import lru_cache
+from dataclasses import dataclass, replace
+from functools import lru_cache, partial
 
 import numpy as np
 import sympy as sp
 
-from qdot.exercises.answers import Matrix, Number
+from qdot.exercises.answers import Number
 from qdot.exercises.arm.arithmetic import apply_matrix
 from qdot.exercises.arm.axes_to_dh import Axis, exactly
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.arm.conventions.base import SCREWS
 from qdot.exercises.arm.derivation import derive, structure
-from qdot.exercises.arm.derivation_graph import Change, Working
-from qdot.exercises.arm.kinematics import Frame, frames_and_point
+from qdot.exercises.arm.derivation_graph import Working
+from qdot.exercises.arm.kinematics import frames_and_point
 from qdot.exercises.arm.mpmath_kinematics import numeric, ten_digits
 from qdot.exercises.arm.standard_table import axes_of
 from qdot.exercises.arm.trigonometry import count_terms, textbook, without_brackets
@@ -31,17 +31,19 @@ from qdot.exercises.problem.problem import Details, Part
 from qdot.exercises.questions.base import (
     Asked,
     Question,
-    Result,
-    Substitution,
+    objection_to_size,
     objection_to_terms,
     rates_to,
+    times_rates,
     velocities,
 )
 from qdot.exercises.questions.inversion import POSES, THREE_DIGITS, Configuration, sample_lengths, sample_pose
+from qdot.exercises.questions.reference import Written
+from qdot.exercises.questions.transforms import pose_formula
 
 SOURCE = "product of exponentials"
 DECIMALS = 3
-"""Of a twist that is told in numbers."""
+"""Of a twist that is given in numbers."""
 MOST_JOINTS = 4
 """Up to so many joints the pose is multiplied out by hand."""
 
@@ -80,7 +82,7 @@ class InSpace(Details):
 class InNumbers(Details):
     """About a twist in numbers: where the arm is, its rates, the twist (omega, v) in {b} that they give, 6 x 1.
 
-    The twist is rounded to three decimals, and what is asked follows from it as it is told.
+    The twist is rounded to three decimals, and what is asked follows from the rounded one.
     """
 
     place: Configuration
@@ -173,7 +175,7 @@ def space_jacobian(chain: Chain) -> sp.Matrix:
 # --- the body frame ---
 
 
-def _home_offsets(chain: Chain) -> dict[sp.Symbol, sp.Expr]:
+def _find_home_offsets(chain: Chain) -> dict[sp.Symbol, sp.Expr]:
     """Return the joint variables of the structure at home: what the table adds to them, odd angles as symbols."""
     home = {}
     for q, offset, joint in zip(chain.q, chain.offsets, chain.joints, strict=True):
@@ -183,27 +185,22 @@ def _home_offsets(chain: Chain) -> dict[sp.Symbol, sp.Expr]:
 
 
 @lru_cache(maxsize=1024)
-def _body_matrices(generic: Chain, home: tuple[tuple[sp.Symbol, sp.Expr], ...]) -> tuple[sp.Matrix, ...]:
+def _derive_body_matrices(generic: Chain, home: tuple[tuple[sp.Symbol, sp.Expr], ...]) -> tuple[sp.Matrix, ...]:
     """Return R_sb, the body Jacobian and [P] R_sb of a structure whose joints are at these values at home."""
     frames, point = frames_and_point(generic)
     last, at_home = frames[-1].rotation, frames[-1].rotation.xreplace(dict(home))
     rotation = _tidy(last * at_home.T)
     columns = []
-    for joint, seen in zip(generic.joints, _from_last_frame(generic, frames, point), strict=True):
-        z, arm = at_home * seen.rotation[:, 2], at_home * seen.origin
+    for joint, frame in zip(generic.joints, frames, strict=False):  # seen from the last frame, then from {b}
+        z = at_home * _tidy(last.T * frame.rotation[:, 2])
+        arm = at_home * _tidy(last.T * (point - frame.origin))
         linear, angular = (z.cross(arm), z) if joint.kind == "R" else (z, sp.zeros(3, 1))
         columns.append(angular.col_join(linear))
     return rotation, _tidy(sp.Matrix.hstack(*columns)), _tidy(hat(point) * rotation)
 
 
-def _from_last_frame(generic: Chain, frames: Sequence[Frame], point: sp.Matrix) -> list[Frame]:
-    """Return axis frames in the coordinates of the last one, and the vector from each to P there."""
-    turn = frames[-1].rotation.T
-    return [Frame(_tidy(turn * frame.rotation), _tidy(turn * (point - frame.origin))) for frame in frames[: generic.n]]
-
-
 def _is_oblique(chain: Chain) -> bool:
-    """Whether axes stand at odd angles to each other, or lie so at home that the table turns by odd ones there.
+    """Tell whether axes are at odd angles to each other, or have odd angles in the table at home.
 
     As symbols in the place of these angles, they make thousands of terms of what is short in numbers.
     """
@@ -213,16 +210,16 @@ def _is_oblique(chain: Chain) -> bool:
 
 
 def rotate_back(axis: Axis, angle: sp.Expr, vectors: sp.Matrix) -> sp.Matrix:
-    """Return vectors, 3 x k, turned about a direction by an angle the other way, multiplied out."""
+    """Return vectors, 3 x k, rotated back about a direction by an angle, multiplied out."""
     cross = hat(axis.direction)
     turn = sp.eye(3) - sp.sin(angle) * cross + (1 - sp.cos(angle)) * cross**2
     return (turn.applyfunc(sp.expand) * vectors).applyfunc(sp.expand)
 
 
-def _column_seen_from_body(chain: Chain, number: int) -> sp.Matrix:
+def _derive_column(chain: Chain, number: int) -> sp.Matrix:
     """Return a column of the body Jacobian, 6 x 1: its screw at home about P, moved back by the joints behind it.
 
-    About a point on the axis of a joint, omega and the velocity of that point are only turned by it, so that every
+    About a point on the axis of a joint, omega and the velocity of that point are only rotated by it, so that every
     joint's sine and cosine occurs once in each product.
     """
     axes, place = axes_of(chain)
@@ -242,43 +239,43 @@ def _column_seen_from_body(chain: Chain, number: int) -> sp.Matrix:
 
 
 @lru_cache(maxsize=256)
-def _oblique_body(chain: Chain) -> tuple[sp.Matrix, sp.Matrix]:
+def _derive_oblique_body(chain: Chain) -> tuple[sp.Matrix, sp.Matrix]:
     """Return R_sb and the body Jacobian by exponentials of the axes in the arm's own numbers."""
     back = sp.eye(3)
     for axis, q in zip(axes_of(chain)[0], chain.q, strict=True):
         back = rotate_back(axis, q, back) if axis.kind == "R" else back
-    jacobian = sp.Matrix.hstack(*(_column_seen_from_body(chain, number) for number in range(chain.n)))
+    jacobian = sp.Matrix.hstack(*(_derive_column(chain, number) for number in range(chain.n)))
     return back.T.applyfunc(without_brackets), jacobian.applyfunc(without_brackets)
 
 
-def _rotation_and_jacobian(chain: Chain) -> tuple[sp.Matrix, sp.Matrix]:
+def _derive_body(chain: Chain) -> tuple[sp.Matrix, sp.Matrix]:
     """Return R_sb and the body Jacobian."""
     if _is_oblique(chain):
-        return _oblique_body(chain)
-    rotation, jacobian, _ = _body_of_structure(chain)
+        return _derive_oblique_body(chain)
+    rotation, jacobian, _ = _fill_body(chain)
     return rotation, jacobian
 
 
-def _body_of_structure(chain: Chain) -> tuple[sp.Matrix, sp.Matrix, sp.Matrix]:
+def _fill_body(chain: Chain) -> tuple[sp.Matrix, sp.Matrix, sp.Matrix]:
     """Return R_sb, the body Jacobian and [P] R_sb out of those of the arm's structure."""
-    generic, home = structure(chain).chain, _home_offsets(chain)
+    generic, home = structure(chain).chain, _find_home_offsets(chain)
     known = {home[q]: offset for q, offset in zip(chain.q, chain.offsets, strict=True) if home[q].is_Symbol}
     fill = derive(chain).fill
     rotation, jacobian, moved = (
         matrix.applyfunc(lambda entry: without_brackets(fill(entry).xreplace(known)))
-        for matrix in _body_matrices(generic, tuple(home.items()))
+        for matrix in _derive_body_matrices(generic, tuple(home.items()))
     )
     return rotation, jacobian, moved
 
 
 def body_rotation(chain: Chain) -> sp.Matrix:
     """Return R_sb, 3 x 3, which is the identity at home."""
-    return _rotation_and_jacobian(chain)[0]
+    return _derive_body(chain)[0]
 
 
 def body_jacobian(chain: Chain) -> sp.Matrix:
     """Return J_b, 6 x n: the twist (omega, v) of the last link in {b}, v that of P."""
-    return _rotation_and_jacobian(chain)[1]
+    return _derive_body(chain)[1]
 
 
 def body_pose(chain: Chain) -> sp.Matrix:
@@ -293,71 +290,56 @@ def body_adjoint(chain: Chain) -> sp.Matrix:
         rotation = body_rotation(chain)
         moved = (hat(derive(chain).position) * rotation).applyfunc(sp.expand)
     else:
-        rotation, _, moved = _body_of_structure(chain)
+        rotation, _, moved = _fill_body(chain)
     return rotation.row_join(sp.zeros(3)).col_join(moved.row_join(rotation))
 
 
 # --- questions ---
 
 
-def _ask_home_screws(chain: Chain, rng: Stream) -> Asked:
-    screws = home_screws(chain)
-    columns = sp.Matrix.hstack(*(screw.screw for screw in screws))
-    return Matrix(convention_of(chain).twist(columns)), OfScrews(screws=screws)
+def _describe_body(chain: Chain, rng: Stream) -> OfBody:
+    return OfBody(rotation=body_rotation(chain), place=derive(chain).position)
 
 
-def _ask_pose(chain: Chain, rng: Stream) -> Asked:
-    return Matrix(body_pose(chain)), OfBody(rotation=body_rotation(chain), place=derive(chain).position)
+def _describe_body_and_space(chain: Chain, rng: Stream) -> OfBody:
+    return replace(_describe_body(chain, rng), space=space_jacobian(chain))
 
 
-def _space_details(chain: Chain) -> InSpace:
+def _describe_space(chain: Chain, rng: Stream) -> InSpace:
     return InSpace(carried=carried_screws(chain))
 
 
-def _ask_space_jacobian(chain: Chain, rng: Stream) -> Asked:
-    return Matrix(convention_of(chain).twist(space_jacobian(chain))), _space_details(chain)
-
-
-def _ask_body_jacobian(chain: Chain, rng: Stream) -> Asked:
-    rotation, jacobian = _rotation_and_jacobian(chain)
-    details = OfBody(rotation=rotation, place=derive(chain).position, space=space_jacobian(chain))
-    return Matrix(convention_of(chain).twist(jacobian)), details
-
-
-def _ask_adjoint(chain: Chain, rng: Stream) -> Asked:
-    details = OfBody(rotation=body_rotation(chain), place=derive(chain).position)
-    return Matrix(convention_of(chain).adjoint(body_adjoint(chain))), details
-
-
-def _sample_motion(chain: Chain, rng: Stream) -> InNumbers:
-    """Draw a configuration and rates at which some of the twist in {b} is other than zero."""
+def _ask_changed_twist(chain: Chain, rng: Stream) -> Asked | None:
+    """Sample a configuration and rates at which some of the twist in {b} is not zero."""
     for _ in range(POSES):
         place = Configuration(sample_lengths(chain, rng), sample_pose(chain, rng))
         rates = {rate: sp.Rational(rng.choice([k for k in range(-8, 9) if k]), 10) for rate in chain.rates}
         exact = body_jacobian(chain).xreplace(place.values) * sp.Matrix(list(rates.values()))
         twist = exact.applyfunc(lambda value: sp.Rational(str(sp.N(value, 30).round(DECIMALS))))
         if any(twist):
-            return InNumbers(place=place, rates=rates, twist=twist)
-    raise RuntimeError(f"no motion of the last link of {chain} was found; please report this")
+            changed = convention_of(chain).twist(body_adjoint(chain).xreplace(place.values) * twist)
+            numbers = changed.applyfunc(lambda value: ten_digits(numeric(value)))
+            floor = 0.001 * max(abs(float(value)) for value in numbers)
+            units = tuple("m/s" if row[0] == "v" else "rad/s" for row in convention_of(chain).velocities)
+            return Number(sp.Matrix(numbers), units, THREE_DIGITS, floor), InNumbers(
+                place=place, rates=rates, twist=twist
+            )
+    return None
 
 
-def _ask_changed_twist(chain: Chain, rng: Stream) -> Asked:
-    motion = _sample_motion(chain, rng)
-    exact = convention_of(chain).twist(body_adjoint(chain).xreplace(motion.place.values) * motion.twist)
-    numbers = exact.applyfunc(lambda value: ten_digits(numeric(value)))
-    floor = 0.001 * max(abs(float(value)) for value in numbers)
-    units = tuple("m/s" if row[0] == "v" else "rad/s" for row in convention_of(chain).velocities)
-    return Number(sp.Matrix(numbers), units, THREE_DIGITS, floor), motion
+def _derive_changed_twist(w: Working, details: Details) -> np.ndarray:
+    assert isinstance(details, InNumbers)
+    twist = np.stack([w.arithmetic.number(value) for value in details.twist])
+    return np.asarray(apply_matrix(w["body adjoint"], twist)[_order_twist(w.chain)])
 
 
-def _ask_space_twist(chain: Chain, rng: Stream) -> Asked:
-    return Matrix(derive(chain).twist(convention_of(chain).twist(space_jacobian(chain)))), _space_details(chain)
+def _order_twist(chain: Chain) -> Sequence[int]:
+    return convention_of(chain).twist_rows
 
 
-def _ask_body_twist(chain: Chain, rng: Stream) -> Asked:
-    rotation, jacobian = _rotation_and_jacobian(chain)
-    details = OfBody(rotation=rotation, place=derive(chain).position, space=space_jacobian(chain))
-    return Matrix(derive(chain).twist(convention_of(chain).twist(jacobian))), details
+def _order_adjoint(chain: Chain, adjoint: np.ndarray) -> np.ndarray:
+    """Return an adjoint, (6, 6, …), for twists in the order in which they are presented, or the other way."""
+    return np.asarray(adjoint[_order_twist(chain)][:, _order_twist(chain)])
 
 
 def _object_to_body(chain: Chain) -> str | None:
@@ -365,177 +347,82 @@ def _object_to_body(chain: Chain) -> str | None:
 
 
 @lru_cache(maxsize=4096)
-def _terms(chain: Chain, result: Callable[[Chain], sp.Matrix]) -> int:
+def _count_terms(chain: Chain, result: Callable[[Chain], sp.Matrix]) -> int:
     return count_terms(result(chain), trivial=(0, 1))
 
 
+def _objection_to_size(what: str, result: Callable[[Chain], sp.Matrix]) -> Callable[[Chain], str | None]:
+    return objection_to_size(what, MOST_JOINTS, lambda chain: _count_terms(chain, result))
+
+
+_OBJECT_TO_POSE = _objection_to_size("the product of the exponentials of {n} joints", body_pose)
+_OBJECT_TO_BODY_JACOBIAN = _objection_to_size("the body Jacobian of {n} joints", body_jacobian)
+
+
 def _object_to_space(chain: Chain) -> str | None:
-    return objection_to_terms(_terms(chain, space_jacobian))
+    return objection_to_terms(_count_terms(chain, space_jacobian))
 
 
-def _object_to_pose(chain: Chain) -> str | None:
-    if chain.n > MOST_JOINTS:
-        return f"the product of the exponentials of {chain.n} joints is too long to be worked out by hand"
-    return objection_to_terms(_terms(chain, body_pose))
-
-
-def _object_to_body_jacobian(chain: Chain) -> str | None:
-    if chain.n > MOST_JOINTS:
-        return f"the body Jacobian of {chain.n} joints is too long to be worked out by hand"
-    return objection_to_terms(_terms(chain, body_jacobian))
-
-
-def _twist_names(chain: Chain, _: Part) -> Sequence[str]:
+def _name_twist(chain: Chain, _: Part) -> Sequence[str]:
     return velocities(convention_of(chain).velocities)
 
 
-def _object_to_adjoint(chain: Chain) -> str | None:
-    if chain.n > MOST_JOINTS:
-        return f"the adjoint of the pose of {chain.n} joints is too long to be worked out by hand"
-    return objection_to_terms(_terms(chain, body_adjoint))
+def _list_rows(chain: Chain) -> Sequence[str]:
+    return convention_of(chain).velocities
 
 
-def _changed_result(w: Working, part: Part) -> np.ndarray:
-    twist = np.stack([w.arithmetic.number(value) for value in part.about(InNumbers).twist])
-    return _in_twist_order(w, apply_matrix(w["body adjoint"], twist))
+_WRITTEN: Written = {
+    "home screws": lambda chain: sp.Matrix.hstack(*(screw.screw for screw in home_screws(chain))),
+    "space jacobian": space_jacobian,
+    "body rotation": body_rotation,
+    "body jacobian": body_jacobian,
+    "body adjoint": body_adjoint,
+}
 
-
-def _in_twist_order(w: Working, twists: np.ndarray) -> np.ndarray:
-    """Return twists (omega, v), (6, …), in the order in which they are told, or the other way."""
-    return np.asarray(twists[convention_of(w.chain).twist_rows])
-
-
-def _adjoint_in_twist_order(w: Working, adjoint: np.ndarray) -> np.ndarray:
-    """Return an adjoint, (6, 6, …), for twists in the order in which they are told, or the other way."""
-    return _in_twist_order(w, adjoint)[:, convention_of(w.chain).twist_rows]
-
-
-def _twist_stage(name: str) -> Result:
-    """Return that an answer is a stage of twists, in the order in which they are told."""
-    return lambda w, _: _in_twist_order(w, w[name])
-
-
-def _substitute_twist(name: str) -> Substitution:
-    """Return that an answer, in the order in which twists are told, is put in the place of a stage."""
-    return lambda rows: {name: lambda w, _: _in_twist_order(w, rows)}
-
-
-def _multiply_rates(name: str) -> Result:
-    return lambda w, _: _in_twist_order(w, apply_matrix(w[name], w["joint rates"]))
-
-
-def _substitute_adjoint(rows: np.ndarray) -> Mapping[str, Change]:
-    return {"body adjoint": lambda w, _: _adjoint_in_twist_order(w, rows)}
-
-
-def _pose_result(w: Working, part: Part) -> np.ndarray:
-    rotation, place = w["body rotation"], w["point"]
-    below = np.stack([0 * place[0], 0 * place[0], 0 * place[0], 0 * place[0] + 1])
-    return np.concatenate([np.concatenate([rotation, place[:, None]], axis=1), below[None]])
-
+_of_screws = partial(Question, source=SOURCE, speaks_of=SCREWS, written=_WRITTEN)
+_of_body = partial(_of_screws, objection=_object_to_body)
 
 QUESTIONS = (
-    Question(
-        name="home-screws",
-        title="Screw axes at home",
-        source=SOURCE,
-        speaks_of=SCREWS,
-        ask=_ask_home_screws,
-        result=_twist_stage("home screws"),
-        grid=lambda chain: (convention_of(chain).velocities, [f"S_{{{joint}}}" for joint in range(1, chain.n + 1)]),
-        substitutes=_substitute_twist("home screws"),
+    _of_screws(
+        "home-screws", "Screw axes at home", stage="home screws", row_order=_order_twist,
+        details=lambda chain, _: OfScrews(screws=home_screws(chain)),
+        grid=lambda chain: (_list_rows(chain), [f"S_{{{joint}}}" for joint in range(1, chain.n + 1)]),
     ),
-    Question(
-        name="body-pose",
-        title="Pose of the body frame by exponentials",
-        source=SOURCE,
-        speaks_of=SCREWS,
-        ask=_ask_pose,
-        points=2.0,
-        objection=_object_to_body,
-        too_long=_object_to_pose,
-        result=_pose_result,
+    _of_body(
+        "body-pose", "Pose of the body frame by exponentials", points=2.0,
+        formula=lambda w, _: pose_formula(w["body rotation"], w["point"]),
         substitutes=lambda rows: {"body rotation": lambda *_: rows[:3, :3], "point": lambda *_: rows[:3, 3]},
-        last_row=("0", "0", "0", "1"),
+        details=_describe_body, too_long=_OBJECT_TO_POSE, last_row=("0", "0", "0", "1"),
     ),
-    Question(
-        name="body-adjoint",
-        title="Adjoint of the body frame",
-        source=SOURCE,
-        speaks_of=SCREWS,
-        ask=_ask_adjoint,
-        needs=("body-pose",),
-        points=2.0,
-        objection=_object_to_body,
-        too_long=_object_to_adjoint,
-        result=lambda w, _: _adjoint_in_twist_order(w, w["body adjoint"]),
-        grid=lambda chain: (convention_of(chain).velocities, convention_of(chain).velocities),
-        substitutes=_substitute_adjoint,
-        follows=(("body-pose",),),
+    _of_body(
+        "body-adjoint", "Adjoint of the body frame", points=2.0, needs=("body-pose",),
+        formula=lambda w, _: _order_adjoint(w.chain, w["body adjoint"]),
+        substitutes=lambda rows: {"body adjoint": lambda w, _: _order_adjoint(w.chain, rows)},
+        details=_describe_body, grid=lambda chain: (_list_rows(chain), _list_rows(chain)),
+        too_long=_objection_to_size("the adjoint of the pose of {n} joints", body_adjoint),
     ),
-    Question(
-        name="changed-twist",
-        title="Twist changed from the body to the space frame",
-        source=SOURCE,
-        speaks_of=SCREWS,
-        ask=_ask_changed_twist,
-        needs=("body-adjoint",),
-        objection=_object_to_body,
-        too_long=_object_to_pose,
-        result=_changed_result,
-        entry_names=_twist_names,
-        follows=(("body-adjoint",), ("body-pose",)),
+    _of_body(
+        "changed-twist", "Twist changed from the body to the space frame", needs=("body-adjoint",),
+        sample=_ask_changed_twist, formula=_derive_changed_twist, entry_names=_name_twist, too_long=_OBJECT_TO_POSE,
+        follows_from=(("body-adjoint",), ("body-pose",)),
     ),
-    Question(
-        name="space-jacobian",
-        title="Space Jacobian",
-        source=SOURCE,
-        speaks_of=SCREWS,
-        ask=_ask_space_jacobian,
-        points=2.0,
+    _of_screws(
+        "space-jacobian", "Space Jacobian", points=2.0, stage="space jacobian", row_order=_order_twist,
+        details=_describe_space, grid=rates_to(_list_rows), too_long=_object_to_space,
+    ),
+    _of_body(
+        "body-jacobian", "Body Jacobian", points=2.0, needs=("body-pose", "space-jacobian"),
+        stage="body jacobian", row_order=_order_twist, details=_describe_body_and_space, grid=rates_to(_list_rows),
+        too_long=_OBJECT_TO_BODY_JACOBIAN,
+    ),
+    _of_screws(
+        "space-twist", "Twist in the space frame", needs=("space-jacobian",),
+        formula=times_rates("space jacobian", _order_twist), details=_describe_space, entry_names=_name_twist,
         too_long=_object_to_space,
-        result=_twist_stage("space jacobian"),
-        grid=rates_to(lambda chain: convention_of(chain).velocities),
-        substitutes=_substitute_twist("space jacobian"),
     ),
-    Question(
-        name="body-jacobian",
-        title="Body Jacobian",
-        source=SOURCE,
-        speaks_of=SCREWS,
-        ask=_ask_body_jacobian,
-        needs=("body-pose", "space-jacobian"),
-        points=2.0,
-        objection=_object_to_body,
-        too_long=_object_to_body_jacobian,
-        result=_twist_stage("body jacobian"),
-        grid=rates_to(lambda chain: convention_of(chain).velocities),
-        substitutes=_substitute_twist("body jacobian"),
-        follows=(("body-pose", "space-jacobian"),),
-    ),
-    Question(
-        name="space-twist",
-        title="Twist in the space frame",
-        source=SOURCE,
-        speaks_of=SCREWS,
-        ask=_ask_space_twist,
-        needs=("space-jacobian",),
-        too_long=_object_to_space,
-        result=_multiply_rates("space jacobian"),
-        entry_names=_twist_names,
-        follows=(("space-jacobian",),),
-    ),
-    Question(
-        name="body-twist",
-        title="Twist in the body frame",
-        source=SOURCE,
-        speaks_of=SCREWS,
-        ask=_ask_body_twist,
-        needs=("body-jacobian",),
-        objection=_object_to_body,
-        too_long=_object_to_body_jacobian,
-        result=_multiply_rates("body jacobian"),
-        entry_names=_twist_names,
-        follows=(("body-jacobian",),),
+    _of_body(
+        "body-twist", "Twist in the body frame", needs=("body-jacobian",),
+        formula=times_rates("body jacobian", _order_twist), details=_describe_body_and_space, entry_names=_name_twist,
+        too_long=_OBJECT_TO_BODY_JACOBIAN,
     ),
 )  # fmt: skip

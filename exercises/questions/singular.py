@@ -8,7 +8,7 @@ from itertools import product
 import numpy as np
 import sympy as sp
 
-from qdot.exercises.answers import Choice, ConditionSet
+from qdot.exercises.answers import ConditionSet
 from qdot.exercises.arm.axes import Sample
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.classification import classify
@@ -20,8 +20,9 @@ from qdot.exercises.arm.normalized_arm import first_joint_moves_all, normalize_a
 from qdot.exercises.arm.singularity import Component, singular_set
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.problem.problem import Details, by_name
-from qdot.exercises.questions.base import Asked, Question, number
-from qdot.exercises.questions.inversion import conditioning, sample_lengths, sample_pose, well_conditioned
+from qdot.exercises.questions.base import Asked, Question, shuffle_options, stage_formula
+from qdot.exercises.questions.geometry import sample_false_root
+from qdot.exercises.questions.inversion import conditioning, least_conditioning, sample_lengths, sample_pose
 
 OPTIONS = {
     "boundary": "a boundary singularity",
@@ -34,17 +35,18 @@ def _ask_conditions(chain: Chain, rng: Stream) -> Asked:
     return ConditionSet(singular_set(chain) or ()), Details()
 
 
-def _has_singularities(chain: Chain) -> str | None:
+def objection_unless_singular(chain: Chain) -> str | None:
+    """Return the objection to an arm without singular configurations, or with nothing else."""
     components = singular_set(chain)
     if components is None:
         return "its Jacobian has less than full rank everywhere"
     return None if components else "it has no singular configuration"
 
 
-def _has_sure_kinds(chain: Chain) -> str | None:
+def _object_to_kinds(chain: Chain) -> str | None:
     if not kind_is_sure(chain):
         return "boundary or internal can't be established for its task"
-    return _has_singularities(chain)
+    return objection_unless_singular(chain)
 
 
 @dataclass(frozen=True)
@@ -64,8 +66,8 @@ class Place:
         return tuple(self.joints.items())
 
 
-def components_at(chain: Chain, place: Place) -> list[tuple[Component, Component]]:
-    """Return the components on which a place lies, each with the part of it that has the place's joint values."""
+def find_components_at(chain: Chain, place: Place) -> list[tuple[Component, Component]]:
+    """Return the components that contain a place, each with the part of it that has the place's joint values."""
     components = []
     for component in singular_set(chain) or ():
         if place.condition is not None:
@@ -89,15 +91,15 @@ class OfKind(Details):
         return by_name(self.place.joints)
 
 
-def _ask_type(chain: Chain, rng: Stream) -> Asked:
-    """Draw the right answer first, then a place of that kind; the kind is established by computation."""
+def _ask_type(chain: Chain, rng: Stream) -> Asked | None:
+    """Choose the right answer first, then a place of that kind; the kind is established by computation."""
     components = singular_set(chain) or ()
     for kind in rng.permutation(tuple(OPTIONS)):
         place = _sample_place(chain, components, kind, rng)
         if place is not None:
-            order = rng.permutation(tuple(OPTIONS))
-            return Choice(tuple(OPTIONS[k] for k in order), order.index(kind)), OfKind(place=place, type=kind)
-    raise RuntimeError(f"no configuration of {chain} could be classified; please report this")
+            answer, _ = shuffle_options(tuple(OPTIONS), kind, rng, OPTIONS.__getitem__)
+            return answer, OfKind(place=place, type=kind)
+    return None
 
 
 def _sample_place(chain: Chain, components: tuple[Component, ...], kind: str, rng: Stream) -> Place | None:
@@ -113,28 +115,25 @@ def _sample_place(chain: Chain, components: tuple[Component, ...], kind: str, rn
                 return Place({}, component.conditions[0], words)
         else:
             for joints in _sample_poses(chain, component, rng):
-                if _kinds_over_lengths(chain, joints) == {kind}:
+                if _find_kinds_over_lengths(chain, joints) == {kind}:
                     return Place(joints)
     return None
 
 
 def _sample_regular_place(chain: Chain, components: tuple[Component, ...], rng: Stream) -> Place:
-    """Draw a pose that looks like a singular one: what a slip of a sign or of a right angle makes of a root."""
+    """Sample a regular pose that an error of a sign or of a right angle makes seem singular."""
     roots = [
         (joint, values)
         for component in components
         for joint, values in component.solutions or ()
         if not any(value.has(sp.acos, sp.asin, sp.atan) and value.free_symbols for value in values)
     ]
-    for tried in range(200):
+    for attempt in range(200):
         joints = sample_pose(chain, rng)
-        if roots and tried < 150:  # where no slip is far enough from the root, any regular pose does
-            joint, values = rng.choice(roots)
-            shift = rng.choice((sp.pi / 2, -sp.pi / 2)) if joint.name.startswith("theta") else sp.Rational(1, 10)
-            value = rng.choice(values)
-            joints[joint] = rng.choice((-value, value + shift, shift - value))
+        if roots and attempt < 150:  # where no error leads far enough from the root, any regular pose will do
+            joints |= sample_false_root(roots, {}, rng)
         clear = _is_well_conditioned(chain, joints, rng) and not _may_become_singular(chain, joints)
-        if clear and _kinds_over_lengths(chain, joints) == {"regular"}:
+        if clear and _find_kinds_over_lengths(chain, joints) == {"regular"}:
             return Place(joints)
     raise RuntimeError(f"no regular configuration of {chain} was found; please report this")
 
@@ -152,12 +151,12 @@ def _may_become_singular(chain: Chain, joints: dict[sp.Symbol, sp.Expr]) -> bool
 
 
 def _is_well_conditioned(chain: Chain, joints: dict[sp.Symbol, sp.Expr], rng: Stream) -> bool:
-    least = 0.8 * well_conditioned(chain)
+    least = 0.8 * least_conditioning(chain)
     return all(conditioning(chain, sample_lengths(chain, rng), joints) > least for _ in range(4))
 
 
 def _sample_poses(chain: Chain, component: Component, rng: Stream) -> Iterator[dict[sp.Symbol, sp.Expr]]:
-    """Yield singular poses of a component: its values, with the other joints drawn anew each time."""
+    """Yield singular poses of a component: its values, with the other joints sampled anew each time."""
     assert component.solutions is not None
     joints = [joint for joint, _ in component.solutions]
     combinations = [
@@ -172,8 +171,8 @@ _MORE_LENGTHS = 20
 """An answer that holds "for any lengths that are not given" is tried with very different ones."""
 
 
-def _tried_lengths(chain: Chain) -> Iterator[dict[sp.Symbol, sp.Rational]]:
-    """Yield open lengths: each of the tried ones in turn, then lengths drawn between a twentieth and six."""
+def _try_lengths(chain: Chain) -> Iterator[dict[sp.Symbol, sp.Rational]]:
+    """Yield open lengths: each of the tried ones in turn, then lengths sampled between a twentieth and six."""
     count = len(_TRIED_LENGTHS) if chain.parameters else 1
     for first in range(count):
         yield {s: _TRIED_LENGTHS[(first + 2 * i) % count] for i, s in enumerate(chain.parameters)}
@@ -182,7 +181,7 @@ def _tried_lengths(chain: Chain) -> Iterator[dict[sp.Symbol, sp.Rational]]:
         yield {s: sp.Rational(round(100 * 0.05 * 120 ** stream.uniform(0, 1)), 100) for s in chain.parameters}
 
 
-def _kinds_over_lengths(chain: Chain, joints: dict[sp.Symbol, sp.Expr]) -> frozenset[str | None]:
+def _find_kinds_over_lengths(chain: Chain, joints: dict[sp.Symbol, sp.Expr]) -> frozenset[str | None]:
     """Return the kinds that a pose has over the tried lengths, each open length taking each of them in turn.
 
     It is the pose of the bare arm that counts, and of that not where joint 1 is, if it moves the arm as a whole.
@@ -190,14 +189,14 @@ def _kinds_over_lengths(chain: Chain, joints: dict[sp.Symbol, sp.Expr]) -> froze
     values = normalized_values(chain, joints)
     if first_joint_moves_all(chain):
         values = (sp.S.Zero, *values[1:])
-    return _kinds_of_pose(normalize_arm(chain), values)
+    return _find_kinds(normalize_arm(chain), values)
 
 
 @lru_cache(maxsize=4096)
-def _kinds_of_pose(chain: Chain, values: tuple[sp.Expr, ...]) -> frozenset[str | None]:
+def _find_kinds(chain: Chain, values: tuple[sp.Expr, ...]) -> frozenset[str | None]:
     known = {k: sp.N(value) for k, value in enumerate(values) if not value.free_symbols}
     samples = []
-    for lengths in _tried_lengths(chain):
+    for lengths in _try_lengths(chain):
         places = [known[k] if k in known else sp.N(value.xreplace(lengths)) for k, value in enumerate(values)]
         if not all(place.is_real for place in places):  # no such pose with these lengths
             return frozenset({None})
@@ -208,22 +207,11 @@ def _kinds_of_pose(chain: Chain, values: tuple[sp.Expr, ...]) -> frozenset[str |
 
 QUESTIONS = (
     Question(
-        name="singular-angles",
-        title="Singular configurations",
-        source="6.8",
-        ask=_ask_conditions,
-        needs=("determinant", "jacobian"),
-        points=2.0,
-        objection=_has_singularities,
-        follows=(("determinant",), ("jacobian",)),
-        vanishes=number("determinant"),
-        without={"platforms": "conditions are asked as a choice of configurations there (`singular-configurations`)"},
+        "singular-angles", "Singular configurations", "6.8", points=2.0, needs=("determinant", "jacobian"),
+        sample=_ask_conditions, objection=objection_unless_singular, follows_from=(("determinant",), ("jacobian",)),
+        vanishes=stage_formula("determinant"),
     ),
     Question(
-        name="singularity-type",
-        title="Type of singularity",
-        source="below 6.7",
-        ask=_ask_type,
-        objection=_has_sure_kinds,
+        "singularity-type", "Type of singularity", "below 6.7", sample=_ask_type, objection=_object_to_kinds,
     ),
 )  # fmt: skip

@@ -4,13 +4,11 @@ from dataclasses import dataclass
 
 import sympy as sp
 
-from qdot.exercises.answers import Matrix
 from qdot.exercises.arm.arithmetic import apply_matrix
 from qdot.exercises.arm.chain import Chain
-from qdot.exercises.arm.derivation import derive
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.problem.problem import Details, SymbolInfo
-from qdot.exercises.questions.base import Asked, Question, objection_to_length
+from qdot.exercises.questions.base import Question, objection_to_length
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -20,7 +18,7 @@ class Loaded(Details):
     force: sp.Matrix
 
 
-def load_symbols(chain: Chain) -> dict[str, SymbolInfo]:
+def make_load_symbols(chain: Chain) -> dict[str, SymbolInfo]:
     """Return the components of force and moment that go with the rows of the task: fx for vx, mx for wx."""
     return {
         f"{'f' if row[0] == 'v' else 'm'}{row[1]}": SymbolInfo(
@@ -30,33 +28,24 @@ def load_symbols(chain: Chain) -> dict[str, SymbolInfo]:
     }
 
 
-def _ask_torques(chain: Chain, rng: Stream) -> Asked:
-    symbols = load_symbols(chain)
-    force = sp.Matrix([sp.Symbol(name) for name in symbols])
+def _describe(chain: Chain, rng: Stream) -> Loaded:
+    symbols = make_load_symbols(chain)
     units = tuple("N m" if joint.kind == "R" else "N" for joint in chain.joints)
-    torques = derive(chain).jacobian.T * force
-    return Matrix(torques), Loaded(symbols=symbols, force=force, units=units)
+    return Loaded(symbols=symbols, force=sp.Matrix([sp.Symbol(name) for name in symbols]), units=units)
 
 
-def _title(chain: Chain) -> str:
+def _choose_title(chain: Chain) -> str:
     kinds = {joint.kind for joint in chain.joints}
-    return {"R": "Static joint torques", "P": "Static joint forces"}[kinds.pop()] if len(kinds) == 1 else _BOTH
+    if len(kinds) > 1:
+        return "Static joint torques and forces"
+    return "Static joint torques" if kinds == {"R"} else "Static joint forces"
 
-
-_BOTH = "Static joint torques and forces"
 
 QUESTIONS = (
     Question(
-        name="joint-torques",
-        title="Static joint torques",
-        title_for=_title,
-        source="dual of 6.4",
-        ask=_ask_torques,
-        needs=("jacobian",),
-        too_long=objection_to_length("jacobian"),
-        result=lambda w, part: apply_matrix(w["transposed jacobian"], w.symbols(part.symbols)),
-        entry_names=lambda chain, _: [rf"\tau_{{{joint}}}" for joint in range(1, chain.n + 1)],
-        is_made_of_jacobian=True,
-        follows=(("jacobian",),),
+        "joint-torques", "Static joint torques", "dual of 6.4", needs=("jacobian",), title_for=_choose_title,
+        formula=lambda w, _: apply_matrix(w["transposed jacobian"], w.symbols(make_load_symbols(w.chain))),
+        details=_describe, entry_names=lambda chain, _: [rf"\tau_{{{joint}}}" for joint in range(1, chain.n + 1)],
+        too_long=objection_to_length("jacobian"), is_made_of_jacobian=True,
     ),
-)
+)  # fmt: skip

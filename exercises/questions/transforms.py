@@ -5,16 +5,14 @@ from dataclasses import dataclass
 import numpy as np
 import sympy as sp
 
-from qdot.exercises.answers import Matrix
 from qdot.exercises.arm.chain import TASK_ROWS, Chain
 from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.arm.conventions.base import FRAMES
 from qdot.exercises.arm.derivation import derive, structure
-from qdot.exercises.arm.derivation_graph import Change, Working
 from qdot.exercises.arm.transforms import in_tool_frame, poses, seen_from_tool, terms_in_tool_frame, terms_of_last_pose
 from qdot.exercises.common.stream import Stream
-from qdot.exercises.problem.problem import Details, Part
-from qdot.exercises.questions.base import Asked, Question, objection_to_terms, rates_to, stage
+from qdot.exercises.problem.problem import Details
+from qdot.exercises.questions.base import Question, objection_to_point, objection_to_size, rates_to
 
 MOST_JOINTS = 5
 """Up to so many joints transforms are multiplied out by hand; of those, up to MOST_TERMS terms."""
@@ -72,75 +70,54 @@ def first_angle_sum(chain: Chain, poses: tuple[sp.Matrix, ...]) -> AngleSum | No
     return None
 
 
-def _ask_transform(chain: Chain, rng: Stream) -> Asked:
-    d = derive(chain)
-    arm_poses = tuple(pose.applyfunc(d.fill) for pose in poses(structure(chain).chain))
-    return Matrix(arm_poses[-1]), ByTransforms(poses=arm_poses, sum=first_angle_sum(chain, arm_poses))
+def _fill_poses(chain: Chain) -> tuple[sp.Matrix, ...]:
+    """Return T_{w,0} ... T_{w,n}."""
+    return tuple(pose.applyfunc(derive(chain).fill) for pose in poses(structure(chain).chain))
 
 
-def _ask_tool_jacobian(chain: Chain, rng: Stream) -> Asked:
+def _describe_transforms(chain: Chain, rng: Stream) -> ByTransforms:
+    arm_poses = _fill_poses(chain)
+    return ByTransforms(poses=arm_poses, sum=first_angle_sum(chain, arm_poses))
+
+
+def _describe_columns(chain: Chain, rng: Stream) -> InToolFrame:
     d, generic = derive(chain), structure(chain).chain
-    columns = tuple(
+    columns = (
         ToolColumn(number, joint.kind, *(vector.applyfunc(d.fill) for vector in seen))
         for number, (joint, seen) in enumerate(zip(generic.joints, seen_from_tool(generic), strict=True), 1)
     )
-    return Matrix(in_tool_frame(generic).applyfunc(d.fill)), InToolFrame(columns=columns)
+    return InToolFrame(columns=tuple(columns))
 
 
-def _object_to_point(chain: Chain) -> str | None:
-    return None if chain.point.frame == chain.n else f"its point moves with frame {chain.point.frame}, not the last"
-
-
-def _object_to_pose(chain: Chain) -> str | None:
-    if chain.n > MOST_JOINTS:
-        return f"the product of the transforms of {chain.n} joints is too long to be worked out by hand"
-    return objection_to_terms(terms_of_last_pose(structure(chain).chain))
-
-
-def _object_to_jacobian(chain: Chain) -> str | None:
-    if chain.n > MOST_JOINTS:
-        return f"the Jacobian of {chain.n} joints in the tool frame is too long to be worked out by hand"
-    return objection_to_terms(terms_in_tool_frame(structure(chain).chain))
-
-
-# --- out of a derivation ---
-
-
-def _derived_transform(w: Working, part: Part) -> np.ndarray:
-    rotation, origin = w["last rotation"], w["last origin"]
+def pose_formula(rotation: np.ndarray, origin: np.ndarray) -> np.ndarray:
+    """Return the transform, (4, 4, …), of a rotation (3, 3, …) and an origin (3, …)."""
     below = np.stack([0 * origin[0], 0 * origin[0], 0 * origin[0], 0 * origin[0] + 1])
     return np.concatenate([np.concatenate([rotation, origin[:, None]], axis=1), below[None]])
 
 
-def _substitute_transform(rows: np.ndarray) -> dict[str, Change]:
-    return {"last rotation": lambda _, right: rows[:3, :3]}
-
-
 QUESTIONS = (
     Question(
-        name="transform",
-        speaks_of=FRAMES,
-        title="Transform of the last frame",
-        source="Example 6.1",
-        ask=_ask_transform,
-        points=2.0,
-        too_long=_object_to_pose,
-        result=_derived_transform,
-        substitutes=_substitute_transform,
-        last_row=("0", "0", "0", "1"),
+        "transform", "Transform of the last frame", "Example 6.1", points=2.0, speaks_of=FRAMES,
+        formula=lambda w, _: pose_formula(w["last rotation"], w["last origin"]),
+        substitutes=lambda rows: {"last rotation": lambda *_: rows[:3, :3]},
+        written={
+            "last rotation": lambda chain: _fill_poses(chain)[-1][:3, :3],
+            "last origin": lambda chain: _fill_poses(chain)[-1][:3, 3],
+        },
+        details=_describe_transforms, last_row=("0", "0", "0", "1"),
+        too_long=objection_to_size(
+            "the product of the transforms of {n} joints", MOST_JOINTS,
+            lambda chain: terms_of_last_pose(structure(chain).chain),
+        ),
     ),
     Question(
-        name="tool-jacobian",
-        speaks_of=FRAMES,
-        title="Jacobian in the tool frame",
-        source="6.12",
-        ask=_ask_tool_jacobian,
-        needs=("transform", "geometric-jacobian"),
-        points=2.0,
-        objection=_object_to_point,
-        too_long=_object_to_jacobian,
-        result=stage("tool jacobian"),
-        grid=rates_to(lambda _: TASK_ROWS),
-        follows=(("transform", "geometric-jacobian"),),
+        "tool-jacobian", "Jacobian in the tool frame", "6.12", points=2.0, speaks_of=FRAMES,
+        needs=("transform", "geometric-jacobian"), stage="tool jacobian",
+        written={"tool jacobian": lambda chain: in_tool_frame(structure(chain).chain).applyfunc(derive(chain).fill)},
+        details=_describe_columns, grid=rates_to(lambda _: TASK_ROWS), objection=objection_to_point,
+        too_long=objection_to_size(
+            "the Jacobian of {n} joints in the tool frame", MOST_JOINTS,
+            lambda chain: terms_in_tool_frame(structure(chain).chain),
+        ),
     ),
 )  # fmt: skip

@@ -10,42 +10,31 @@ from functools import lru_cache
 import numpy as np
 import sympy as sp
 
-from qdot.exercises.answers import Matrix
 from qdot.exercises.arm.appearance import wrist_centre
 from qdot.exercises.arm.arithmetic import determinant
 from qdot.exercises.arm.chain import TASK_ROWS, Chain
 from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.arm.conventions.base import FRAMES
 from qdot.exercises.arm.derivation import derive, structure
-from qdot.exercises.arm.derivation_graph import Working
 from qdot.exercises.arm.kinematics import Z, frame_behind, frames_and_point
 from qdot.exercises.arm.trigonometry import Factored, are_identical, factor_trig, substitute, textbook
 from qdot.exercises.arm.vectors import rot_x, rot_z
 from qdot.exercises.common.stream import Stream
-from qdot.exercises.problem.problem import Details, Part
-from qdot.exercises.questions.base import (
-    MOST_TERMS,
-    Asked,
-    Question,
-    first_three,
-    joint_rates,
-    objection_unless_square,
-    stage,
-    substitute_stage,
-)
+from qdot.exercises.problem.problem import Details
+from qdot.exercises.questions.base import MOST_TERMS, Question, joint_rates, objection_unless_square
 
 
 @lru_cache(maxsize=1024)
-def _wrist_axes(generic: Chain) -> sp.Matrix:
+def _write_wrist_axes(generic: Chain) -> sp.Matrix:
     """Return the axes of joints 4 to 6 of a structure in the coordinates of the frame on the first of them (3 x 3)."""
     axes = [frame_behind(generic.joints[3:i]).rotation * Z for i in (3, 4, 5)]
-    for joint in generic.joints[3 : convention_of(generic).frame_on_axis(4)]:  # joint 4, if that frame turns with it
+    for joint in generic.joints[3 : convention_of(generic).frame_on_axis(4)]:  # joint 4, if that frame rotates with it
         axes = [rot_z(-joint.theta) * axis for axis in axes]
     return sp.Matrix.hstack(*axes).applyfunc(lambda entry: textbook(sp.expand(entry)))
 
 
 @lru_cache(maxsize=1024)
-def _arm_from_frame_1(generic: Chain) -> sp.Matrix:
+def _derive_arm_from_frame_1(generic: Chain) -> sp.Matrix:
     """Return R_1^T J11 of a structure (3 x 3): the arm block as link 1 sees it, with the same determinant."""
     first, turn = generic.joints[0], rot_x(convention_of(generic).from_standard(1)[0])
     point = frame_behind(generic.joints[1:4]).origin
@@ -62,10 +51,10 @@ def _arm_from_frame_1(generic: Chain) -> sp.Matrix:
 
 
 @lru_cache(maxsize=1024)
-def _determinants(generic: Chain) -> tuple[Factored, Factored]:
+def _factor_determinants(generic: Chain) -> tuple[Factored, Factored]:
     """Return det J11 and det J22 of a structure."""
     arm = derive(generic).geometric[:3, :3]
-    return factor_trig(sp.expand(arm.det(method="berkowitz"))), factor_trig(sp.expand(_wrist_axes(generic).det()))
+    return factor_trig(sp.expand(arm.det(method="berkowitz"))), factor_trig(sp.expand(_write_wrist_axes(generic).det()))
 
 
 def arm_block(chain: Chain) -> sp.Matrix:
@@ -75,13 +64,13 @@ def arm_block(chain: Chain) -> sp.Matrix:
 
 def wrist_block(chain: Chain) -> sp.Matrix:
     """Return J22, the axes of joints 4 to 6, in the frame on the axis of joint 4 (3 x 3)."""
-    return _wrist_axes(structure(chain).chain).applyfunc(derive(chain).fill)
+    return _write_wrist_axes(structure(chain).chain).applyfunc(derive(chain).fill)
 
 
 def block_determinants(chain: Chain) -> sp.Matrix:
     """Return [det J11, det J22] in factored form."""
     values = dict(structure(chain).values)
-    return sp.Matrix([factored.substitute(values) for factored in _determinants(structure(chain).chain)])
+    return sp.Matrix([factored.substitute(values) for factored in _factor_determinants(structure(chain).chain)])
 
 
 @dataclass(frozen=True)
@@ -127,19 +116,19 @@ def blocks(chain: Chain) -> Blocks:
     """Return the blocks of an arm that falls into them."""
     known, fill = structure(chain), derive(chain).fill
     wrist = wrist_block(chain)
-    factors = (substitute(factor, dict(known.values)) for factor, _ in _determinants(known.chain)[0].factors)
+    factors = (substitute(factor, dict(known.values)) for factor, _ in _factor_determinants(known.chain)[0].factors)
     return Blocks(
         arm_block(chain),
-        _arm_from_frame_1(known.chain).applyfunc(fill),
+        _derive_arm_from_frame_1(known.chain).applyfunc(fill),
         wrist,
         wrist[0, 1] * wrist[1, 2] - wrist[1, 1] * wrist[0, 2],
-        tuple(_without_sign(factor) for factor in factors if factor.free_symbols & set(chain.q)),
+        tuple(_drop_sign(factor) for factor in factors if factor.free_symbols & set(chain.q)),
         (_wrap_angle(-chain.offsets[4]), _wrap_angle(sp.pi - chain.offsets[4])),
         all((2 * joint.alpha / sp.pi).is_Integer for joint in chain.joints[3:5]),
     )
 
 
-def _without_sign(factor: sp.Expr) -> sp.Expr:
+def _drop_sign(factor: sp.Expr) -> sp.Expr:
     return -factor if factor.could_extract_minus_sign() else factor
 
 
@@ -148,20 +137,12 @@ def _wrap_angle(angle: sp.Expr) -> sp.Expr:
     return sp.pi - sp.Mod(sp.pi - angle, 2 * sp.pi) if angle.is_number else angle
 
 
-def _ask_arm_block(chain: Chain, rng: Stream) -> Asked:
-    return Matrix(arm_block(chain)), Details()
-
-
-def _ask_wrist_block(chain: Chain, rng: Stream) -> Asked:
+def _describe_wrist(chain: Chain, rng: Stream) -> WristAxes:
     convention = convention_of(chain)
     first = convention.frame_on_axis(4)
     turns = tuple(convention.rotation(row) for row in convention.rows[first:][:2])
     block = wrist_block(chain)
-    return Matrix(block), WristAxes(rotations=turns, inner=turns[1][:, 2], z_4=block[:, 1], z_5=block[:, 2])
-
-
-def _ask_determinants(chain: Chain, rng: Stream) -> Asked:
-    return Matrix(block_determinants(chain)), ByBlocks(blocks=blocks(chain))
+    return WristAxes(rotations=turns, inner=turns[1][:, 2], z_4=block[:, 1], z_5=block[:, 2])
 
 
 @lru_cache(maxsize=1024)
@@ -190,54 +171,25 @@ def objection_to_long_block(chain: Chain) -> str | None:
     return f"its arm block has {count} terms, too many to be worked out by hand" if count > MOST_TERMS else None
 
 
-# --- out of a derivation ---
-
-
-def _derived_determinants(w: Working, part: Part) -> np.ndarray:
-    return np.stack([determinant(w["arm block"]), determinant(w["wrist block"])])
-
-
 QUESTIONS = (
     Question(
-        name="arm-block",
-        speaks_of=FRAMES,
-        title="Arm block of the Jacobian",
-        source="6.12",
-        ask=_ask_arm_block,
-        points=2.0,
-        objection=objection_unless_partitioned,
-        too_long=objection_to_long_block,
-        result=stage("arm block"),
-        grid=lambda chain: (TASK_ROWS[:3], joint_rates(chain)[:3]),
-        substitutes=substitute_stage("arm block"),
-        adds_up="columns of links",
-        linear_rows=first_three,
+        "arm-block", "Arm block of the Jacobian", "6.12", points=2.0, speaks_of=FRAMES,
+        stage="arm block", grid=lambda chain: (TASK_ROWS[:3], joint_rates(chain)[:3]),
+        objection=objection_unless_partitioned, too_long=objection_to_long_block,
+        adds_up="columns of links", linear_rows=lambda _: [(axis, axis) for axis in range(3)],
     ),
     Question(
-        name="wrist-block",
-        speaks_of=FRAMES,
-        title="Wrist block of the Jacobian",
-        source="6.12",
-        ask=_ask_wrist_block,
-        objection=objection_unless_partitioned,
-        result=stage("wrist block"),
-        grid=lambda chain: (TASK_ROWS[3:], joint_rates(chain)[3:]),
-        substitutes=substitute_stage("wrist block"),
+        "wrist-block", "Wrist block of the Jacobian", "6.12", speaks_of=FRAMES,
+        stage="wrist block", written={"wrist block": wrist_block}, details=_describe_wrist,
+        grid=lambda chain: (TASK_ROWS[3:], joint_rates(chain)[3:]), objection=objection_unless_partitioned,
     ),
     Question(
-        name="block-determinants",
-        speaks_of=FRAMES,
-        title="Determinants of the blocks",
-        source="6.8",
-        ask=_ask_determinants,
+        "block-determinants", "Determinants of the blocks", "6.8", points=2.0, speaks_of=FRAMES,
         needs=("arm-block", "wrist-block"),
-        points=2.0,
-        objection=objection_unless_partitioned,
-        too_long=objection_to_long_block,
-        result=_derived_determinants,
+        formula=lambda w, _: np.stack([determinant(w["arm block"]), determinant(w["wrist block"])]),
+        reference=lambda chain, _: block_determinants(chain), details=lambda chain, _: ByBlocks(blocks=blocks(chain)),
         entry_names=lambda chain, _: [r"\det J_{11}", r"\det J_{22}"],
-        is_made_of_jacobian=True,
-        is_made_of_minors=True,
-        follows=(("arm-block", "wrist-block"),),
+        objection=objection_unless_partitioned, too_long=objection_to_long_block,
+        is_made_of_jacobian=True, is_made_of_minors=True,
     ),
 )  # fmt: skip

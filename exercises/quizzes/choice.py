@@ -2,21 +2,18 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import lru_cache
-
-import sympy as sp
+from functools import partial
 
 from qdot.exercises.arm.chain import Chain
-from qdot.exercises.arm.derivation import derive
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.questions import QUESTIONS
-from qdot.exercises.questions.base import Asked, Question
+from qdot.exercises.questions.base import Asked
 from qdot.exercises.questions.screws import SOURCE
-from qdot.exercises.questions.statics import load_symbols
-from qdot.exercises.quizzes.asking import Ask, short_question
-from qdot.exercises.quizzes.options import Options, choice_of
-from qdot.exercises.quizzes.wrong import Subject, four_options
-from qdot.exercises.quizzes.wrong_sets import four_sets
+from qdot.exercises.questions.statics import make_load_symbols
+from qdot.exercises.quizzes.asking import ShortQuestion
+from qdot.exercises.quizzes.options import Options, offer_choice
+from qdot.exercises.quizzes.wrong import Subject, make_four_options
+from qdot.exercises.quizzes.wrong_sets import make_four_sets
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -26,103 +23,86 @@ class AboutSubject(Options):
     subject: Subject
 
 
-Subjects = Callable[[Chain], list[Subject]]
-"""What a question could be about on an arm."""
+Subjects = Callable[[Chain, str], list[Subject]]
+"""What a question about the answer to another one could be about on an arm."""
 
 
-def _whole_answer(base: str) -> Subjects:
-    return lambda _: [Subject(base)]
+def _take_whole_answer(_: Chain, base: str) -> list[Subject]:
+    return [Subject(base)]
 
 
-def _coordinates(chain: Chain) -> list[Subject]:
+def _take_whole_answer_or_entry(chain: Chain, base: str) -> list[Subject]:
     """Return the position as a whole and, for arms where that is too long, each coordinate."""
-    answer, _ = QUESTIONS["position"].ask(chain, Stream("quiz"))
-    rows = range(0 if answer.shape is None else answer.shape[0])
-    return [Subject("position"), *(Subject("position", None, row) for row in rows)]
+    return [Subject(base), *(Subject(base, None, row) for row in range(len(chain.linear_rows)))]
 
 
-def _moving_columns(base: str, of: str) -> Subjects:
+def _find_moving_columns(chain: Chain, base: str) -> list[Subject]:
     """Return the columns that depend on the configuration: the others can be seen without a calculation."""
-
-    def subjects(chain: Chain) -> list[Subject]:
-        matrix: sp.Matrix = getattr(derive(chain), of)
-        joints = set(chain.q)
-        return [Subject(base, column) for column in range(matrix.cols) if matrix.col(column).free_symbols & joints]
-
-    return subjects
+    matrix, joints = QUESTIONS[base].ask(chain, Stream("quiz"))[0].as_matrix(), set(chain.q)
+    return [Subject(base, column) for column in range(matrix.cols) if matrix.col(column).free_symbols & joints]
 
 
-def _moving_torques(chain: Chain) -> list[Subject]:
-    jacobian = derive(chain).jacobian
-    joints = set(chain.q)
-    return [Subject("joint-torques", None, row) for row in range(chain.n) if jacobian.col(row).free_symbols & joints]
+def _find_moving_entries(chain: Chain, base: str) -> list[Subject]:
+    """Return the entries of a vector that depend on the configuration."""
+    vector, joints = QUESTIONS[base].ask(chain, Stream("quiz"))[0].as_matrix(), set(chain.q)
+    return [Subject(base, None, row) for row in range(vector.rows) if vector[row].free_symbols & joints]
 
 
-def _make_ask(subjects: Subjects) -> Ask:
-    def ask(chain: Chain, rng: Stream) -> Asked | None:
-        for subject in rng.permutation(subjects(chain)):
-            options = four_options(chain, subject, rng)
-            if options is not None:
-                symbols = load_symbols(chain) if subject.base == "joint-torques" else {}
-                answer, offered = choice_of(options, rng)
-                return answer, AboutSubject(offered=offered, subject=subject, symbols=symbols)
-        return None
-
-    return ask
+def _take_columns(chain: Chain, base: str) -> list[Subject]:
+    return [Subject(base, column) for column in range(chain.n)]
 
 
-def _screw_columns(base: str, first: int) -> Subjects:
-    """Return the columns of screws from joint `first` on: nobody gets those before it wrong in three ways."""
-    return lambda chain: [Subject(base, column) for column in range(first - 1, chain.n)]
+def _take_columns_but_first(chain: Chain, base: str) -> list[Subject]:
+    """Return all columns except the first, for which there are no three mistakes."""
+    return _take_columns(chain, base)[1:]
+
+
+def _ask_formula(chain: Chain, rng: Stream, subjects: Subjects, base: str) -> Asked | None:
+    for subject in rng.permutation(subjects(chain, base)):
+        options = make_four_options(chain, subject, rng)
+        if options is not None:
+            symbols = make_load_symbols(chain) if base == "joint-torques" else {}
+            answer, offered = offer_choice(options, rng)
+            return answer, AboutSubject(offered=offered, subject=subject, symbols=symbols)
+    return None
 
 
 def _ask_sets(chain: Chain, rng: Stream) -> Asked | None:
-    options = four_sets(chain, rng)
+    options = make_four_sets(chain, rng)
     if options is None:
         return None
-    answer, offered = choice_of(options, rng)
+    answer, offered = offer_choice(options, rng)
     return answer, Options(offered=offered)
 
 
 NO_FOUR = "there are no four options that are short and go together"
 
 
-def _formula_choice(name: str, title: str, source: str, base: str, subjects: Subjects) -> Question:
-    ask = _make_ask(subjects)
-    return short_question(name, title, source, ask, "choice", base, NO_FOUR, (base,), template="formula-choice")
-
-
-def _screw_choice(name: str, title: str, base: str, first: int) -> Question:
-    ask = _make_ask(_screw_columns(base, first))
-
-    @lru_cache(maxsize=2048)
-    def object_to_arm(chain: Chain) -> str | None:
-        """Look at the arm itself: its structure does not determine where it is at home."""
-        by_axes = QUESTIONS[base].objects(chain) is None
-        return NO_FOUR if by_axes and ask(chain, Stream(f"quiz/{name}")) is None else None
-
-    return short_question(
-        name, title, SOURCE, ask, "choice", base, NO_FOUR, (base,), sense=object_to_arm, template="screw-choice"
-    )
+def _choose_formula(
+    name: str, title: str, source: str, base: str, subjects: Subjects, template: str = "formula-choice"
+) -> ShortQuestion:
+    return ShortQuestion(
+        name, title, source, sample=partial(_ask_formula, subjects=subjects, base=base), form="choice", about=base,
+        otherwise=NO_FOUR, shows=(base,), template=template, speaks_of=QUESTIONS[base].speaks_of,
+    )  # fmt: skip
 
 
 CHOICES = (
-    _formula_choice("position-choice", "Which position?", "6.1", "position", _coordinates),
-    _formula_choice("jacobian-choice", "Which Jacobian?", "6.4", "jacobian", _whole_answer("jacobian")),
-    _formula_choice("column-choice", "Which column?", "6.4", "jacobian", _moving_columns("jacobian", "jacobian")),
-    _formula_choice("axis-choice", "Which joint axis?", "6.12", "joint-axes", _moving_columns("joint-axes", "z")),
-    _formula_choice(
-        "vector-choice", "Which vector?", "6.13", "position-vectors", _moving_columns("position-vectors", "p_star")
+    _choose_formula("position-choice", "Which position?", "6.1", "position", _take_whole_answer_or_entry),
+    _choose_formula("jacobian-choice", "Which Jacobian?", "6.4", "jacobian", _take_whole_answer),
+    _choose_formula("column-choice", "Which column?", "6.4", "jacobian", _find_moving_columns),
+    _choose_formula("axis-choice", "Which joint axis?", "6.12", "joint-axes", _find_moving_columns),
+    _choose_formula("vector-choice", "Which vector?", "6.13", "position-vectors", _find_moving_columns),
+    _choose_formula("determinant-choice", "Which determinant?", "6.8", "determinant", _take_whole_answer),
+    _choose_formula("inverse-jacobian-choice", "Which inverse?", "appendix", "inverse-jacobian", _take_whole_answer),
+    _choose_formula("torque-choice", "Which joint torque?", "dual of 6.4", "joint-torques", _find_moving_entries),
+    _choose_formula("screw-choice", "Which screw?", SOURCE, "home-screws", _take_columns, "screw-choice"),
+    _choose_formula(
+        "space-column-choice", "Which column of the space Jacobian?", SOURCE, "space-jacobian", _take_columns_but_first,
+        "screw-choice",
     ),
-    _formula_choice("determinant-choice", "Which determinant?", "6.8", "determinant", _whole_answer("determinant")),
-    _formula_choice(
-        "inverse-jacobian-choice", "Which inverse?", "appendix", "inverse-jacobian", _whole_answer("inverse-jacobian")
-    ),
-    _formula_choice("torque-choice", "Which joint torque?", "dual of 6.4", "joint-torques", _moving_torques),
-    _screw_choice("screw-choice", "Which screw?", "home-screws", 1),
-    _screw_choice("space-column-choice", "Which column of the space Jacobian?", "space-jacobian", 2),
-    short_question(
-        "singular-angles-choice", "Where is it singular?", "6.8", _ask_sets, "choice", "singular-angles", NO_FOUR,
-        ("singular-angles",),
+    ShortQuestion(
+        "singular-angles-choice", "Where is it singular?", "6.8", sample=_ask_sets, form="choice",
+        about="singular-angles", otherwise=NO_FOUR, shows=("singular-angles",),
     ),
 )  # fmt: skip

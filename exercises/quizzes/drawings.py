@@ -9,10 +9,10 @@ from qdot.exercises.arm.derivation import derive
 from qdot.exercises.arm.singularity import singular_set
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.questions.base import Asked
-from qdot.exercises.questions.geometry import AtPose, evaluate_precisely, regular_pose, shown_pose
-from qdot.exercises.quizzes.asking import short_question
+from qdot.exercises.questions.geometry import AtPose, evaluate_precisely, sample_regular_pose, sample_shown_pose
+from qdot.exercises.quizzes.asking import ShortQuestion
 from qdot.exercises.quizzes.options import Places
-from qdot.exercises.quizzes.places import pose_words, regular_poses, singular_poses, take_distinct, with_random_lengths
+from qdot.exercises.quizzes.places import regular_poses, singular_poses, take_distinct, with_random_lengths, write_pose
 
 SEEN = 0.08
 """Least component of a velocity (m/s for a unit rate) whose sign is asked for, large enough to see in the drawing."""
@@ -49,7 +49,10 @@ def _ask_true_or_false(chain: Chain, rng: Stream) -> Asked | None:
 def _sample_statements(chain: Chain, truth: bool, rng: Stream) -> Iterator[PoseStatement]:
     for kind in rng.permutation(("singular", "moves")):
         if kind == "singular" and (components := singular_set(chain)):
-            pose = shown_pose(chain, (rng.choice(components),), rng) if truth else regular_pose(chain, rng, 0.12)
+            if truth:
+                pose = sample_shown_pose(chain, (rng.choice(components),), rng)
+            else:
+                pose = sample_regular_pose(chain, rng, 0.12)
             if pose is not None:
                 yield PoseStatement(said="singular", place=pose, pose=pose.figure)
         if kind == "moves":
@@ -58,7 +61,7 @@ def _sample_statements(chain: Chain, truth: bool, rng: Stream) -> Iterator[PoseS
 
 def _sample_joint_statements(chain: Chain, truth: bool, rng: Stream) -> Iterator[PoseStatement]:
     """Yield in which sense a joint moves the point along an axis; a false statement has the opposite sign."""
-    pose = regular_pose(chain, rng, 0.05, misleading=False)
+    pose = sample_regular_pose(chain, rng, 0.05, misleading=False)
     if pose is None:
         return
     linear = evaluate_precisely(chain, pose, derive(chain).linear)
@@ -82,19 +85,19 @@ def _ask_which_drawing(chain: Chain, rng: Stream) -> Asked | None:
         if right and len(wrong) == 3:
             order = rng.permutation([*right, *wrong])
             places, blames = (tuple(column) for column in zip(*order, strict=True))
-            answer = Choice(tuple(pose_words(pose) for pose in places), order.index(right[0]))
+            answer = Choice(tuple(write_pose(pose) for pose in places), order.index(right[0]))
             return answer, Places(places=places, lengths=lengths, blames=blames, drawn=True)
     return None
 
 
 DRAWN = (
-    short_question(
-        "true-or-false", "True or false?", "6.12", _ask_true_or_false, "true or false", "jacobian",
-        "nothing can be said of its configurations",
-        undiagnosed="one of two answers tells of no way to it",
+    ShortQuestion(
+        "true-or-false", "True or false?", "6.12", sample=_ask_true_or_false, form="true or false", about="jacobian",
+        otherwise="nothing can be said of its configurations",
     ),
-    short_question(
-        "singular-drawing", "Which drawing shows a singular configuration?", "6.8", _ask_which_drawing, "choice",
-        "singular-angles", "it has no four configurations to choose from", ("singular-angles",),
+    ShortQuestion(
+        "singular-drawing", "Which drawing shows a singular configuration?", "6.8", sample=_ask_which_drawing,
+        form="choice", about="singular-angles", otherwise="it has no four configurations to choose from",
+        shows=("singular-angles",),
     ),
 )  # fmt: skip

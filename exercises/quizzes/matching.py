@@ -7,9 +7,9 @@ from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.derivation import derive, structure
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.questions.base import Asked
-from qdot.exercises.quizzes.asking import short_question
+from qdot.exercises.quizzes.asking import ShortQuestion
 from qdot.exercises.quizzes.options import OfferedOption, Options
-from qdot.exercises.quizzes.wrong import Subject, all_differ, four_options
+from qdot.exercises.quizzes.wrong import Subject, all_differ, make_four_options
 
 LONGEST, MOST = 260, 6
 """Characters of a column, and columns."""
@@ -21,7 +21,7 @@ def _ask_columns(chain: Chain, rng: Stream) -> Asked | None:
         return None
     jacobian = derive(chain).jacobian
     offered = [OfferedOption(jacobian.col(column)) for column in range(chain.n)]
-    extra = _extra_column(chain, rng) if chain.n < MOST else None
+    extra = _make_extra_column(chain, rng) if chain.n < MOST else None
     order = tuple(rng.permutation([*offered, *([] if extra is None else [extra])]))
     answer = Matching(
         tuple(f"joint {number}" for number in range(1, chain.n + 1)),
@@ -31,12 +31,12 @@ def _ask_columns(chain: Chain, rng: Stream) -> Asked | None:
     return answer, Options(offered=order)
 
 
-def _extra_column(chain: Chain, rng: Stream) -> OfferedOption | None:
+def _make_extra_column(chain: Chain, rng: Stream) -> OfferedOption | None:
     """Return a wrong column that equals none of the right ones."""
     jacobian = derive(chain).jacobian
     columns = [jacobian.col(column) for column in range(chain.n)]
     for number in rng.permutation(range(chain.n)):
-        for option in (four_options(chain, Subject("jacobian", number), rng) or ())[1:]:
+        for option in (make_four_options(chain, Subject("jacobian", number), rng) or ())[1:]:
             if all_differ(chain, [*columns, option.shown]) and len(option.text) <= LONGEST:
                 return option
     return None
@@ -57,8 +57,9 @@ def _is_short(generic: Chain) -> bool:
 
 
 MATCHINGS = (
-    short_question(
-        "match-columns", "Which column belongs to which joint?", "6.12", _ask_columns, "matching", "jacobian",
-        "columns of its Jacobian are many, or long, or the same", ("jacobian",), points=1.0,
+    ShortQuestion(
+        "match-columns", "Which column belongs to which joint?", "6.12", points=1.0, sample=_ask_columns,
+        form="matching", about="jacobian", otherwise="columns of its Jacobian are many, or long, or the same",
+        shows=("jacobian",),
     ),
 )  # fmt: skip

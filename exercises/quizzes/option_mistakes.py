@@ -4,7 +4,7 @@ Some are stored with the options that they produced. Others are found where one 
 where a derivation with a mistake in it gives the option. For the rest, the option itself shows the mistake.
 """
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -15,10 +15,10 @@ from qdot.exercises.common.stream import Stream
 from qdot.exercises.mistakes.catalogue import CATALOGUE, mistaken_answers, variant_frequency, wrong_answers
 from qdot.exercises.mistakes.configurations import sample_configurations
 from qdot.exercises.problem.problem import Part, Problem
-from qdot.exercises.questions.concepts import OfJoint, option_numbers
+from qdot.exercises.questions.concepts import OfJoint, read_vector
 from qdot.exercises.questions.results import is_derived, result
 from qdot.exercises.quizzes.drawings import PoseStatement
-from qdot.exercises.quizzes.options import Blame, Places, blames_of
+from qdot.exercises.quizzes.options import Blame, Places, list_blames
 from qdot.exercises.quizzes.selections import OfQuantity
 
 Blames = tuple[Blame, ...]
@@ -26,22 +26,22 @@ THREE_DECIMALS = 6e-4
 """Tolerance of the numbers of an option."""
 
 
-def blames_for(problem: Problem, part: Part, stream: Stream) -> list[Blames]:
+def explain_options(problem: Problem, part: Part, stream: Stream) -> list[Blames]:
     """Return the mistakes behind each option if it is wrong; for matches, if it is assigned to another item.
 
-    `stream` draws the configuration at which an option in numbers is evaluated, where the question has none.
+    `stream` samples the configuration at which an option in numbers is evaluated, if the question has none.
     """
     answer = part.answer
-    blames = {**_blames_by_derivation(problem, part, stream), **_blames_by_meaning(problem, part)}
+    blames = {**_blame_by_derivation(problem, part, stream), **_blame_by_meaning(problem, part)}
     is_matched = bool(answer.matched)
     return [
         () if index in answer.right and not is_matched
-        else blames_of(part, index) or blames.get(index) or _blames_by_choice(problem, part, index)
+        else list_blames(part, index) or blames.get(index) or _blame_by_choice(problem, part, index)
         for index in range(len(answer.offered))
     ]  # fmt: skip
 
 
-def _blames_by_meaning(problem: Problem, part: Part) -> Mapping[int, Blames]:
+def _blame_by_meaning(problem: Problem, part: Part) -> Mapping[int, Blames]:
     """Return the likelier mistake behind each option that names another meaning."""
     blames: dict[int, Blames] = {}
     for mistake, variant in mistaken_answers(problem.chain, part):
@@ -51,7 +51,7 @@ def _blames_by_meaning(problem: Problem, part: Part) -> Mapping[int, Blames]:
     return blames
 
 
-def _blames_by_derivation(problem: Problem, part: Part, stream: Stream) -> Mapping[int, Blames]:
+def _blame_by_derivation(problem: Problem, part: Part, stream: Stream) -> Mapping[int, Blames]:
     """Return the likeliest mistake behind each option in numbers that a derivation with a mistake gives."""
     if not is_derived(part):
         return {}
@@ -59,7 +59,7 @@ def _blames_by_derivation(problem: Problem, part: Part, stream: Stream) -> Mappi
     every = list(wrong_answers(w, part))
     blames: dict[int, Blames] = {}
     for index, option in enumerate(part.answer.offered):
-        expected = np.array(option_numbers(option))[:, None, None]
+        expected = np.array(read_vector(option))[:, None, None]
         same = [wrong for wrong in every if wrong.answer.shape == expected.shape and _is_near(wrong.answer, expected)]
         if same:
             first = max(same, key=variant_frequency)
@@ -83,22 +83,17 @@ def _is_near(values: np.ndarray, expected: np.ndarray) -> bool:
         return bool((np.abs(values - expected) <= THREE_DECIMALS).all())
 
 
-def _blames_by_choice(problem: Problem, part: Part, index: int) -> Blames:
-    return tuple(
-        Blame.of(CATALOGUE[name], words.items()) for name, words in _mistakes_of_choosing(problem, part, index)
-    )
-
-
-def _mistakes_of_choosing(problem: Problem, part: Part, index: int) -> Iterator[tuple[str, Mapping[str, str]]]:
-    """Yield the mistake, and its words, that choosing the option shows, whatever led to it."""
+def _blame_by_choice(problem: Problem, part: Part, index: int) -> Blames:
+    """Return the mistake that the choice of an option shows by itself."""
     answer, details = part.answer, part.details
     if answer.matched:
-        yield "column-of-other-joint", {}
-    elif isinstance(details, Places):
-        yield "regular-taken-for-singular", {}
-    elif isinstance(details, OfQuantity):
-        yield "joint-without-effect", {"joint": str(problem.chain.q[index])}
-    elif isinstance(details, PoseStatement):
+        return (Blame("column-of-other-joint", ()),)
+    if isinstance(details, Places):
+        return (Blame("regular-taken-for-singular", ()),)
+    if isinstance(details, OfQuantity):
+        return (Blame("joint-without-effect", (("joint", str(problem.chain.q[index])),)),)
+    if isinstance(details, PoseStatement):
         is_true = answer.offered[answer.right[0]] == TRUE_FALSE[0]
         of_singular = "singular-taken-for-regular" if is_true else "regular-taken-for-singular"
-        yield of_singular if details.said == "singular" else "motion-turned-round", {}
+        return (Blame(of_singular if details.said == "singular" else "motion-turned-round", ()),)
+    return ()

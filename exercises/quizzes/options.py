@@ -12,6 +12,7 @@ from qdot.exercises.common.stream import Stream
 from qdot.exercises.mistakes.base import Mistake
 from qdot.exercises.mistakes.catalogue import CATALOGUE
 from qdot.exercises.problem.problem import Details, Part, by_name
+from qdot.exercises.questions.base import shuffle_options
 from qdot.exercises.questions.geometry import Pose
 
 Formula: TypeAlias = Any
@@ -120,18 +121,18 @@ def text_of(shown: Formula) -> str:
     return f"[{', '.join(rows)}]"
 
 
-def rank_of_key(lengths: Sequence[int]) -> int:
+def rank_right_option(lengths: Sequence[int]) -> int:
     """Return how many options are shorter than the first, the right one."""
     return sum(length < lengths[0] for length in lengths[1:])
 
 
-def choice_of(offered: Sequence[OfferedOption], rng: Stream) -> tuple[Choice, tuple[OfferedOption, ...]]:
+def offer_choice(offered: Sequence[OfferedOption], rng: Stream) -> tuple[Choice, tuple[OfferedOption, ...]]:
     """Return the options, the first of which is right, as a choice in random order, and in that order."""
-    order = tuple(rng.permutation(offered))
-    return Choice(tuple(option.text for option in order), order.index(offered[0])), order
+    answer, order = shuffle_options(offered, offered[0], rng, lambda option: option.text)
+    return answer, tuple(order)
 
 
-def blames_of(part: Part, index: int) -> tuple[Blame, ...]:
+def list_blames(part: Part, index: int) -> tuple[Blame, ...]:
     """Return the known mistakes behind an option of a part (none for a right one)."""
     if isinstance(part.details, Options):
         return part.details.offered[index].behind

@@ -6,26 +6,26 @@ from functools import lru_cache
 import numpy as np
 import sympy as sp
 
-from qdot.exercises.answers import ConditionSet
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.directions import clear_rank, task_rows
 from qdot.exercises.arm.kinematics import NumericChain
 from qdot.exercises.arm.lengths import with_lengths
 from qdot.exercises.arm.singularity import Component, singular_set
 from qdot.exercises.common.stream import Stream
-from qdot.exercises.mistakes.catalogue import mistaken_answers
 from qdot.exercises.problem.problem import Part
 from qdot.exercises.questions.geometry import (
     Pose,
-    distinct_lengths,
+    full_rank,
     jacobian_at,
-    pose_of,
-    regular_pose,
-    shown_pose,
+    make_pose,
+    sample_regular_pose,
+    sample_shown_pose,
+    sample_unequal_lengths,
     wrap_angle,
 )
 from qdot.exercises.questions.inversion import sample_pose
-from qdot.exercises.quizzes.options import SHOWS_ITSELF, Blame, Places
+from qdot.exercises.quizzes.options import Blame, Places
+from qdot.exercises.quizzes.wrong_sets import wrong_sets
 
 CLEAR = 0.12
 """Ratio of the least singular value of a regular pose to the largest, large enough to be clear to the eye."""
@@ -39,7 +39,7 @@ PoseAndBlame = tuple[Pose, Blame | None]
 
 def with_random_lengths(chain: Chain, rng: Stream) -> tuple[Chain, Lengths]:
     """Return the arm with a number for each open length of its table, and these numbers."""
-    lengths = distinct_lengths(chain, rng)
+    lengths = sample_unequal_lengths(chain, rng)
     return with_lengths(chain, lengths), lengths
 
 
@@ -60,44 +60,38 @@ def singular_poses(chain: Chain, rng: Stream) -> Iterator[PoseAndBlame]:
     components = singular_set(chain) or ()
     for _ in range(TRIES):
         for component in rng.permutation(components):
-            pose = shown_pose(chain, (component,), rng)
+            pose = sample_shown_pose(chain, (component,), rng)
             if pose is not None:
                 yield pose, None
 
 
 def regular_poses(chain: Chain, rng: Stream) -> Iterator[PoseAndBlame]:
     """Yield regular poses: first those that a mistake of the catalogue makes seem singular, then random ones."""
-    for component, blame in rng.permutation(_falsely_singular(chain)):
-        pose = _regular_pose_with(chain, component, rng)
+    for component, blame in rng.permutation(_find_falsely_singular(chain)):
+        pose = _sample_regular_pose_with(chain, component, rng)
         if pose is not None:
             yield pose, blame
     for _ in range(TRIES):
-        pose = regular_pose(chain, rng, clearness(chain))
+        pose = sample_regular_pose(chain, rng, clearness(chain))
         if pose is not None:
             yield pose, None
 
 
-def _falsely_singular(chain: Chain) -> list[tuple[Component, Blame]]:
+def _find_falsely_singular(chain: Chain) -> list[tuple[Component, Blame]]:
     right = singular_set(chain) or ()
-    part = Part("singular-angles", "singular-angles", ConditionSet(right))
-    places = []
-    for mistake, variant in mistaken_answers(chain, part):
-        answer = variant.answer
-        if not mistake.rare and mistake.name not in SHOWS_ITSELF and isinstance(answer, ConditionSet):
-            new = [
-                component
-                for component in answer.components
-                if component not in right and component.solutions is not None
-            ]
-            places += [(component, Blame.of(mistake, variant.words.items())) for component in new]
-    return places
+    return [
+        (component, option.behind[0])
+        for option in wrong_sets(chain, right)
+        for component in option.shown
+        if component not in right and component.solutions is not None
+    ]
 
 
-def _regular_pose_with(chain: Chain, component: Component, rng: Stream) -> Pose | None:
+def _sample_regular_pose_with(chain: Chain, component: Component, rng: Stream) -> Pose | None:
     """Return a regular pose with the joint values of a component that is wrongly called singular."""
     assert component.solutions is not None
     for _ in range(6):
-        pose = regular_pose(chain, rng, clearness(chain), misleading=False)
+        pose = sample_regular_pose(chain, rng, clearness(chain), misleading=False)
         if pose is None:
             return None
         values = {q: rng.choice(values) for q, values in component.solutions}
@@ -111,36 +105,36 @@ def regular_pose_at(chain: Chain, joints: dict[sp.Symbol, sp.Expr]) -> Pose | No
     """Return the pose with these joint values if it is clearly regular."""
     if any(value.free_symbols or not sp.N(value).is_real for value in joints.values()):
         return None
-    pose = pose_of(chain, {}, {q: wrap_angle(chain, q, value) for q, value in joints.items()})
-    return pose if clear_rank(jacobian_at(chain, pose), clearness(chain)) == min(len(chain.task), chain.n) else None
+    pose = make_pose(chain, {}, {q: wrap_angle(chain, q, value) for q, value in joints.items()})
+    return pose if clear_rank(jacobian_at(chain, pose), clearness(chain)) == full_rank(chain) else None
 
 
 def take_distinct(candidates: Iterator[PoseAndBlame], count: int, excluded: Sequence[Pose] = ()) -> list[PoseAndBlame]:
     """Return up to `count` poses whose texts differ from each other and from those of the excluded ones."""
-    texts = {pose_words(pose) for pose in excluded}
+    texts = {write_pose(pose) for pose in excluded}
     chosen: list[PoseAndBlame] = []
     for pose, blame in candidates:
         if len(chosen) == count:
             break
-        if pose_words(pose) not in texts:
-            texts.add(pose_words(pose))
+        if write_pose(pose) not in texts:
+            texts.add(write_pose(pose))
             chosen.append((pose, blame))
     return chosen
 
 
-def pose_words(pose: Pose) -> str:
+def write_pose(pose: Pose) -> str:
     """Return joint values as plain text, as in "theta1 = 30 deg, d2 = 0.4 m"."""
-    return ", ".join(f"{q} = {_value(pose, q)}" for q in pose.joints)
+    return ", ".join(f"{q} = {_write_value(pose, q)}" for q in pose.joints)
 
 
-def _value(pose: Pose, q: sp.Symbol) -> str:
+def _write_value(pose: Pose, q: sp.Symbol) -> str:
     revolute = q.name.startswith("theta")
     value = pose.about.get(q, pose.joints[q] * 180 / sp.pi if revolute else pose.joints[q])
     shown = str(value) if value.is_Integer else f"{float(value):.10g}"
     return f"{shown} {'deg' if revolute else 'm'}"
 
 
-def drawn_options(chain: Chain, part: Part) -> tuple[Chain, list[dict[str, float]]] | None:
+def find_drawn_options(chain: Chain, part: Part) -> tuple[Chain, list[dict[str, float]]] | None:
     """Return the arm in numbers and the poses to draw if the options of a part are drawings, else None."""
     if not part.has_drawn_options:
         return None

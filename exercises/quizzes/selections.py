@@ -10,10 +10,10 @@ from qdot.exercises.arm.derivation import derive, structure
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.problem.problem import Details
 from qdot.exercises.questions.base import Asked, objection_unless_square
-from qdot.exercises.quizzes.asking import short_question
+from qdot.exercises.quizzes.asking import ShortQuestion
 from qdot.exercises.quizzes.options import OfferedOption, Options, Places
-from qdot.exercises.quizzes.places import pose_words, regular_poses, singular_poses, take_distinct, with_random_lengths
-from qdot.exercises.quizzes.wrong import LONGEST, Subject, all_differ, wrong_forms
+from qdot.exercises.quizzes.places import regular_poses, singular_poses, take_distinct, with_random_lengths, write_pose
+from qdot.exercises.quizzes.wrong import LONGEST, Subject, all_differ, list_wrong_forms
 
 OPTIONS = 5
 
@@ -30,7 +30,7 @@ def _ask_configurations(chain: Chain, rng: Stream) -> Asked | None:
             order = rng.permutation([*right, *wrong])
             places, blames = (tuple(column) for column in zip(*order, strict=True))
             correct = tuple(index for index, place_and_blame in enumerate(order) if place_and_blame in right)
-            answer = Selection(tuple(pose_words(pose) for pose in places), correct)
+            answer = Selection(tuple(write_pose(pose) for pose in places), correct)
             return answer, Places(places=places, lengths=lengths, blames=blames)
     return None
 
@@ -71,11 +71,14 @@ class EqualForms(Options):
     quantity: Quantity
 
 
+def _list_determinant(chain: Chain) -> list[Quantity]:
+    return [] if objection_unless_square(chain) else [Quantity("determinant")]
+
+
 def quantities(chain: Chain) -> list[Quantity]:
     """Return the results that can be asked about on an arm."""
-    asked = [] if objection_unless_square(chain) else [Quantity("determinant")]
-    asked += [Quantity("position", "xyz".index(axis)) for axis in chain.linear_rows]
-    return asked + [Quantity("column", None, column) for column in range(chain.n)]
+    coordinates = [Quantity("position", "xyz".index(axis)) for axis in chain.linear_rows]
+    return [*_list_determinant(chain), *coordinates, *(Quantity("column", None, column) for column in range(chain.n))]
 
 
 def joints_of(chain: Chain, quantity: Quantity) -> tuple[int, ...]:
@@ -84,16 +87,11 @@ def joints_of(chain: Chain, quantity: Quantity) -> tuple[int, ...]:
     return tuple(index for index, q in enumerate(chain.q) if q in free)
 
 
-def _partial_quantities(chain: Chain) -> list[Quantity]:
-    """Return the results that depend on some joints, but not on all."""
-    return [quantity for quantity in quantities(chain) if 0 < len(joints_of(chain, quantity)) < chain.n]
-
-
 def _ask_dependence(chain: Chain, rng: Stream) -> Asked | None:
-    telling = _partial_quantities(chain)
-    if not telling:
+    partial_quantities = [quantity for quantity in quantities(chain) if 0 < len(joints_of(chain, quantity)) < chain.n]
+    if not partial_quantities:
         return None
-    quantity = rng.choice(telling)
+    quantity = rng.choice(partial_quantities)
     return Selection(tuple(q.name for q in chain.q), joints_of(chain, quantity)), OfQuantity(quantity=quantity)
 
 
@@ -101,8 +99,8 @@ def _ask_dependence(chain: Chain, rng: Stream) -> Asked | None:
 
 
 def _ask_forms(chain: Chain, rng: Stream) -> Asked | None:
-    for quantity in rng.permutation(_short_quantities(chain)):
-        offered = _five_options(chain, quantity, rng)
+    for quantity in rng.permutation(_find_short_quantities(chain)):
+        offered = _make_five_options(chain, quantity, rng)
         if offered is not None:
             order = tuple(rng.permutation(offered))
             correct = tuple(index for index, option in enumerate(order) if not option.behind)
@@ -111,24 +109,23 @@ def _ask_forms(chain: Chain, rng: Stream) -> Asked | None:
     return None
 
 
-def _short_quantities(chain: Chain) -> list[Quantity]:
+def _find_short_quantities(chain: Chain) -> list[Quantity]:
+    def is_short(quantity: Quantity) -> bool:
+        formula = quantity.of(chain)[0]
+        return bool(formula.has(sp.sin, sp.cos)) and len(str(formula)) <= LONGEST
+
     entries = [Quantity("column", row, column) for row in range(len(chain.task)) for column in range(chain.n)]
-    asked = ([] if objection_unless_square(chain) else [Quantity("determinant")]) + entries
-    return [
-        quantity
-        for quantity in asked
-        if quantity.of(chain)[0].has(sp.sin, sp.cos) and len(str(quantity.of(chain)[0])) <= LONGEST
-    ]
+    return [*filter(is_short, [*_list_determinant(chain), *entries])]
 
 
-def _five_options(chain: Chain, quantity: Quantity, rng: Stream) -> list[OfferedOption] | None:
+def _make_five_options(chain: Chain, quantity: Quantity, rng: Stream) -> list[OfferedOption] | None:
     """Return two or three right ways to write a result, with wrong ones to make five; None if there are too few."""
     generic = structure(chain).chain
-    right = _ways_to_write(generic, quantity.of(generic)[0], quantity)
+    right = _write_ways(generic, quantity.of(generic)[0], quantity)
     base = "determinant" if quantity.name == "determinant" else "jacobian"
-    subject = Subject(base, *((None, None) if base == "determinant" else (quantity.column, quantity.row)))
+    subject = Subject(base, quantity.column, quantity.row)
     wrong = [
-        (way, blame) for formula, blame in wrong_forms(generic, subject) for way in _ways_to_write(generic, formula)
+        (way, blame) for formula, blame in list_wrong_forms(generic, subject) for way in _write_ways(generic, formula)
     ]
     if len(right) < 2 or len(wrong) < 3:
         return None
@@ -138,16 +135,13 @@ def _five_options(chain: Chain, quantity: Quantity, rng: Stream) -> list[Offered
         chosen = [OfferedOption(fill(way)) for way in rng.permutation(right)[:many]]
         others = [OfferedOption(fill(way), (blame,)) for way, blame in rng.permutation(wrong)[: OPTIONS - many]]
         texts = {option.text for option in (*chosen, *others)}
-        are_distinct = all(
-            all_differ(chain, [sp.Matrix([chosen[0].shown]), sp.Matrix([wrong_option.shown])])
-            for wrong_option in others
-        )
-        if len(texts) == OPTIONS and are_distinct:
+        right_one, *wrong_ones = (sp.Matrix([option.shown]) for option in (chosen[0], *others))
+        if len(texts) == OPTIONS and all(all_differ(chain, [right_one, wrong_one]) for wrong_one in wrong_ones):
             return [*chosen, *others]
     return None
 
 
-def _ways_to_write(generic: Chain, formula: sp.Expr, quantity: Quantity | None = None) -> list[sp.Expr]:
+def _write_ways(generic: Chain, formula: sp.Expr, quantity: Quantity | None = None) -> list[sp.Expr]:
     """Return a formula as it is and with sums of angles expanded; a determinant also as products of entries."""
     apart = sp.expand(sp.expand_trig(formula))
     ways = [formula, apart, sp.expand(formula)]
@@ -158,18 +152,18 @@ def _ways_to_write(generic: Chain, formula: sp.Expr, quantity: Quantity | None =
 
 
 SELECTIONS = (
-    short_question(
-        "singular-configurations", "Which of these are singular?", "6.8", _ask_configurations, "selection",
-        "singular-angles", "it has no five configurations to choose from", ("singular-angles",), points=1.0,
+    ShortQuestion(
+        "singular-configurations", "Which of these are singular?", "6.8", points=1.0, sample=_ask_configurations,
+        form="selection", about="singular-angles", otherwise="it has no five configurations to choose from",
+        shows=("singular-angles",),
     ),
-    short_question(
-        "dependence", "On which joints does it depend?", "6.4", _ask_dependence, "selection",
-        "jacobian", "what could be asked about depends on all joints, or on none",
-        undiagnosed="the letters of joints tell of no way to them",
+    ShortQuestion(
+        "dependence", "On which joints does it depend?", "6.4", sample=_ask_dependence, form="selection",
+        about="jacobian", otherwise="what could be asked about depends on all joints, or on none",
     ),
-    short_question(
-        "equal-forms", "Which of these are the same?", "6.4", _ask_forms, "selection",
-        "jacobian", "no result of it is short and can be written in several ways", ("jacobian", "determinant"),
-        points=1.0,
+    ShortQuestion(
+        "equal-forms", "Which of these are the same?", "6.4", points=1.0, sample=_ask_forms, form="selection",
+        about="jacobian", otherwise="no result of it is short and can be written in several ways",
+        shows=("jacobian", "determinant"),
     ),
 )  # fmt: skip

@@ -11,16 +11,16 @@ from qdot.exercises.arm.derivation import derive
 from qdot.exercises.arm.mpmath_kinematics import determinant, numeric, ten_digits
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.questions.base import Asked
-from qdot.exercises.questions.geometry import DIGITS, AtPose, Pose, evaluate_precisely, regular_pose
+from qdot.exercises.questions.geometry import DIGITS, AtPose, Pose, evaluate_precisely, sample_regular_pose
 from qdot.exercises.questions.inversion import THREE_DIGITS
-from qdot.exercises.quizzes.asking import short_question
+from qdot.exercises.quizzes.asking import ShortQuestion
 
 SLOW = 0.05
 """Least speed that is asked for, in m/s."""
 
 
 def _sample_pose(chain: Chain, rng: Stream) -> Pose | None:
-    return regular_pose(chain, rng, 0.05, misleading=False)
+    return sample_regular_pose(chain, rng, 0.05, misleading=False)
 
 
 def _ask_determinant(chain: Chain, rng: Stream) -> Asked | None:
@@ -70,14 +70,14 @@ def _object_to_line(chain: Chain) -> str | None:
 
 
 VALUES = (
-    short_question(
-        "determinant-value", "Determinant in a configuration", "6.8", _ask_determinant, "number", "determinant",
-        "no regular configuration was found", sense=_object_to_units, entry_names=lambda *_: [r"\det J"],
-        undiagnosed="short questions in numbers are not held against the catalogue yet",
+    ShortQuestion(
+        "determinant-value", "Determinant in a configuration", "6.8", sample=_ask_determinant, form="number",
+        about="determinant", otherwise="no regular configuration was found", objection=_object_to_units,
+        entry_names=lambda *_: [r"\det J"],
     ),
-    short_question(
-        "speed", "Speed of the point", "6.4", _ask_speed, "number", "jacobian",
-        "no configuration was found where it moves", sense=_object_to_line, entry_names=lambda *_: ["|v_P|"],
-        undiagnosed="short questions in numbers are not held against the catalogue yet",
+    ShortQuestion(
+        "speed", "Speed of the point", "6.4", sample=_ask_speed, form="number", about="jacobian",
+        otherwise="no configuration was found where it moves", objection=_object_to_line,
+        entry_names=lambda *_: ["|v_P|"],
     ),
 )  # fmt: skip

@@ -24,11 +24,11 @@ from qdot.exercises.formula.expression import read
 from qdot.exercises.formula.identity import READABLE, Domain
 from qdot.exercises.formula.program import compile_program, evaluate
 from qdot.exercises.mistakes import screws
-from qdot.exercises.mistakes.catalogue import Wrong, wrong_answers
+from qdot.exercises.mistakes.catalogue import wrong_answers
 from qdot.exercises.problem.problem import Part
 from qdot.exercises.questions import QUESTIONS
 from qdot.exercises.questions.results import result
-from qdot.exercises.quizzes.options import MOST_SPREAD, SHOWS_ITSELF, SPREAD, Blame, OfferedOption, rank_of_key
+from qdot.exercises.quizzes.options import MOST_SPREAD, SHOWS_ITSELF, SPREAD, Blame, OfferedOption, rank_right_option
 
 POINTS = 5
 APART = 1e-6
@@ -78,31 +78,31 @@ class _Variant:
 
 
 @lru_cache(maxsize=512)
-def _base_part(generic: Chain, base: str) -> Part:
+def _ask_base(generic: Chain, base: str) -> Part:
     answer, details = QUESTIONS[base].ask(generic, Stream("quiz"))
     return Part(base, base, answer, details=details)
 
 
 @lru_cache(maxsize=512)
 def _sample_values(generic: Chain, base: str) -> Mapping[str, np.ndarray]:
-    symbols = _base_part(generic, base).symbols
+    symbols = _ask_base(generic, base).symbols
     names = {*domain_of(generic).roles, *(rate.name for rate in generic.rates), *generic.task, *symbols}
-    drawn = Domain(domain_of(generic).roles).sample(names, READABLE + POINTS, Stream(f"quiz/{base}"))
-    return {name: values[READABLE:] for name, values in drawn.items()}
+    sampled = Domain(domain_of(generic).roles).sample(names, READABLE + POINTS, Stream(f"quiz/{base}"))
+    return {name: values[READABLE:] for name, values in sampled.items()}
 
 
 @lru_cache(maxsize=512)
-def _right_answer(generic: Chain, subject: Subject) -> tuple[Working, np.ndarray]:
+def _evaluate_right_answer(generic: Chain, subject: Subject) -> tuple[Working, np.ndarray]:
     w = numbers(generic, _sample_values(generic, subject.base))
-    return w, subject.of(result(w, _base_part(generic, subject.base)))
+    return w, subject.of(result(w, _ask_base(generic, subject.base)))
 
 
 @lru_cache(maxsize=512)
-def _variants(generic: Chain, subject: Subject) -> tuple[_Variant, ...]:
+def _find_variants(generic: Chain, subject: Subject) -> tuple[_Variant, ...]:
     """Return the mistakes that change the subject, each result once."""
-    w, right = _right_answer(generic, subject)
+    w, right = _evaluate_right_answer(generic, subject)
     variants: list[_Variant] = []
-    for wrong in wrong_answers(w, _base_part(generic, subject.base)):
+    for wrong in wrong_answers(w, _ask_base(generic, subject.base)):
         values = subject.of(wrong.answer)
         if (
             wrong.mistake.rare
@@ -113,12 +113,9 @@ def _variants(generic: Chain, subject: Subject) -> tuple[_Variant, ...]:
         ):
             continue
         if all(differ(values, known_values) for known_values in (right, *(variant.values for variant in variants))):
-            variants.append(_Variant(Blame.of(wrong.mistake, wrong.variant.words.items()), values, _changes(wrong)))
+            blame = Blame.of(wrong.mistake, wrong.variant.words.items())
+            variants.append(_Variant(blame, values, wrong.working.changes))
     return tuple(variants)
-
-
-def _changes(wrong: Wrong) -> tuple[tuple[str, Change], ...]:
-    return wrong.working.changes
 
 
 def differ(a: np.ndarray, b: np.ndarray) -> bool:
@@ -128,10 +125,10 @@ def differ(a: np.ndarray, b: np.ndarray) -> bool:
 
 def _combine_mistakes(generic: Chain, subject: Subject, first: _Variant, second: _Variant) -> np.ndarray | None:
     """Return the answer with both mistakes, None if it equals the answer with one of them or none."""
-    w, right = _right_answer(generic, subject)
+    w, right = _evaluate_right_answer(generic, subject)
     together = w.with_mistakes(dict(first.changes)).with_mistakes(dict(second.changes))
     with np.errstate(all="ignore"):
-        values = subject.of(result(together, _base_part(generic, subject.base)))
+        values = subject.of(result(together, _ask_base(generic, subject.base)))
     others = (right, first.values, second.values)
     if values.shape != right.shape or not np.isfinite(values).all():
         return None
@@ -159,8 +156,8 @@ def _write_answer(generic: Chain, subject: Subject, numbers: tuple[int, ...]) ->
         return None
     w = formulas(generic) if subject.is_of_screws else in_formulas(generic)
     for index in numbers:
-        w = w.with_mistakes(dict(_variants(generic, subject)[index].changes))
-    entries = as_formulas(subject.of(result(w, _base_part(generic, subject.base))))
+        w = w.with_mistakes(dict(_find_variants(generic, subject)[index].changes))
+    entries = as_formulas(subject.of(result(w, _ask_base(generic, subject.base))))
     if entries.has(*NO_NUMBER):
         return None
     try:
@@ -168,7 +165,7 @@ def _write_answer(generic: Chain, subject: Subject, numbers: tuple[int, ...]) ->
     except (ValueError, BasePolynomialError):  # no trigonometric polynomial
         return None
     if not subject.is_quotient and any(sp.fraction(entry)[1].free_symbols for entry in tidy):
-        return None  # nobody divides where the right answer does not
+        return None  # a student would not divide where the right answer does not
     return tidy if _fits(tidy) else None
 
 
@@ -181,7 +178,7 @@ def _is_short(generic: Chain, subject: Subject) -> bool:
     """Tell whether the right answer is short, from the reference, which is cheaper than the working."""
     if generic.n > MOST_JOINTS and QUESTIONS[subject.base].is_made_of_minors:
         return False
-    whole = _base_part(generic, subject.base).answer.as_matrix()
+    whole = _ask_base(generic, subject.base).answer.as_matrix()
     return _fits(sp.Matrix(subject.of(np.array(whole.tolist(), dtype=object))))
 
 
@@ -211,22 +208,22 @@ def tidy_entry(entry: sp.Expr) -> sp.Expr:
 # --- four options ---
 
 
-def four_options(chain: Chain, subject: Subject, rng: Stream) -> list[OfferedOption] | None:
+def make_four_options(chain: Chain, subject: Subject, rng: Stream) -> list[OfferedOption] | None:
     """Return the right option and three wrong ones, or None if the catalogue gives no three that match it."""
     generic = chain if subject.is_of_screws else structure(chain).chain
     if _write_answer(generic, subject, ()) is None:
         return None
     wanted, ranked = rng.below(4), list[tuple[tuple[bool, int, float], tuple[tuple[int, ...], ...]]]()
-    for sets in islice(_wrong_triples(generic, subject, rng), WRITTEN):
-        lengths = [_length(generic, subject, numbers) for numbers in ((), *sets)]
+    for sets in islice(_make_wrong_triples(generic, subject, rng), WRITTEN):
+        lengths = [_measure_length(generic, subject, numbers) for numbers in ((), *sets)]
         if not all(lengths) or max(lengths) > MOST_SPREAD * min(lengths):
             continue
         spread = max(lengths) / min(lengths)
-        ranked.append(((spread > SPREAD, abs(rank_of_key(lengths) - wanted), spread), sets))
+        ranked.append(((spread > SPREAD, abs(rank_right_option(lengths) - wanted), spread), sets))
         if ranked[-1][0][:2] == (False, 0):
             break
     fill = sp.Matrix if generic is chain else derive(chain).fill_matrix
-    variants = _variants(generic, subject)
+    variants = _find_variants(generic, subject)
     for _, sets in sorted(ranked):
         options = [fill(_write_answer(generic, subject, numbers)) for numbers in ((), *sets)]
         if all_differ(chain, options):
@@ -236,15 +233,15 @@ def four_options(chain: Chain, subject: Subject, rng: Stream) -> list[OfferedOpt
 
 
 @lru_cache(maxsize=20_000)
-def _length(generic: Chain, subject: Subject, numbers: tuple[int, ...]) -> int:
+def _measure_length(generic: Chain, subject: Subject, numbers: tuple[int, ...]) -> int:
     """Return the number of characters of an option, 0 if it can't be written briefly."""
     written = _write_answer(generic, subject, numbers)
     return 0 if written is None else len(str(written.tolist()))
 
 
-def _wrong_triples(generic: Chain, subject: Subject, rng: Stream) -> Iterator[tuple[tuple[int, ...], ...]]:
+def _make_wrong_triples(generic: Chain, subject: Subject, rng: Stream) -> Iterator[tuple[tuple[int, ...], ...]]:
     """Yield triples of wrong options: one mistake, another, both; then any three with one mistake each."""
-    variants = _variants(generic, subject)
+    variants = _find_variants(generic, subject)
     pairs = rng.permutation(list(combinations(range(len(variants)), 2)))
     for first, second in pairs[:PAIRS]:
         if variants[first].blame.mistake == variants[second].blame.mistake and len(variants) > 8:
@@ -259,18 +256,17 @@ def all_differ(chain: Chain, options: list[sp.Matrix]) -> bool:
     """Tell whether options are different functions on this arm, whose lengths may be given, and equal."""
     programs = compile_program([read(str(entry)) for option in options for entry in option])
     names = {symbol.name for option in options for symbol in option.free_symbols}
-    drawn = Domain(domain_of(chain).roles).sample(names, READABLE + POINTS, Stream("quiz"))
+    sampled = Domain(domain_of(chain).roles).sample(names, READABLE + POINTS, Stream("quiz"))
     count = POINTS + READABLE
-    values = evaluate(programs, drawn or {"one": np.ones(count)}, count)[0].reshape(len(options), -1, count)[
-        :, :, READABLE:
-    ]
+    outcomes = evaluate(programs, sampled or {"any": np.ones(count)}, count)[0]
+    values = outcomes.reshape(len(options), -1, count)[:, :, READABLE:]
     return bool(np.isfinite(values).all()) and all(differ(a, b) for a, b in combinations(values, 2))
 
 
-def wrong_forms(generic: Chain, subject: Subject) -> list[tuple[sp.Expr, Blame]]:
+def list_wrong_forms(generic: Chain, subject: Subject) -> list[tuple[sp.Expr, Blame]]:
     """Return the entry with each single mistake, and the mistake."""
     forms = []
-    for index, variant in enumerate(_variants(generic, subject)):
+    for index, variant in enumerate(_find_variants(generic, subject)):
         written = _write_answer(generic, subject, (index,))
         if written is not None:
             forms.append((written[0], variant.blame))

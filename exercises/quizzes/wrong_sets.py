@@ -15,7 +15,7 @@ from qdot.exercises.formula.expression import read
 from qdot.exercises.formula.set_parser import Piece, parse_pieces
 from qdot.exercises.mistakes.catalogue import mistaken_answers
 from qdot.exercises.problem.problem import Part
-from qdot.exercises.quizzes.options import MOST_SPREAD, SHOWS_ITSELF, SPREAD, Blame, OfferedOption, rank_of_key
+from qdot.exercises.quizzes.options import MOST_SPREAD, SHOWS_ITSELF, SPREAD, Blame, OfferedOption, rank_right_option
 
 Components = tuple[Component, ...]
 
@@ -24,14 +24,14 @@ MOST_PIECES = 6
 """Most pieces of a set in a short question."""
 
 
-def four_sets(chain: Chain, rng: Stream) -> list[OfferedOption] | None:
+def make_four_sets(chain: Chain, rng: Stream) -> list[OfferedOption] | None:
     """Return the singular set and three wrong ones, or None if the catalogue gives no three."""
     right = singular_set(chain)
     if not right:
         return None
     wanted, others = rng.below(4), list[tuple[Score, list[OfferedOption]]]()
-    for options in islice(_sets_of_four(chain, right, rng), PAIRS):
-        score = _score(options, wanted)
+    for options in islice(_make_sets_of_four(chain, right, rng), PAIRS):
+        score = _rate_options(options, wanted)
         if score is not None and score[:2] != BEST:
             others.append((score, options))
         elif score is not None and all_differ(chain, options):
@@ -47,7 +47,7 @@ BEST = (False, 0)
 """The first two components of the best possible score."""
 
 
-def _score(options: list[OfferedOption], wanted: int) -> Score | None:
+def _rate_options(options: list[OfferedOption], wanted: int) -> Score | None:
     """Return how badly options match (cheap compared to whether they differ), None if they don't match at all."""
     texts = [option.text for option in options]
     if len(set(texts)) < 4 or any(text.count(" or ") >= MOST_PIECES for text in texts):
@@ -56,14 +56,14 @@ def _score(options: list[OfferedOption], wanted: int) -> Score | None:
     spread = max(lengths) / min(lengths)
     if spread > 2 * MOST_SPREAD:
         return None
-    return (spread > 2 * SPREAD, abs(rank_of_key(lengths) - wanted), spread)
+    return (spread > 2 * SPREAD, abs(rank_right_option(lengths) - wanted), spread)
 
 
-def _sets_of_four(chain: Chain, right: Components, rng: Stream) -> Iterator[list[OfferedOption]]:
-    first = _wrong_sets(chain, right)
+def _make_sets_of_four(chain: Chain, right: Components, rng: Stream) -> Iterator[list[OfferedOption]]:
+    first = wrong_sets(chain, right)
     pairs = rng.permutation(list(combinations(first, 2)))
     for wrong_set, second_set in pairs:
-        for both in _wrong_sets(chain, _components(wrong_set)):
+        for both in wrong_sets(chain, _components_of(wrong_set)):
             if both.behind == second_set.behind:
                 blames = (*wrong_set.behind, *second_set.behind)
                 yield [OfferedOption(right), wrong_set, second_set, OfferedOption(both.shown, blames)]
@@ -71,25 +71,25 @@ def _sets_of_four(chain: Chain, right: Components, rng: Stream) -> Iterator[list
         yield [OfferedOption(right), *three]
 
 
-def _components(option: OfferedOption) -> Components:
+def _components_of(option: OfferedOption) -> Components:
     assert isinstance(option.shown, tuple)
     return option.shown
 
 
 @lru_cache(maxsize=4096)
-def _wrong_sets(chain: Chain, components: Components) -> tuple[OfferedOption, ...]:
+def wrong_sets(chain: Chain, components: Components) -> tuple[OfferedOption, ...]:
     """Return the singular set with each mistake."""
     part = Part("singular-angles", "singular-angles", ConditionSet(components))
-    wrong_sets = []
-    for mistake, variant in mistaken_answers(chain, part):
-        if not mistake.rare and mistake.name not in SHOWS_ITSELF and isinstance(variant.answer, ConditionSet):
-            wrong_sets.append(OfferedOption(variant.answer.components, (Blame.of(mistake, variant.words.items()),)))
-    return tuple(wrong_sets)
+    return tuple(
+        OfferedOption(variant.answer.components, (Blame.of(mistake, variant.words.items()),))
+        for mistake, variant in mistaken_answers(chain, part)
+        if not mistake.rare and mistake.name not in SHOWS_ITSELF and isinstance(variant.answer, ConditionSet)
+    )
 
 
 def all_differ(chain: Chain, options: list[OfferedOption]) -> bool:
     """Tell whether no two of the sets hold the same configurations, and none is empty."""
-    texts = [tuple(piece for component in _components(option) for piece in component.pieces()) for option in options]
+    texts = [tuple(piece for component in _components_of(option) for piece in component.pieces()) for option in options]
     return all(not _are_same(chain, a, b) for a, b in combinations(texts, 2))
 
 

@@ -42,9 +42,9 @@ GROUPS = {
         "gradescope": (_("Gradescope"), _("The autograder zip.")),
         "nbgrader": (_("nbgrader"), _("A course that autogrades with qdot.")),
         "otter": (_("Otter-Grader"), _("An autograder that grades with qdot.")),
-        "ci": (_("Grading in CI"), _("GitHub, GitLab, JUnit, pytest.")),
+        "ci": (_("Grading in CI"), _("GitHub, GitLab, JUnit.")),
         "container": (_("The grader in a container"), _("Build and run it with Podman or Docker.")),
-        "scaling": (_("Large classes"), _("What grading costs; Dask, Slurm and Kubernetes.")),
+        "scaling": (_("Large classes"), _("What grading costs; Kubernetes.")),
     },
     _("How it works"): {
         "judging": (_("How an answer is judged"), _("How formulas are compared, and how unlikely an error is.")),

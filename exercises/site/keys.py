@@ -53,7 +53,7 @@ from qdot.exercises.mistakes.finished import edits_throughout
 from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.problem.record import Json
 from qdot.exercises.questions.results import is_derived, result
-from qdot.exercises.quizzes.option_mistakes import blames_for
+from qdot.exercises.quizzes.option_mistakes import explain_options
 from qdot.exercises.quizzes.values import AtRates
 from qdot.exercises.writing.statement import answer_code
 
@@ -146,7 +146,7 @@ class _Keys(AnswerVisitor[Json]):
         }  # fmt: skip
 
     def _explain_options(self) -> list[list[Json]]:
-        blames_by_option = blames_for(self.problem, self.part, _stream(self.problem, self.part))
+        blames_by_option = explain_options(self.problem, self.part, _stream(self.problem, self.part))
         return [[_mistake_record(blame.mistake, blame.sentence) for blame in blames] for blames in blames_by_option]
 
     def _mistakes(self, made: Iterator[Json]) -> list[Json]:

@@ -20,7 +20,7 @@ from qdot.exercises.mistakes.catalogue import CATALOGUE
 from qdot.exercises.notebook.notebook import solution_figure
 from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.problem.record import Json, robot_json
-from qdot.exercises.questions.inversion import lengths_in_table
+from qdot.exercises.questions.inversion import list_table_lengths
 from qdot.exercises.quizzes import ASKED
 from qdot.exercises.site.keys import key_of
 from qdot.exercises.writing.languages import ENGLISH, Catalogue, catalogue
@@ -175,7 +175,7 @@ def _values(chain: Chain) -> Json:
 
     The statement says that all lengths are different.
     """
-    taken = {float(abs(length)) for length in lengths_in_table(chain)}
+    taken = {float(abs(length)) for length in list_table_lengths(chain)}
     values: dict[str, float] = {}
     for symbol, value in example_values(chain).items():
         number = float(value)

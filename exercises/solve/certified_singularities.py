@@ -14,8 +14,8 @@ from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.arm.normalized_arm import normalize_arm
 from qdot.exercises.arm.singularity import Component
 from qdot.exercises.verify.appearance import holds, is_of_kind, places_on
-from qdot.exercises.writing.statement import worked_steps
-from qdot.exercises.writing.worked import SingularComponent
+from qdot.exercises.writing.solution_steps import SingularComponent
+from qdot.exercises.writing.statement import solution_steps
 
 
 def certified_components(chain: Chain) -> tuple[SingularComponent, ...]:
@@ -23,15 +23,15 @@ def certified_components(chain: Chain) -> tuple[SingularComponent, ...]:
 
     Raises TooLong.
     """
-    steps = worked_steps(chain)
-    steps.found = [_certify_component(chain, component) for component in steps.found]
-    return tuple(steps.found)
+    steps = solution_steps(chain)
+    steps.singular_components = [_certify_component(chain, component) for component in steps.singular_components]
+    return tuple(steps.singular_components)
 
 
 def certified_component(chain: Chain, component: Component) -> SingularComponent:
     """Return one component certified, however it was found, with its conditions unchanged."""
     return replace(
-        _certify_component(chain, worked_steps(chain).classified(component)), conditions=component.conditions
+        _certify_component(chain, solution_steps(chain).classify_component(component)), conditions=component.conditions
     )
 
 

@@ -26,7 +26,7 @@ from qdot.exercises.formula.expression import read
 from qdot.exercises.formula.program import compile_program, evaluate
 from qdot.exercises.writing.latex import tex_zero
 from qdot.exercises.writing.markup import to_text
-from qdot.exercises.writing.worked import SingularComponent
+from qdot.exercises.writing.solution_steps import SingularComponent
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

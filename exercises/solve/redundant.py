@@ -16,7 +16,7 @@ from qdot.exercises.arm.singularity import Component, solve_conjunction
 from qdot.exercises.arm.trigonometry import substitute
 from qdot.exercises.solve.certified_singularities import certified_component, certified_words
 from qdot.exercises.verify.appearance import is_of_kind
-from qdot.exercises.writing.worked import SingularComponent
+from qdot.exercises.writing.solution_steps import SingularComponent
 
 MOST_SHOWN = 700
 """Operations in all entries of a matrix, up to which it is shown."""

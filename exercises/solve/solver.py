@@ -30,9 +30,9 @@ from qdot.exercises.solve.special_lengths import Special, length_needs, relation
 from qdot.exercises.writing.latex import tex, tex_angle, tex_length, tex_value
 from qdot.exercises.writing.markup import latex_escaped, to_latex, to_text
 from qdot.exercises.writing.render import render
-from qdot.exercises.writing.statement import next_solution, worked_steps
+from qdot.exercises.writing.solution_steps import SingularComponent
+from qdot.exercises.writing.statement import next_solution, solution_steps
 from qdot.exercises.writing.wording import Wording, triple
-from qdot.exercises.writing.worked import SingularComponent
 
 SECTIONS = (
     "home-screws", "position", "jacobian", "velocity", "joint-axes", "position-vectors", "geometric-jacobian", "twist",
@@ -309,7 +309,7 @@ def _describe_test(chain: Chain, stage: Redundant) -> str:
 
 
 def _render_so_far(chain: Chain, minors_only: bool) -> str:
-    steps, components = worked_steps(chain), [] if minors_only else worked_steps(chain).components
+    steps, components = solution_steps(chain), [] if minors_only else solution_steps(chain).components
     return render("solve/part.md.j2", chain=chain, steps=steps, components=components, minors_only=minors_only)
 
 
@@ -419,7 +419,7 @@ def _component_json(component: SingularComponent | Component) -> dict[str, Any]:
 
 def _conditions_json(chain: Chain) -> dict[str, Any]:
     """Return the singular set while it is not known yet what its configurations look like."""
-    return {"singular": [_component_json(component) for component in worked_steps(chain).components]}
+    return {"singular": [_component_json(component) for component in solution_steps(chain).components]}
 
 
 # --- step by step ---
@@ -473,7 +473,7 @@ Stages = Iterator[str | PartialResult | Ready]
 def text_stages(chain: Chain, robot: Robot | None = None) -> Stages:
     """Yield the derivation in Markdown, block by block: the arm, then each section by its name, then remarks."""
     yield "its transformations"
-    w, steps = Wording(chain), worked_steps(chain)
+    w, steps = Wording(chain), solution_steps(chain)
     description = _describe_arm(robot)
     shows_same = description is not None and not description.base and description.rows == w.rows
     if shows_same or not w.convention.has_frames:
@@ -555,7 +555,7 @@ def _section(chain: Chain, name: str, parts: list[Part], explained: set[str]) ->
 
 def _redundant_block(chain: Chain, redundant: Redundant, number: int | None = None) -> str:
     """Return the section on the singular set of a redundant arm, without a number if it is not complete."""
-    w, steps = Wording(chain), worked_steps(chain)
+    w, steps = Wording(chain), solution_steps(chain)
     return render("solve/redundant.md.j2", chain=chain, w=w, steps=steps, found=redundant, number=number)
 
 

@@ -21,7 +21,7 @@ from qdot.exercises.arm.numeric_rank_check import ways_covering
 from qdot.exercises.arm.reciprocal import applies
 from qdot.exercises.solve.certified_singularities import certified_components
 from qdot.exercises.solve.redundant import Redundant, redundant_stages
-from qdot.exercises.writing.worked import SingularComponent
+from qdot.exercises.writing.solution_steps import SingularComponent
 
 MOST = 8
 """Relations that are examined at most."""

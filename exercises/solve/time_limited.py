@@ -30,7 +30,7 @@ from qdot.exercises.solve.solver import (
     twists_of,
 )
 from qdot.exercises.writing.markup import to_text
-from qdot.exercises.writing.worked import SingularComponent
+from qdot.exercises.writing.solution_steps import SingularComponent
 
 ShowProgress = Callable[[str], AbstractContextManager[object]]
 """Shows what a block is working on while it lasts."""

@@ -7,7 +7,7 @@ import sympy as sp
 
 from qdot.exercises.answers import Direction, Number
 from qdot.exercises.problem.problem import Part
-from qdot.exercises.questions.inversion import InSituation, well_conditioned
+from qdot.exercises.questions.inversion import InSituation, least_conditioning
 from qdot.exercises.verify.formulas import EXACT, PartCheck, agree
 from qdot.exercises.verify.numeric_reference import (
     Check,
@@ -41,7 +41,7 @@ def _check_conditioning(numeric: NumericReference, jacobian: np.ndarray) -> Chec
     """Test whether small errors stay small at a pose."""
     sigma = np.linalg.svd(jacobian, compute_uv=False)
     ratio = float(sigma[-1] / sigma[0])
-    least = WELL_CONDITIONED * well_conditioned(numeric.chain)
+    least = WELL_CONDITIONED * least_conditioning(numeric.chain)
     return Check("well conditioned", ratio > least, f"sigma_min/sigma_max = {ratio:.3f}")
 
 

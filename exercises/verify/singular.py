@@ -19,7 +19,7 @@ from qdot.exercises.formula.conditions import Space
 from qdot.exercises.formula.expression import read
 from qdot.exercises.formula.set_parser import parse_pieces
 from qdot.exercises.problem.problem import Part
-from qdot.exercises.questions.singular import OPTIONS, OfKind, Place, components_at
+from qdot.exercises.questions.singular import OPTIONS, OfKind, Place, find_components_at
 from qdot.exercises.verify.appearance import (
     check_component_statement,
     check_singularity_statements,
@@ -183,7 +183,7 @@ def _check_type(numeric: NumericReference, part: Part) -> Checks:
     kinds = set(map(str, kinds_at(numeric.chain, samples)))
     detail = f"{', '.join(sorted(kinds))} at {len(samples)} configurations"
     yield Check("kind", bool(samples) and kinds == {kind}, detail)
-    for _, here in components_at(numeric.chain, place):
+    for _, here in find_components_at(numeric.chain, place):
         yield check_component_statement(numeric.chain, here)
     if kind == "boundary":
         yield side_of_lost_direction(numeric.chain, place.condition, place.values, samples)

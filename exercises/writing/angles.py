@@ -14,8 +14,13 @@ from qdot.exercises.arm.chain import Chain
 from qdot.exercises.formula.order import index_of, joint_sum
 from qdot.exercises.formula.printers.python import python_text
 from qdot.exercises.formula.text import text_of
-from qdot.exercises.writing.gathering import gathered
-from qdot.exercises.writing.shortening import added_up, in_plain_angles, with_plain_numbers, with_squares
+from qdot.exercises.writing.shortening import (
+    add_angles,
+    gather_sums,
+    multiply_numbers,
+    replace_squares,
+    use_plain_angles,
+)
 
 
 @dataclass(frozen=True)
@@ -23,55 +28,38 @@ class AngleNames:
     r"""Names for angles that c_{12} can't say, with a constant or a difference in them; `meanings` is what each is."""
 
     meanings: Mapping[sp.Symbol, sp.Expr]
-    _known: dict[sp.Expr, sp.Expr] = field(default_factory=dict, compare=False, repr=False)
-    _renamed: dict[sp.Expr, tuple[sp.Expr, bool]] = field(default_factory=dict, compare=False, repr=False)
+    _renamed: dict[sp.Expr, sp.Expr] = field(default_factory=dict, compare=False, repr=False)
 
-    def put_into(self, expression: sp.Expr | sp.Matrix) -> sp.Expr | sp.Matrix:
-        """Return an expression or matrix with the sines and cosines of angles that have a name said by it, gathered.
+    def rename(self, expression: sp.Expr | sp.Matrix) -> sp.Expr | sp.Matrix:
+        """Return an expression or matrix with the names of angles in its sines and cosines, and its sums gathered.
 
-        What is the sine or cosine of a plain angle is one: no angle with a constant stands for it.
+        The sine or cosine of a plain angle is written as that, and not by an angle with a constant.
         """
         if isinstance(expression, sp.MatrixBase):
-            return expression.applyfunc(self.put_into)
-        return gathered(self._rename(in_plain_angles(expression))[0])
+            return expression.applyfunc(self.rename)
+        plain = use_plain_angles(expression)
+        return gather_sums(plain.xreplace({trig: self._rename_angle(trig) for trig in plain.atoms(sp.sin, sp.cos)}))
 
-    def shortened(self, expression: sp.Expr | sp.Matrix) -> sp.Expr | sp.Matrix:
-        """Return a result shortened by sin^2 + cos^2 = 1, and by the addition theorems where angles can be said."""
+    def shorten(self, expression: sp.Expr | sp.Matrix) -> sp.Expr | sp.Matrix:
+        """Return a result shortened by sin^2 + cos^2 = 1, and by the identities of angles that can be written."""
         if isinstance(expression, sp.MatrixBase):
-            return expression.applyfunc(self.shortened)
-        return with_squares(added_up(expression, self._is_said))
+            return expression.applyfunc(self.shorten)
+        return replace_squares(add_angles(expression, self._can_be_written))
 
-    def _is_said(self, angle: sp.Expr) -> bool:
-        return is_plain(angle) or _as_named(angle, self.meanings) is not None
+    def _can_be_written(self, angle: sp.Expr) -> bool:
+        return is_plain(angle) or _find_name(angle, self.meanings) is not None
 
-    def _rename(self, expression: sp.Expr) -> tuple[sp.Expr, bool]:
-        """Return what `xreplace` makes of an expression, and whether it holds a sine or cosine.
+    def _rename_angle(self, trig: sp.Expr) -> sp.Expr:
+        if trig not in self._renamed:
+            (angle,) = trig.args
+            named = None if is_plain(angle) else _find_name(angle, self.meanings)
+            self._renamed[trig] = trig if named is None else trig.func(named)
+        return self._renamed[trig]
 
-        Kept for every part of it: the terms of J are those of its determinant, of its inverse, and of the rates.
-        """
-        if not expression.args:
-            return expression, False
-        if (known := self._renamed.get(expression)) is not None:
-            return known
-        if isinstance(expression, (sp.sin, sp.cos)):
-            made = self._said(expression), True
-        else:
-            args, held = zip(*map(self._rename, expression.args), strict=True)
-            made = (expression.func(*args), True) if any(held) else (expression, False)
-        self._renamed[expression] = made
-        return made
-
-    def typed(self, expression: sp.Expr) -> str:
+    def to_python(self, expression: sp.Expr) -> str:
         """Return an expression as Python code with the angles that have a name as these are: theta1 + 5*pi/6."""
-        shown = with_plain_numbers(self.put_into(self.shortened(expression)))
-        return python_text(shown, {name: python_text(m) for name, m in self.meanings.items()})
-
-    def _said(self, trig: sp.Expr) -> sp.Expr:
-        if trig not in self._known:
-            angle = trig.args[0]
-            named = None if is_plain(angle) else _as_named(angle, self.meanings)
-            self._known[trig] = trig if named is None else trig.func(named)
-        return self._known[trig]
+        shown = multiply_numbers(self.rename(self.shorten(expression)))
+        return python_text(shown, {name: python_text(meaning) for name, meaning in self.meanings.items()})
 
 
 def angle_names(angles: Iterable[sp.Expr], *matrices: sp.Matrix) -> AngleNames:
@@ -81,14 +69,14 @@ def angle_names(angles: Iterable[sp.Expr], *matrices: sp.Matrix) -> AngleNames:
 
     >>> t1, (a1, phi) = sp.Symbol("theta1"), sp.symbols(r"a1 \varphi_{1}")
     >>> names = angle_names([t1 - 2 * sp.pi / 3])
-    >>> names.meanings, names.put_into(a1 * sp.cos(t1 - 2 * sp.pi / 3)) == a1 * sp.cos(phi)
+    >>> names.meanings, names.rename(a1 * sp.cos(t1 - 2 * sp.pi / 3)) == a1 * sp.cos(phi)
     ({\varphi_{1}: theta1 - 2*pi/3}, True)
     """
     others = {trig.args[0] for matrix in matrices for trig in matrix.atoms(sp.sin, sp.cos)}
     meanings: dict[sp.Symbol, sp.Expr] = {}
     for angle in (*angles, *sorted(others, key=lambda a: (len(a.free_symbols), text_of(a)))):
-        if not is_plain(angle) and _is_sum(angle) and _as_named(angle, meanings) is None:
-            meanings[_new(angle, meanings)] = angle
+        if not is_plain(angle) and _is_sum(angle) and _find_name(angle, meanings) is None:
+            meanings[_new_name(angle, meanings)] = angle
     return AngleNames(meanings)
 
 
@@ -103,7 +91,7 @@ def _is_sum(angle: sp.Expr) -> bool:
     return all(abs(angle.coeff(symbol)) == 1 for symbol in angle.free_symbols)
 
 
-def _as_named(angle: sp.Expr, meanings: Mapping[sp.Symbol, sp.Expr]) -> sp.Expr | None:
+def _find_name(angle: sp.Expr, meanings: Mapping[sp.Symbol, sp.Expr]) -> sp.Expr | None:
     """Return an angle as one that has a name, or its double, with its sense and quarter turns; or None."""
     for name, meaning in meanings.items():
         for factor in (1, -1, 2, -2):
@@ -113,7 +101,7 @@ def _as_named(angle: sp.Expr, meanings: Mapping[sp.Symbol, sp.Expr]) -> sp.Expr 
     return None
 
 
-def _new(angle: sp.Expr, names: Mapping[sp.Symbol, sp.Expr]) -> sp.Symbol:
+def _new_name(angle: sp.Expr, names: Mapping[sp.Symbol, sp.Expr]) -> sp.Symbol:
     name = rf"\varphi_{{{''.join(map(str, sorted(index_of(symbol) for symbol in angle.free_symbols)))}}}"
     while sp.Symbol(name) in names:
         name = name.replace(r"\varphi", r"\varphi'", 1)
@@ -124,9 +112,9 @@ def arm_angles(chain: Chain) -> Iterator[sp.Expr]:
     """Yield the angles that occur in an arm's formulas: of its links, of its table's rows, and between its links."""
     runs = _runs(chain)
     yield from (angle for run in runs for angle in run)
-    yield from (_reduced(joint.theta) for joint in chain.joints if joint.kind == "R")
+    yield from (_reduce(joint.theta) for joint in chain.joints if joint.kind == "R")
     for run in runs:
-        yield from (_forwards(_reduced(later - earlier)) for earlier, later in combinations(run, 2))
+        yield from (_orient(_reduce(later - earlier)) for earlier, later in combinations(run, 2))
 
 
 def link_angles(chain: Chain) -> list[sp.Expr]:
@@ -142,7 +130,7 @@ def _runs(chain: Chain) -> list[list[sp.Expr]]:
     total, sense = chain.base.yaw, 1
     runs: list[list[sp.Expr]] = [[]]
     for turn, alpha in [(sp.S.Zero, chain.base.tilt), *((joint.theta, joint.alpha) for joint in chain.joints)]:
-        total = _reduced(total + sense * turn)
+        total = _reduce(total + sense * turn)
         runs[-1].append(total)
         if alpha in (sp.pi, -sp.pi):
             sense = -sense
@@ -152,14 +140,14 @@ def _runs(chain: Chain) -> list[list[sp.Expr]]:
     return runs
 
 
-def _reduced(angle: sp.Expr) -> sp.Expr:
+def _reduce(angle: sp.Expr) -> sp.Expr:
     """Return an angle with its multiple of pi in (-pi, pi]."""
     angle = sp.expand(angle)
     turn = sp.Add(*(term for term in sp.Add.make_args(angle) if term.is_number))
     return angle - turn + sp.pi - sp.Mod(sp.pi - turn, 2 * sp.pi) if (turn / sp.pi).is_Rational else angle
 
 
-def _forwards(angle: sp.Expr) -> sp.Expr:
+def _orient(angle: sp.Expr) -> sp.Expr:
     """Return an angle or what is opposite to it: that in which the first joint counts as it turns."""
     first = min(angle.free_symbols, key=lambda symbol: symbol.name, default=sp.S.One)
-    return _reduced(-angle) if angle.coeff(first) == -1 else angle
+    return _reduce(-angle) if angle.coeff(first) == -1 else angle

@@ -1,7 +1,7 @@
 r"""Wide formulas on several lines: how wide a formula is, about, and where it is broken to fit a page.
 
 A formula in pieces between \qquad, or with several signs of equality, gets a line for each. Of what is wider still,
-products go on behind a dot or a cross, sums before a sign, and matrices behind a \cdots, with their other columns.
+products go on behind a dot or a cross, sums before a sign; wide entries of a matrix get names, and lines of their own.
 """
 
 from collections.abc import Sequence
@@ -20,15 +20,11 @@ LETTERS = {**dict.fromkeys("mwMWOθωφψ", 0.8), **dict.fromkeys("ijlt.'|()[]",
 LETTER, SIGN, SCRIPT, COLUMN = 0.54, 0.4, 0.71, 0.85
 WIDER = 1.2
 """So many times the room is no reason to break inside of brackets: it can be smaller letters."""
-MOST_ROWS = 16
-"""Rows beside its own that a matrix may have in all its parts; of one with more, long entries have names."""
-NAMED = 0.2
-"""The part of a line from which on an entry of such a matrix has one."""
 DEEPEST = 4
 """Inside of how many brackets a sum may be broken."""
 WHOLE = 0.6
 """The most of a line that a piece without places to break may take."""
-_CROSS, _DOTS, _OPEN, _CLOSE = (Layout("sign", sign) for sign in "×⋯()")
+_CROSS, _OPEN, _CLOSE = (Layout("sign", sign) for sign in "×()")
 
 
 @lru_cache(maxsize=2048)
@@ -82,7 +78,7 @@ def _leaf_width(kind: str, text: str) -> float:
     return room + sum(LETTERS.get(letter, LETTER) for letter in text)
 
 
-def fitted(formula: Layout, room: float) -> Layout:
+def fit_formula(formula: Layout, room: float) -> Layout:
     """Return a formula for lines of its own, broken where it is wider than `room` (em), as far as that can be."""
     if width(formula) <= room:
         return formula
@@ -144,8 +140,8 @@ def _broken(part: Pieces, room: float) -> Lines:
             return [*parts[0], *(line for first, *rest in parts[1:] for line in ((layout.EMPTY, sign, *first), *rest))]
     terms = layout.terms(part)
     if len(terms) > 1:
-        return _filled(_narrow(terms, room), room)
-    return _fraction(part, room) or _columns(part, room) or _filled(_narrow(terms, room), room)
+        return fill_lines(_narrow(terms, room), room)
+    return _fraction(part, room) or _name_entries(part, room) or fill_lines(_narrow(terms, room), room)
 
 
 def _matrices(part: Pieces) -> Lines:
@@ -170,24 +166,23 @@ def _fraction(part: Pieces, room: float) -> Lines:
     factor = Layout("number", "1")
     if len(above) > 3 and above[0].kind == "number" and (above[1], above[-1]) == (_OPEN, _CLOSE):  # 0.5 (a + b)
         factor, above = above[0], above[2:-1]
-    first, *others = _filled(layout.terms(above), room - _wide(below))
+    first, *others = fill_lines(layout.terms(above), room - _wide(below))
     before = (*sign, layout.fraction((factor,), below), _OPEN)
     return [(*before, *first), *others[:-1], (*others[-1], _CLOSE)] if others else []
 
 
 def _narrow(terms: Sequence[Pieces], room: float) -> list[Pieces]:
     """Return terms, of those that are too wide by themselves the terms of the sums in their brackets, and so on."""
-    return [part for term in terms for part in _narrow_term(term, room)]
-
-
-def _narrow_term(term: Pieces, room: float) -> list[Pieces]:
-    parts = [term]
-    for depth in range(1, DEEPEST + 1):
-        if all(_wide(part) <= WIDER * room for part in parts):
-            break
-        term = _opened(term, room)
-        parts = layout.terms(term, depth)
-    return parts
+    narrow: list[Pieces] = []
+    for term in terms:
+        opened, parts = term, [term]
+        for depth in range(1, DEEPEST + 1):
+            if all(_wide(part) <= WIDER * room for part in parts):
+                break
+            opened = _opened(opened, room)
+            parts = layout.terms(opened, depth)
+        narrow += parts
+    return narrow
 
 
 def _opened(pieces: Pieces, room: float) -> Pieces:
@@ -199,7 +194,7 @@ def _opened(pieces: Pieces, room: float) -> Pieces:
     return tuple(opened)
 
 
-def _filled(parts: Sequence[Pieces], room: float) -> Lines:
+def fill_lines(parts: Sequence[Pieces], room: float) -> Lines:
     """Return lines of terms, each as full as it may be."""
     lines, used = [parts[0]], _wide(parts[0])
     for part in parts[1:]:
@@ -213,71 +208,25 @@ def _filled(parts: Sequence[Pieces], room: float) -> Lines:
     return lines
 
 
-def _columns(part: Pieces, room: float) -> Lines:
-    r"""Return a matrix in several with some columns each: [a b ...] and [... c d]; nothing for anything else.
-
-    The entries of a column that is too wide by itself are broken, too.
-    """
+def _name_entries(part: Pieces, room: float) -> Lines:
+    """Return a wide matrix with names for its wide entries, m_1, m_2 ..., and then a line or more for each of them."""
     index = next((k for k, piece in enumerate(part) if _matrix_in(piece)), None)
-    if index is None or any(map(_matrix_in, part[index + 1 :])):
+    if index is None:
         return []
     whole = part[index]
-    inside = _matrix_in(whole)
-    assert inside is not None
-    rows = [[cell.inner for cell in cells.inner] for cells in inside.inner]
-    room -= _wide(part[:index])
-
-    def again(one: Layout) -> Layout:
-        return one if whole.kind == "matrix" else whole._replace(inner=(one, *whole.inner[1:]))
-
-    groups: list[list[int]] = [[]]
-    for k in range(len(rows[0])):
-        if groups[-1] and width(layout.matrix(_part(rows, [*groups[-1], k], True, True))) > room:
-            groups.append([])
-        groups[-1].append(k)
-    last = len(groups) - 1
-    lines: Lines = [
-        (layout.matrix(_in_lines(_part(rows, group, k > 0, k < last), room)),) for k, group in enumerate(groups)
-    ]
-    if sum(len(one.inner) for (one,) in lines) > MOST_ROWS + len(rows):
-        return _named(part, index, rows, room)
-    lines[-1] = (again(*lines[-1]), *part[index + 1 :])
-    return [(*part[:index], *lines[0]), *lines[1:]]
-
-
-def _named(part: Pieces, index: int, rows: Sequence[Sequence[Pieces]], room: float) -> Lines:
-    """Return a matrix with names for its wide entries, m_1, m_2 ..., and then a line or more for each of them."""
+    matrix = _matrix_in(whole)
+    assert matrix is not None
+    rows = [[cell.inner for cell in cells.inner] for cells in matrix.inner]
     names: dict[Pieces, Pieces] = {}
-    for cells in rows:
-        for entry in cells:
-            if _wide(entry) > NAMED * room and entry not in names:
-                foot = row(*layout.number(str(len(names) + 1)))
-                names[entry] = (layout.script(Layout("letter", "m"), foot),)
+    for entry in (entry for cells in rows for entry in cells):
+        if _wide(entry) > room / (len(rows[0]) + 1) and entry not in names:
+            names[entry] = (layout.script(Layout("letter", "m"), row(*layout.number(str(len(names) + 1)))),)
+    if not names:
+        return []
     short = layout.matrix([[names.get(entry, entry) for entry in cells] for cells in rows])
-    whole = part[index]
-    told = short if whole.kind == "matrix" else whole._replace(inner=(short, *whole.inner[1:]))
-    lines = _broken((*part[:index], told, *part[index + 1 :]), room)
+    shown = short if whole.kind == "matrix" else whole._replace(inner=(short, *whole.inner[1:]))
+    lines = _broken((*part[:index], shown, *part[index + 1 :]), room)
     for entry, name in names.items():
         first, *others = _broken(entry, room - 4.0)
         lines += [(*name, layout.EQUALS, *first), *((layout.QUAD, *line) for line in others)]
     return lines
-
-
-def _part(rows: Sequence[Sequence[Pieces]], columns: Sequence[int], before: bool, behind: bool) -> list[list[Pieces]]:
-    """Return some columns of a matrix, with dots in the place of those before and behind them."""
-    dots = [(_DOTS,)]
-    return [[*dots * before, *(cells[k] for k in columns), *dots * behind] for cells in rows]
-
-
-def _in_lines(rows: list[list[Pieces]], room: float) -> list[list[Pieces]]:
-    """Return the rows of a matrix that is no wider than `room`, or whose widest entries go on in further rows."""
-    if width(layout.matrix(rows)) <= room:
-        return rows
-    wide = max(range(len(rows[0])), key=lambda k: max(_wide(cells[k]) for cells in rows))
-    room -= width(layout.matrix([[cell if k != wide else () for k, cell in enumerate(cells)] for cells in rows]))
-    shown: list[list[Pieces]] = []
-    for cells in rows:
-        for number, line in enumerate(_filled(_narrow(layout.terms(cells[wide]), room), room)):
-            entry = (layout.QUAD, *line) if number else line
-            shown.append([entry if k == wide else () if number else cell for k, cell in enumerate(cells)])
-    return shown

@@ -4,18 +4,16 @@ The same column of a matrix is shown wherever one is shown, so that the hints of
 up to a whole answer. World frame; notation of the chapter.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from itertools import combinations
 
 import sympy as sp
 
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.conventions import convention_of
-from qdot.exercises.arm.derivation import Derivation, derive, structure
+from qdot.exercises.arm.derivation import Derivation, derive
 from qdot.exercises.arm.singularity import singular_set
-from qdot.exercises.arm.trigonometry import textbook
 from qdot.exercises.formula.order import natural
 from qdot.exercises.questions.wrist import blocks, objection_unless_partitioned
 from qdot.exercises.writing.latex import tex
@@ -34,19 +32,6 @@ class Entry:
     value: sp.Expr
 
 
-@dataclass(frozen=True)
-class Telling:
-    """A configuration at which formulas are held against each other: all joints at zero, but for those that are named.
-
-    These are at a right angle or half of one, or a metre out. `value` is that of the right one there; others may be
-    `alike`.
-    """
-
-    named: Mapping[sp.Symbol, sp.Expr]
-    value: sp.Expr | sp.Matrix
-    alike: bool
-
-
 class HintContext:
     """What there is to tell and to show of one arm; templates read its properties."""
 
@@ -54,44 +39,10 @@ class HintContext:
         self.chain = chain
         self.d: Derivation = derive(chain)
 
-    # --- a configuration that is easy to put in ---
-
-    @staticmethod
-    def is_undefined(formula: sp.Expr | sp.Matrix) -> bool:
-        """Whether a formula in numbers divides by zero."""
-        return bool(formula.has(sp.nan, sp.zoo, sp.oo))
-
     @property
     def at_zero(self) -> dict[sp.Symbol, sp.Expr]:
         """All joint variables at zero, for substitution."""
         return dict.fromkeys(self.chain.q, sp.S.Zero)
-
-    def telling(self, right: sp.Expr | sp.Matrix, others: Sequence[sp.Expr | sp.Matrix]) -> Telling | None:
-        """Return where the fewest of the others are as the right one is, with as few joints elsewhere than at zero.
-
-        Up to two are at right angles, or one at half of that, where products of sines and cosines show. None where the
-        right one divides by zero in each of these configurations.
-        """
-        ends = {
-            q: sp.pi / 2 if joint.kind == "R" else sp.S.One
-            for q, joint in zip(self.chain.q, self.chain.joints, strict=True)
-        }
-        best: tuple[int, Telling] | None = None
-        square = [some for count in range(3) for some in combinations(ends.items(), count)]
-        halfway = [
-            ((q, sp.pi / 4),) for q, joint in zip(self.chain.q, self.chain.joints, strict=True) if joint.kind == "R"
-        ]
-        for named in (*square, *halfway):
-            there = self.at_zero | dict(named)
-            value = right.xreplace(there)
-            if self.is_undefined(value):
-                continue
-            alike = sum(_is_same(other.xreplace(there), value) for other in others)
-            if best is None or alike < best[0]:
-                best = alike, Telling(dict(named), value, alike > 0)
-            if alike == 0:
-                break
-        return best and best[1]
 
     def symbols(self, matrix: sp.Matrix) -> list[str]:
         """Return the symbols in a matrix, joints first."""
@@ -179,21 +130,6 @@ class HintContext:
         """The joint variables on which det J depends."""
         return [tex(q, self.chain) for q in self.chain.q if q in self.d.determinant.free_symbols]
 
-    @cached_property
-    def turned_back(self) -> tuple[sp.Expr, sp.Matrix] | None:
-        """A value of joint 1 at which J is short, and J there: it has the same determinant. None for other arms."""
-        known = structure(self.chain)
-        generic, first = derive(known.chain), known.chain.q[0]
-        if self.chain.joints[0].kind == "P" or not 1 < self.chain.n <= 4:
-            return None
-        if not generic.jacobian.has(first) or generic.determinant.has(first):
-            return None
-        base = known.chain.base  # a turn of the base about the axis of joint 1 is undone by this joint
-        straight = {sp.S.Zero: -base.yaw, sp.pi: base.yaw}.get(base.tilt, sp.S.Zero)
-        value = sp.expand(straight.xreplace(dict(known.values)) - self.chain.offsets[0])
-        short = self._filled(generic.jacobian.xreplace({first: straight}))
-        return sp.pi - sp.Mod(sp.pi - value, 2 * sp.pi) if value.is_number else value, short
-
     @property
     def arm_seen(self) -> sp.Matrix | None:
         """R_1^T J11 of an arm whose Jacobian falls into blocks, where it differs from J11; None for others.
@@ -213,30 +149,6 @@ class HintContext:
             for part in singular_set(self.chain) or ()
         ]
 
-    def jacobian_at(self, values: Sequence[tuple[sp.Symbol, sp.Expr]]) -> sp.Matrix | None:
-        """Return the task Jacobian of up to three joints with some put to values, where their sines are short."""
-        known, own = structure(self.chain), dict(values)
-        generic = {
-            symbol: own[q] + offset
-            for q, symbol, offset in zip(self.chain.q, known.chain.q, self.chain.offsets, strict=True)
-            if q in own
-        }
-        slides = {q for q, joint in zip(known.chain.q, known.chain.joints, strict=True) if joint.kind == "P"}
-        short = all(q in slides or (12 * value / sp.pi).is_Integer for q, value in generic.items())
-        if self.chain.n > 3 or not short:
-            return None
-        return self._filled(derive(known.chain).jacobian.xreplace(generic))
-
-    def _filled(self, generic: sp.Matrix) -> sp.Matrix:
-        return generic.applyfunc(lambda entry: self.d.fill(_textbook(sp.expand(entry))))
-
-
-def _textbook(entry: sp.Expr) -> sp.Expr:
-    """Return an entry as a textbook prints it; roots, as of the sine of 60 degrees, are taken as lengths are."""
-    numbers = [power for power in entry.atoms(sp.Pow) if power.is_number]
-    roots = {number: sp.Symbol(f"_root{k}") for k, number in enumerate(sorted(numbers, key=sp.default_sort_key))}
-    return textbook(entry.xreplace(roots)).xreplace({symbol: root for root, symbol in roots.items()})
-
 
 def _varies(entry: sp.Expr) -> bool:
     return bool(entry.free_symbols)
@@ -250,9 +162,3 @@ def _alike(a: sp.Expr, b: sp.Expr) -> bool:
     if a.is_number and b.is_number:
         return bool(abs(abs(a) - abs(b)) <= sp.Rational(1, 200) * abs(b))
     return bool(_unsigned(a) == _unsigned(b))
-
-
-def _is_same(one: sp.Expr | sp.Matrix, other: sp.Expr | sp.Matrix) -> bool:
-    """Tell whether formulas without joint variables are the same, entry by entry."""
-    left, right = (list(formula) if isinstance(formula, sp.MatrixBase) else [formula] for formula in (one, other))
-    return len(left) == len(right) and all(sp.expand(a - b) == 0 for a, b in zip(left, right, strict=True))

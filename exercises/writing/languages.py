@@ -1,7 +1,7 @@
 """The languages of problems and of the site: messages of gettext, known by their English, a file `locale/CODE.po` each.
 
 Whoever writes sentences has them in English, marked as messages (`gettext` here, `{% trans %}` in a template), and what
-is filled in is named: "row %(n)s". `collect_messages` collects them. polib reads the files, and is
+is filled in is named: "row %(n)s". `make messages` collects them. polib reads the files, and is
 imported only where a language other than English is asked for.
 
 A problem carries English words, too: titles, what configurations look like, the sentence of a mistake. They are
@@ -108,9 +108,9 @@ class Catalogue:
 
     def mistake_inside(self, name: str, title: str) -> str:
         """Return the title of a mistake inside of a sentence, where English has a small letter and German a capital."""
-        own = self.mistake_title(name, title)
+        translation = self.mistake_title(name, title)
         first = self.pgettext("first letter of a mistake's title inside of a sentence", "a")
-        return own if first.isupper() else f"{own[0].lower()}{own[1:]}"
+        return translation if first.isupper() else f"{translation[0].lower()}{translation[1:]}"
 
     def mistake_said(self, name: str, says: str, where: str, sentence: str) -> str:
         """Return the sentence on a mistake; `says` is the English pattern that was filled in for `sentence`."""
@@ -164,10 +164,10 @@ class Catalogue:
 
 def _first(rows: Iterable[Row], text: str, inner: Callable[[str], str] = str) -> str:
     """Return a text by the first row that fits, with `inner` of the words taken over; as it is where none fits."""
-    for fits, own in rows:
+    for fits, translation in rows:
         match = fits.fullmatch(text)
         if match is not None:
-            return own.format(**{key: inner(word) for key, word in match.groupdict().items()})
+            return translation.format(**{key: inner(word) for key, word in match.groupdict().items()})
     return text
 
 

@@ -16,7 +16,8 @@ from qdot.exercises.formula.layout import Layout, Pieces, number, row, script
 from qdot.exercises.formula.order import COMPONENT, NAMED_ANGLE, decimal, joint_sum, moves
 from qdot.exercises.formula.printers.latex import latex
 from qdot.exercises.writing.angles import AngleNames
-from qdot.exercises.writing.shortening import with_plain_numbers
+from qdot.exercises.writing.fit import fill_lines
+from qdot.exercises.writing.shortening import multiply_numbers
 from qdot.exercises.writing.turns import turns_of, with_turns
 
 _FUNCTIONS = {
@@ -235,7 +236,7 @@ def tex(expression: sp.Expr | sp.Matrix, chain: Chain | None = None, angles: Ang
     >>> tex(a1 * sp.sin(5 * sp.pi / 12) * sp.sin(t1) + sp.cos(7 * sp.pi / 12) / 2)
     '\\cos(15^\\circ) a_{1} s_{1} - \\tfrac{\\sin(15^\\circ)}{2}'
     """
-    return latex(laid_out(expression, chain, angles))
+    return latex(lay_out(expression, chain, angles))
 
 
 def tex_zero(condition: sp.Expr, chain: Chain | None = None, angles: AngleNames | None = None) -> str:
@@ -244,18 +245,18 @@ def tex_zero(condition: sp.Expr, chain: Chain | None = None, angles: AngleNames 
     >>> tex_zero(-2 * sp.sin(sp.Symbol("theta3"))), tex_zero(sp.Symbol("a1") - sp.Symbol("a2"))
     ('s_{3}', 'a_{1} - a_{2}')
     """
-    named = sp.sympify(condition if angles is None else angles.put_into(condition))
+    named = sp.sympify(condition if angles is None else angles.rename(condition))
     _, rest = named.as_coeff_Mul()
     return tex(rest if not rest.is_Add and rest != 1 else named, chain)
 
 
-def laid_out(expression: sp.Expr | sp.Matrix, chain: Chain | None = None, angles: AngleNames | None = None) -> Layout:
+def lay_out(expression: sp.Expr | sp.Matrix, chain: Chain | None = None, angles: AngleNames | None = None) -> Layout:
     """Return an expression or matrix laid out in the textbook's notation, with names for angles if given."""
     lengths, turns = ((), ()) if chain is None else (lengths_of(chain), turns_of(chain))
     prismatic = () if chain is None else prismatic_joints(chain)
     expression = sp.sympify(expression)
     if angles is not None:
-        expression = angles.put_into(expression)
+        expression = angles.rename(expression)
     if not isinstance(expression, sp.MatrixBase):
         return row(*_pieces_of(expression, prismatic, turns, lengths))
     rows = expression.tolist()
@@ -283,7 +284,7 @@ def _pieces_of(
     expression: sp.Expr, prismatic: tuple[str, ...], turns: tuple[sp.Expr, ...], lengths: tuple[sp.Rational, ...]
 ) -> Pieces:
     """Lay out an expression; kept, for many are shown again: in a step, its result, and another part."""
-    return _setter(prismatic, lengths).pieces(with_turns(with_plain_numbers(expression), turns))
+    return _setter(prismatic, lengths).pieces(with_turns(multiply_numbers(expression), turns))
 
 
 @lru_cache(maxsize=16)
@@ -291,28 +292,14 @@ def _setter(prismatic: tuple[str, ...], lengths: tuple[sp.Rational, ...]) -> _Se
     return _Setter(prismatic, lengths)
 
 
-LINE = 64
-"""Signs that a line of a formula may have before it is broken; a page takes some more, and a fraction counts less."""
+LINE = 44.0
+"""How wide a line of a formula may be before it is broken, in em (see `fit`)."""
 
 
 def tex_lines(expression: sp.Expr, chain: Chain | None = None, angles: AngleNames | None = None) -> str:
     """Return the LaTeX of a sum for the right side of an aligned formula, broken between its terms where it is long."""
-    lines: list[list[Layout]] = [[]]
-    room = LINE
-    for term in layout.terms(laid_out(expression, chain, angles).inner):
-        size = sum(map(_signs, term))
-        if lines[-1] and size > room:
-            lines.append([layout.QUAD])
-            room = LINE
-        lines[-1] += term
-        room -= size
-    return r" \\ & ".join(latex(row(*line)) for line in lines)
-
-
-def _signs(one: Layout) -> int:
-    """Return how many signs a piece has; Greek letters and the names of functions do not count."""
-    counts = one.kind in ("number", "text", "fenced", "letter", "sign") and one != layout.COMMA
-    return sum(sign.isascii() or sign in "−′" for sign in one.text if counts) + sum(map(_signs, one.inner))
+    first, *others = fill_lines(layout.terms(lay_out(expression, chain, angles).inner), LINE)
+    return r" \\ & ".join(latex(row(*line)) for line in (first, *((layout.QUAD, *line[1:]) for line in others)))
 
 
 def tex_length(value: sp.Expr) -> str:
@@ -376,4 +363,4 @@ def tex_value(value: sp.Expr, joint: sp.Symbol) -> str:
 
 def _with_unit(value: sp.Expr, unit: str) -> str:
     behind = (layout.THIN, Layout("text", unit)) if unit else ()
-    return latex(row(*laid_out(value).inner, *behind))
+    return latex(row(*lay_out(value).inner, *behind))

@@ -5,10 +5,10 @@ Understood is what the templates use: headings, paragraphs, emphasis, code, list
 
 import re
 import textwrap
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import cache, lru_cache
 from html import escape
-from itertools import zip_longest
+from itertools import takewhile
 from typing import TYPE_CHECKING
 
 from qdot.exercises.formula.latex import parse_latex
@@ -16,11 +16,12 @@ from qdot.exercises.formula.layout import Layout
 from qdot.exercises.formula.printers.latex import latex as latex_of
 from qdot.exercises.formula.printers.mathml import mathml
 from qdot.exercises.formula.printers.unicode import shown_width, unicode_math
-from qdot.exercises.writing.fit import LETTER, breaks_lines, fitted, is_high, width
+from qdot.exercises.writing.fit import breaks_lines, fit_formula, is_high, width
 
 if TYPE_CHECKING:  # loaded where a text is taken apart: who grades a class has all of them as HTML already
     from markdown_it import MarkdownIt
     from markdown_it.token import Token
+    from markdown_it.tree import SyntaxTreeNode
 
 WIDTH = 100
 SCREEN, PAPER = 44.0, 38.0
@@ -33,7 +34,7 @@ _WITH_SIGNS = re.compile(rf"([(„“]*){HOLDER.pattern}([.,;:!?)”]*)")
 """A formula with the signs that belong to the same line: browsers take it for a picture, and break beside it."""
 
 
-def parsed_markdown(text: str) -> "tuple[list[Token], list[tuple[str, bool]]]":
+def parse_markdown(text: str) -> "tuple[list[Token], list[tuple[str, bool]]]":
     """Return the tokens of a text, with holders for its formulas, and these: LaTeX, and whether on lines of its own."""
     formulas: list[tuple[str, bool]] = []
 
@@ -64,7 +65,7 @@ def to_html(
     With `formula`, that says what becomes of LaTeX, and of whether it stands on lines of its own. MathML, and `whole`
     formulas, are in a span of class "whole" with a full stop or bracket that belongs to them, which pages do not break.
     """
-    tokens, formulas = parsed_markdown(text)
+    tokens, formulas = parse_markdown(text)
     parser = _parser()
     page = parser.renderer.render(tokens, parser.options, {})
 
@@ -85,7 +86,7 @@ def to_html(
 def _mathml(latex: str, block: bool, room: float) -> str:
     if not block:
         return "".join(mathml(parse_latex(each)) + after for each, after in _equations(latex))
-    shown = fitted(parse_latex(latex), room)
+    shown = fit_formula(parse_latex(latex), room)
     return mathml(shown, True, min(100, int(100 * room / width(shown))))
 
 
@@ -103,23 +104,18 @@ def _equations(latex: str) -> list[tuple[str, str]]:
     >>> _equations("x = 1, y = 2")
     [('x = 1, y = 2', '')]
     """
-    depth, start = 0, 0
-    found: list[tuple[str, str]] = []
-    for at, sign in enumerate(latex):
-        depth += (sign in "({[") - (sign in ")}]")
-        space = next((space for space in (" ", r"\; ") if latex.startswith(space, at + 1)), "")
-        if depth == 0 and sign in ",;" and space and latex[at - 1] != "\\":
-            found.append((latex[start:at].strip(), f"{sign} "))
-            start = at + 1 + len(space)
-    found.append((latex[start:].strip(), ""))
-    is_list = len(found) >= MANY and all("=" in equation for equation, _ in found)
-    return found if is_list else [(latex, "")]
+    pieces = re.split(r"(?<=[,;])(?<!\\[,;])(?: |\\; )(?=[^,;]*=)", latex)
+    if len(pieces) < MANY:
+        return [(latex, "")]
+    return [(piece.strip(), f"{sign} ") for piece, sign in ((piece[:-1], piece[-1]) for piece in pieces[:-1])] + [
+        (pieces[-1].strip(), "")
+    ]
 
 
-def fitted_latex(latex: str, room: float) -> str:
+def fit_latex(latex: str, room: float) -> str:
     """Return a formula for lines of its own, broken only where it is wider than `room` (em)."""
     laid_out = parse_latex(latex)
-    shown = fitted(laid_out, room)
+    shown = fit_formula(laid_out, room)
     return latex if shown is laid_out else latex_of(shown)
 
 
@@ -132,7 +128,7 @@ def to_html_for_mathjax(text: str) -> str:
 
     def formula(latex: str, block: bool) -> str:
         if block:
-            return rf"\[{escape(fitted_latex(latex, SCREEN), quote=False)}\]"
+            return rf"\[{escape(fit_latex(latex, SCREEN), quote=False)}\]"
         return "".join(rf"\({escape(each, quote=False)}\)" + after for each, after in _equations(latex))
 
     page = to_html(text, formula)
@@ -150,25 +146,19 @@ _SPECIAL.update({"×": r"$\times$", "−": "$-$", "–": "--"})
 _SPECIAL.update(
     {letter: rf"$\{name}$" for letter, name in (("θ", "theta"), ("α", "alpha"), ("β", "beta"), ("π", "pi"))}
 )
-_OPEN = {
+_FIXED = {
     "paragraph_open": "\n", "bullet_list_open": "\n\\begin{itemize}\n", "ordered_list_open": "\n\\begin{enumerate}\n",
     "list_item_open": "\\item ", "strong_open": r"\textbf{", "em_open": r"\emph{", "tbody_open": "\\midrule\n",
-}  # fmt: skip
-_CLOSE = {
     "paragraph_close": "\n", "bullet_list_close": "\\end{itemize}\n", "ordered_list_close": "\\end{enumerate}\n",
     "heading_close": "}\n", "strong_close": "}", "em_close": "}", "softbreak": "\n", "hardbreak": r"\\" + "\n",
     "table_close": "\\bottomrule\n\\end{tabular}\n\\end{center}\n",
 }  # fmt: skip
-_SIZES = (1.0, ""), (0.91, r"\small"), (0.82, r"\footnotesize"), (0.73, r"\scriptsize")
-"""From which part of its width on a formula fits in a size of LaTeX's."""
 _ALIGNED = r"\begin{aligned}", r"\end{aligned}"
 MOST_LINES = 8
 """Lines of a formula that stay on one page."""
 _TABLE = re.compile(r"(\n\\begin\{tabular\}.*?\\end\{tabular\}\n)", re.DOTALL)
 _POINTED = re.compile(HOLDER.pattern + "([,.;:]?)")
 """The holder of a formula with the point behind it, which stays with it on lines of its own."""
-_BETWEEN = 1.1
-"""The room between two columns of a table, in em."""
 _SHRUNK = r"\resizebox{\ifdim\width>\linewidth\linewidth\else\width\fi}{!}{%"
 """What begins something that is made as wide as a line where it is wider."""
 _SECTIONS = {"h1": "section", "h2": "section", "h3": "subsection"}
@@ -184,7 +174,7 @@ def to_latex(text: str, share: float = 1.0) -> str:
 
     It may take a `share` of a page's width.
     """
-    tokens, formulas = parsed_markdown(text)
+    tokens, formulas = parse_markdown(text)
     room = share * PAPER
 
     def formula(match: re.Match[str]) -> str:
@@ -199,30 +189,25 @@ def to_latex(text: str, share: float = 1.0) -> str:
         return f"${formulas[int(match.group(1))][0]}$"
 
     def table(latex: str) -> str:
-        laid_out = [parse_latex(formulas[int(number)][0]) for number in HOLDER.findall(latex)]
-        shown = HOLDER.sub(cell, latex)
-        if any(map(is_high, laid_out)):
-            shown = f"\n\\renewcommand{{\\arraystretch}}{{1.5}}{shown}"
-        return f"\n{_SHRUNK}{shown.rstrip()}}}\n" if _table_width(latex, formulas) > room else shown
+        is_tall = any(is_high(parse_latex(formulas[int(number)][0])) for number in HOLDER.findall(latex))
+        stretch = "\\renewcommand{\\arraystretch}{1.5}" if is_tall else ""
+        return f"\n{_SHRUNK}{stretch}{HOLDER.sub(cell, latex).rstrip()}}}\n"
 
-    pieces = _TABLE.split(_latex_of(tokens))
+    pieces = _TABLE.split(write_tokens(tokens, _FIXED, _SPECIAL_TOKENS))
     shown = (table(piece) if k % 2 else _POINTED.sub(formula, piece) for k, piece in enumerate(pieces))
     return "".join(shown).strip() + "\n"
 
 
 def _display(latex: str, room: float, point: str = "") -> str:
     """Return a formula on lines of its own, so small that it fits into `room` (em), with a point behind it."""
-    shown = fitted_latex(latex, room)
+    shown = fit_latex(latex, room)
     laid_out = parse_latex(shown)
-    fits = room / width(laid_out)
-    size = next((name for least, name in _SIZES if fits >= least), r"\scriptsize")
     if _has_many_lines(laid_out):
         rows = shown.removeprefix(_ALIGNED[0]).removesuffix(_ALIGNED[1])
-        return f"{{{size}\\allowdisplaybreaks\n\\begin{{align*}}\n{rows.strip()}{point}\n\\end{{align*}}\n}}"
-    shown += point
-    if not size:
-        return f"\\[\n{shown}\n\\]"
-    return f"{{{size}\n\\[\n{_SHRUNK}\n$\\displaystyle {shown}$}}\n\\]\n}}"  # widths are estimates
+        return f"{{\\allowdisplaybreaks\n\\begin{{align*}}\n{rows.strip()}{point}\n\\end{{align*}}\n}}"
+    if width(laid_out) <= room:
+        return f"\\[\n{shown}{point}\n\\]"
+    return f"\\[\n{_SHRUNK}\n$\\displaystyle {shown}{point}$}}\n\\]"  # widths are estimates
 
 
 def _has_many_lines(formula: Layout) -> bool:
@@ -230,38 +215,44 @@ def _has_many_lines(formula: Layout) -> bool:
     return len(formula.inner) == 1 and formula.inner[0].kind == "aligned" and len(formula.inner[0].inner) > MOST_LINES
 
 
-def _table_width(latex: str, formulas: Sequence[tuple[str, bool]]) -> float:
-    """Return about how wide a table is, in em."""
-    lines = (line.removesuffix(r" \\").split(" & ") for line in latex.splitlines() if " & " in line)
-
-    def wide(cell: str) -> float:
-        inner = sum(width(parse_latex(formulas[int(number)][0])) for number in HOLDER.findall(cell))
-        return inner + LETTER * len(HOLDER.sub("", cell)) + _BETWEEN
-
-    return sum(map(max, zip_longest(*([wide(cell) for cell in line] for line in lines), fillvalue=0.0)))
+Special = Mapping[str, "Callable[[Sequence[Token], int], str]"]
+"""What writes a token, from all tokens and its index, by the type of the token."""
 
 
-def _latex_of(tokens: "Sequence[Token]") -> str:
+def write_tokens(tokens: "Sequence[Token]", fixed: Mapping[str, str], special: Special) -> str:
+    """Return markup for tokens: a `fixed` text, or what the function for a `special` type returns."""
     out: list[str] = []
     for index, token in enumerate(tokens):
-        if token.type in _OPEN:
-            out.append("" if token.hidden else _OPEN[token.type])
-        elif token.type in _CLOSE:
-            out.append("\n" if token.hidden else _CLOSE[token.type])
-        elif token.type == "inline":
-            out.append(_latex_of(token.children or []))
-        elif token.type == "text":
-            out.append(latex_escaped(token.content))
-        elif token.type == "code_inline":
-            out.append(rf"\texttt{{{latex_escaped(token.content)}}}")
-        elif token.type == "heading_open":
-            out.append(f"\n\\{_SECTIONS.get(token.tag, 'subsubsection')}*{{")
-        elif token.type == "table_open":
-            columns = sum(t.type == "th_open" for t in tokens[index:])
-            out.append(f"\n\\begin{{center}}\n\\begin{{tabular}}{{{'c' * columns}}}\n\\toprule\n")
-        elif token.type in ("th_close", "td_close"):
-            out.append(r" \\" + "\n" if tokens[index + 1].type == "tr_close" else " & ")
+        if token.type == "inline":
+            out.append(write_tokens(token.children or [], fixed, special))
+        elif token.type in special:
+            out.append(special[token.type](tokens, index))
+        elif not token.hidden:
+            out.append(fixed.get(token.type, ""))
+        elif token.type == "paragraph_close":
+            out.append("\n")
     return "".join(out)
+
+
+def count_columns(tokens: "Sequence[Token]") -> int:
+    """Return how many columns a table has whose tokens come first."""
+    return sum(token.type == "th_open" for token in takewhile(lambda token: token.type != "table_close", tokens))
+
+
+def _end_cell(tokens: "Sequence[Token]", index: int) -> str:
+    return r" \\" + "\n" if tokens[index + 1].type == "tr_close" else " & "
+
+
+_SPECIAL_TOKENS: Special = {
+    "text": lambda tokens, i: latex_escaped(tokens[i].content),
+    "code_inline": lambda tokens, i: rf"\texttt{{{latex_escaped(tokens[i].content)}}}",
+    "heading_open": lambda tokens, i: f"\n\\{_SECTIONS.get(tokens[i].tag, 'subsubsection')}*{{",
+    "table_open": lambda tokens, i: (
+        f"\n\\begin{{center}}\n\\begin{{tabular}}{{{'c' * count_columns(tokens[i:])}}}\n\\toprule\n"
+    ),
+    "th_close": _end_cell,
+    "td_close": _end_cell,
+}
 
 
 # --- terminal ---
@@ -269,81 +260,52 @@ def _latex_of(tokens: "Sequence[Token]") -> str:
 
 def to_text(text: str) -> str:
     """Return text for a terminal, at most 100 characters wide except for long formulas."""
-    tokens, formulas = parsed_markdown(text)
+    from markdown_it.tree import SyntaxTreeNode
+
+    tokens, formulas = parse_markdown(text)
 
     def formula(match: re.Match[str]) -> str:
         latex, block = formulas[int(match.group(1))]
         shown = unicode_math(parse_latex(latex))
         return f"\n\n{textwrap.indent(shown, '    ')}\n\n" if block else shown.strip()
 
-    lines = _Lines(lambda inline: HOLDER.sub(formula, _plain(inline)))
-    for index, token in enumerate(tokens):
-        lines.take(token, tokens[index - 1])
-    return re.sub(r"\n{3,}", "\n\n", "\n\n".join(lines.blocks)).strip() + "\n"
+    def show(inline: "SyntaxTreeNode") -> str:
+        breaks = {"softbreak": " ", "hardbreak": "\n"}
+        children = inline.token.children if inline.token else None
+        plain = "".join(breaks.get(child.type, child.content) for child in children or [])
+        return HOLDER.sub(formula, plain)
+
+    blocks = _text_blocks(SyntaxTreeNode(tokens), show, WIDTH)
+    return re.sub(r"\n{3,}", "\n\n", "\n\n".join(blocks)).strip() + "\n"
 
 
-def _plain(inline: "Token") -> str:
-    shown = {"softbreak": " ", "hardbreak": "\n"}
-    return "".join(shown.get(child.type, child.content) for child in inline.children or [])
+def _text_blocks(node: "SyntaxTreeNode", show: "Callable[[SyntaxTreeNode], str]", width: int) -> list[str]:
+    """Return the headings, paragraphs, tables and lists inside a node as text."""
+    blocks: list[str] = []
+    for child in node.children:
+        if child.type == "heading":
+            text = show(child.children[0])
+            blocks.append(f"{text}\n{('=' if child.tag in ('h1', 'h2') else '-') * shown_width(text)}")
+        elif child.type == "paragraph":
+            blocks += _wrap(show(child.children[0]), width)
+        elif child.type == "table":
+            rows = [row for part in child.children for row in part.children]
+            blocks.append(_table([[show(cell.children[0]) for cell in row.children] for row in rows]))
+        elif child.type in ("bullet_list", "ordered_list"):
+            between = "\n" if child.children[0].children[0].hidden else "\n\n"
+            items = []
+            for item in child.children:
+                marker = f"  {item.info}. " if item.info else "  • "
+                inside = textwrap.indent(between.join(_text_blocks(item, show, width - len(marker))), " " * len(marker))
+                items.append(marker + inside[len(marker) :])
+            blocks.append(between.join(items))
+    return blocks
 
 
-class _Lines:
-    """Blocks of text as they are found: paragraphs, list items, tables."""
-
-    def __init__(self, show: "Callable[[Token], str]") -> None:
-        self.show = show
-        self.blocks: list[str] = []
-        self.markers: list[str] = []
-        self.item, self.follows_item = "", False
-        self.table: list[list[str]] = []
-
-    def take(self, token: "Token", opener: "Token") -> None:
-        """Take a token into account; `opener` is the token before it."""
-        if token.type in ("bullet_list_open", "ordered_list_open"):
-            self.markers.append("•")
-            self.follows_item = False
-        elif token.type.endswith("_list_close"):
-            self.markers.pop()
-            self.item = ""
-        elif token.type == "list_item_open":
-            self.item = f"{token.info}. " if token.info else f"{self.markers[-1]} "
-        elif token.type == "tr_open":
-            self.table.append([])
-        elif token.type == "table_close":
-            self.blocks.append(_table(self.table))
-            self.table = []
-        elif token.type == "inline":
-            self._inline(token, opener)
-
-    def _inline(self, token: "Token", opener: "Token") -> None:
-        text = self.show(token)
-        if opener.type in ("th_open", "td_open"):
-            self.table[-1].append(text)
-        elif opener.type == "heading_open":
-            self.blocks.append(f"{text}\n{('=' if opener.tag in ('h1', 'h2') else '-') * shown_width(text)}")
-        else:
-            shown = _wrapped(text, self.item, "  " * len(self.markers))
-            if opener.hidden and self.item.strip() and self.follows_item:  # a list without empty lines
-                self.blocks[-1] += f"\n{shown}"
-            else:
-                self.blocks.append(shown)
-            self.follows_item = bool(self.item)
-            self.item = " " * len(self.item)
-
-
-def _wrapped(text: str, item: str, indent: str) -> str:
-    """Wrap prose, leave formulas on their lines as they are."""
-    prefix = indent + item if item else indent
-    rest = " " * len(prefix)
+def _wrap(text: str, width: int) -> list[str]:
+    """Return the pieces of a paragraph: prose wrapped, formulas on their own lines unchanged."""
     pieces = [piece for piece in re.split(r"\n{2,}", text) if piece.strip()]
-    shown = []
-    for number, piece in enumerate(pieces):
-        if piece.startswith("    "):
-            shown.append(textwrap.indent(piece, rest))
-        else:
-            start = prefix if number == 0 else rest
-            shown.append(textwrap.fill(piece, WIDTH, initial_indent=start, subsequent_indent=rest))
-    return "\n\n".join(shown)
+    return [piece if piece.startswith("    ") else textwrap.fill(piece, width) for piece in pieces]
 
 
 def _table(rows: Sequence[Sequence[str]]) -> str:

@@ -31,12 +31,12 @@ def on_paper(text: str, problem: Problem) -> str:
     known = {symbol.name: tex(symbol, problem.chain) for symbol in symbols}
     known |= {row: symbol_latex(row) for row in problem.symbols() if row not in known}
 
-    def shown(found: re.Match[str]) -> str:
-        code = found[1].strip('"')
+    def write_code(match: re.Match[str]) -> str:
+        code = match[1].strip('"')
         row = re.fullmatch(r"\[(.*)\]", code)
         return f"${known[code]}$" if code in known else f"$({row[1]})$" if row else code
 
-    return _CODE.sub(shown, text)
+    return _CODE.sub(write_code, text)
 
 
 def without_options(text: str) -> str:

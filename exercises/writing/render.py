@@ -1,9 +1,7 @@
 """Jinja2 templates: found, configured and rendered in one place; templates format and never compute."""
 
 import hashlib
-import io
 import json
-import os
 import re
 import sys
 from contextlib import suppress
@@ -41,38 +39,24 @@ class MessageLines(Extension):
 EXTENSIONS = (MessageLines, "jinja2.ext.i18n")
 
 
-class CompiledBeside(jinja2.BytecodeCache):
-    """Templates' code, kept in __pycache__ beside them as Python keeps that of modules: compiling takes 10 ms each.
+class TemplateCache(jinja2.FileSystemBytecodeCache):
+    """Templates' code, stored in __pycache__ beside them as Python stores that of modules: compiling takes 10 ms each.
 
-    Where that folder can't be written, or Python is to write no bytecode, nothing is kept. The names of files tell what
-    the code depends on besides the template, whose digest is inside.
+    If that folder can't be written, or Python is to write no bytecode, nothing is stored. The names of files include
+    what the code depends on besides the template and Python, whose digests are inside.
     """
 
     def __init__(self, folder: Path) -> None:
-        self._folder = folder / "__pycache__"
-        about = f"{jinja2.__version__}/{sys.implementation.cache_tag}/{Path(__file__).read_text(encoding='utf-8')}"
-        self._made_by = hashlib.sha256(about.encode()).hexdigest()[:16]
-
-    def _path(self, bucket: jinja2.bccache.Bucket) -> Path:
-        return self._folder / f"{bucket.key}.{self._made_by}.cache"
-
-    def load_bytecode(self, bucket: jinja2.bccache.Bucket) -> None:
-        """Fill the bucket, if the code is there and is that of the same template."""
-        try:
-            bucket.load_bytecode(io.BytesIO(self._path(bucket).read_bytes()))
-        except (OSError, ValueError, EOFError, TypeError):  # not there, or damaged
-            bucket.reset()
+        made_by = f"{jinja2.__version__}/{sys.implementation.cache_tag}/{Path(__file__).read_text(encoding='utf-8')}"
+        digest = hashlib.sha256(made_by.encode()).hexdigest()[:16]
+        super().__init__(str(folder / "__pycache__"), f"%s.{digest}.cache")
 
     def dump_bytecode(self, bucket: jinja2.bccache.Bucket) -> None:
-        """Keep the bucket's code."""
-        if sys.dont_write_bytecode:
-            return
-        path = self._path(bucket)
-        with suppress(OSError):
-            path.parent.mkdir(exist_ok=True)
-            part = path.with_suffix(f".{os.getpid()}")
-            part.write_bytes(bucket.bytecode_to_string())
-            part.replace(path)
+        """Store the bucket's code."""
+        if not sys.dont_write_bytecode:
+            with suppress(OSError):
+                Path(self.directory).mkdir(exist_ok=True)
+                super().dump_bytecode(bucket)
 
 
 @cache
@@ -81,7 +65,7 @@ def environment(language: str = ENGLISH) -> jinja2.Environment:
 
     Messages are those of a language, and so are the filters for words that problems carry: `phrase` and `mistake`.
     """
-    made = jinja2.Environment(
+    templates = jinja2.Environment(
         extensions=EXTENSIONS,
         loader=jinja2.FileSystemLoader(template_folder()),
         undefined=jinja2.StrictUndefined,
@@ -89,18 +73,18 @@ def environment(language: str = ENGLISH) -> jinja2.Environment:
         trim_blocks=True,
         lstrip_blocks=True,
         keep_trailing_newline=True,
-        bytecode_cache=CompiledBeside(template_folder()),
+        bytecode_cache=TemplateCache(template_folder()),
         optimized=False,  # the search for constants takes a fifth of the loading, and finds none worth it
     )
-    made.filters.update(tex=tex, tex_lines=tex_lines, tex_length=tex_length, tex_angle=tex_angle)
-    made.filters.update(tex_value=tex_value, tex_zero=tex_zero)
+    templates.filters.update(tex=tex, tex_lines=tex_lines, tex_length=tex_length, tex_angle=tex_angle)
+    templates.filters.update(tex_value=tex_value, tex_zero=tex_zero)
     words = catalogue(language)
-    made.install_gettext_translations(words.translations, newstyle=True)  # type: ignore[attr-defined]  # by the extension
-    made.filters["phrase"] = words.phrase
-    made.filters["mistake"] = lambda blame: words.mistake_inside(blame.mistake, blame.title)
-    made.filters["plain"] = plain
-    made.filters["json"] = lambda value: json.dumps(value, ensure_ascii=False)
-    return made
+    templates.install_gettext_translations(words.translations, newstyle=True)  # type: ignore[attr-defined]  # by the extension
+    templates.filters["phrase"] = words.phrase
+    templates.filters["mistake"] = lambda blame: words.mistake_inside(blame.mistake, blame.title)
+    templates.filters["plain"] = plain
+    templates.filters["json"] = lambda value: json.dumps(value, ensure_ascii=False)
+    return templates
 
 
 def plain(text: str) -> str:

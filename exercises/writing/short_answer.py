@@ -18,23 +18,25 @@ from qdot.exercises.answers import (
 from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.quizzes.options import Options
 from qdot.exercises.writing.render import render
-from qdot.exercises.writing.statement import option_text, with_meanings, worked_steps
-from qdot.exercises.writing.worked import three_digits
+from qdot.exercises.writing.solution_steps import three_digits
+from qdot.exercises.writing.statement import option_text, solution_steps, with_meanings
 
 _WORDS = ("letters", "words", "remark")
 
 
 def short_answer(problem: Problem, part: Part) -> str:
     """Return the reference: a formula on lines of its own, numbers with their units, conditions, or letters."""
-    given: dict[str, Any] = {"components": None, "formula": None, "values": []} | dict.fromkeys(_WORDS, "")
-    shown: dict[str, Any] = part.answer.accept(_Given(problem, part))
-    given |= shown
-    steps = worked_steps(problem.chain)
-    return with_meanings(steps, render("writing/short-answer.md.j2", chain=problem.chain, angles=steps.angles, **given))
+    fields: dict[str, Any] = {"components": None, "formula": None, "values": []} | dict.fromkeys(_WORDS, "")
+    answer_fields: dict[str, Any] = part.answer.accept(_AnswerFields(problem, part))
+    fields |= answer_fields
+    steps = solution_steps(problem.chain)
+    return with_meanings(
+        steps, render("writing/short-answer.md.j2", chain=problem.chain, angles=steps.angles, **fields)
+    )
 
 
 @dataclass(frozen=True)
-class _Given(AnswerVisitor[dict[str, Any]]):
+class _AnswerFields(AnswerVisitor[dict[str, Any]]):
     """What the template shows of each form of answer."""
 
     problem: Problem

@@ -19,10 +19,10 @@ _FIFTEEN = sp.pi / 12
 
 @dataclass(frozen=True)
 class _Sum:
-    """A constant that is a sum of two terms: each a number before a root (or before 1), and how it is said."""
+    """A constant that is a sum of two terms, each a number before a root (or 1), and the sine or cosine that it is."""
 
     terms: tuple[tuple[sp.Expr, sp.Expr], ...]
-    said: sp.Expr
+    trig: sp.Expr
 
 
 @lru_cache(maxsize=256)
@@ -48,55 +48,46 @@ def with_turns(expression: sp.Expr, turns: Sequence[sp.Expr] = ()) -> sp.Expr:
     """
     if not any(power.exp == sp.Rational(1, 2) for power in expression.atoms(sp.Pow)):
         return expression
-    roots, sums = _said_of(tuple(turns))
+    roots, sums = _trigs_of(tuple(turns))
     plain = expression.xreplace(roots)
-    return plain.replace(lambda part: part.is_Add, lambda total: _with_turns_in_sum(total, sums))
+    return plain.replace(lambda part: part.is_Add, lambda total: _join_roots(total, sums))
 
 
 @lru_cache(maxsize=256)
-def _said_of(turns: tuple[sp.Expr, ...]) -> tuple[dict[sp.Expr, sp.Expr], tuple[_Sum, ...]]:
-    """Return nested roots, and sums of two terms, each with the sine or cosine that it is said by, or its square."""
+def _trigs_of(turns: tuple[sp.Expr, ...]) -> tuple[dict[sp.Expr, sp.Expr], tuple[_Sum, ...]]:
+    """Return nested roots, and sums of two terms, each with the sine or cosine that it is, or its square."""
     roots: dict[sp.Expr, sp.Expr] = {}
     sums: dict[sp.Expr, sp.Expr] = {}
     for turn, function in product((*turns, _FIFTEEN), (sp.cos, sp.sin)):
-        value, said = sp.expand(function(turn)), function(turn, evaluate=False)
+        value, trig = sp.expand(function(turn)), function(turn, evaluate=False)
         if value.is_Add:
-            sums.setdefault(value, said)
+            sums.setdefault(value, trig)
         if value.is_Pow and value.base.is_Add:
-            roots |= {value: roots.get(value, said), 1 / value: roots.get(1 / value, 1 / said)}
+            roots |= {value: roots.get(value, trig), 1 / value: roots.get(1 / value, 1 / trig)}
         if turn in turns:
-            sums.setdefault(sp.expand(value**2), said**2)
-    pairs = ((value, said) for value, said in sums.items() if value.is_Add and len(value.args) == 2)
-    return roots, tuple(_Sum(tuple(map(_number_and_root, value.args)), said) for value, said in pairs)
+            sums.setdefault(sp.expand(value**2), trig**2)
+    pairs = ((value, trig) for value, trig in sums.items() if value.is_Add and len(value.args) == 2)
+    return roots, tuple(_Sum(tuple(term.as_coeff_Mul() for term in value.args), trig) for value, trig in pairs)
 
 
-def _number_and_root(term: sp.Expr) -> tuple[sp.Expr, sp.Expr]:
-    number, root = term.as_coeff_Mul()
-    return number, root
-
-
-def _with_turns_in_sum(total: sp.Expr, sums: Sequence[_Sum]) -> sp.Expr:
+def _join_roots(total: sp.Expr, sums: Sequence[_Sum]) -> sp.Expr:
     """Return a sum in which two terms that differ only in their roots are one."""
-    for one in sums:
-        total = _with_turn(total, one)
+    for constant in sums:
+        (first, root), (second, second_root) = constant.terms
+        numbers: dict[sp.Expr, dict[sp.Expr, sp.Expr]] = {}
+        terms = []
+        for term in sp.Add.make_args(total):
+            number, rest = term.as_coeff_Mul()
+            factors = sp.Mul.make_args(rest)
+            root_in_term = next((r for r in (root, second_root) if r != 1 and r in factors), sp.S.One)
+            if root_in_term in (root, second_root):
+                numbers.setdefault(rest / root_in_term, {})[root_in_term] = number
+            else:
+                terms.append(term)
+        for rest, by_root in numbers.items():
+            if len(by_root) == 2 and by_root[root] / first == by_root[second_root] / second:
+                terms.append(by_root[root] / first * constant.trig * rest)
+            else:
+                terms += [number * root_in_term * rest for root_in_term, number in by_root.items()]
+        total = sp.Add(*terms)
     return total
-
-
-def _with_turn(total: sp.Expr, one: _Sum) -> sp.Expr:
-    (first, root), (second, other) = one.terms
-    numbers: dict[sp.Expr, dict[sp.Expr, sp.Expr]] = {}
-    kept = []
-    for term in sp.Add.make_args(total):
-        number, rest = term.as_coeff_Mul()
-        factors = sp.Mul.make_args(rest)
-        mine = next((r for r in (root, other) if r != 1 and r in factors), sp.S.One)
-        if mine in (root, other):
-            numbers.setdefault(rest / mine, {})[mine] = number
-        else:
-            kept.append(term)
-    for rest, each in numbers.items():
-        if len(each) == 2 and each[root] / first == each[other] / second:
-            kept.append(each[root] / first * one.said * rest)
-        else:
-            kept += [number * mine * rest for mine, number in each.items()]
-    return sp.Add(*kept)

@@ -7,6 +7,7 @@ become markup.
 
 import re
 from collections.abc import Sequence
+from functools import partial
 from itertools import takewhile
 
 from markdown_it.token import Token
@@ -14,8 +15,8 @@ from markdown_it.token import Token
 from qdot.exercises.formula.latex import parse_latex
 from qdot.exercises.formula.printers.speech import speak
 from qdot.exercises.formula.printers.typst import typst_math, typst_string
-from qdot.exercises.writing.fit import breaks_lines, fitted, is_high, width
-from qdot.exercises.writing.markup import HOLDER, parsed_markdown
+from qdot.exercises.writing.fit import breaks_lines, fit_formula, is_high, width
+from qdot.exercises.writing.markup import HOLDER, Special, count_columns, parse_markdown, write_tokens
 
 ROOM = 40.0
 """How wide formulas may be on lines of their own, in em of the text: on A4 and on Letter, beside a rule at the left."""
@@ -25,11 +26,9 @@ _POINTED = re.compile(HOLDER.pattern + r"(\\[,.;:])?")
 Formulas = Sequence[tuple[str, bool]]
 """LaTeX, and whether it stands on lines of its own."""
 _PUNCTUATION = re.compile(r"[!-/:-@\[-`{-~]")
-_OPEN = {
+_FIXED = {
     "strong_open": "#strong[", "em_open": "#emph[", "bullet_list_open": "\n#list(", "list_item_open": "[",
     "thead_open": "table.header(", "th_open": "[", "td_open": "[", "paragraph_open": "\n",
-}  # fmt: skip
-_CLOSE = {
     "strong_close": "]", "em_close": "]", "heading_close": "]\n", "bullet_list_close": ")\n",
     "ordered_list_close": ")\n", "list_item_close": "],\n", "thead_close": "),\n", "th_close": "], ", "td_close": "], ",
     "tr_close": "\n", "table_close": "table.hline())\n", "paragraph_close": "\n", "softbreak": "\n",
@@ -43,7 +42,7 @@ def typst_escaped(text: str) -> str:
     >>> typst_escaped("*1. a_b*")
     '\\*1\\. a\\_b\\*'
     """
-    return _PUNCTUATION.sub(lambda found: "’" if found[0] == "'" else "\\" + found[0], text)
+    return _PUNCTUATION.sub(lambda match: "’" if match[0] == "'" else "\\" + match[0], text)
 
 
 def to_typst(text: str, share: float = 1.0) -> str:
@@ -51,7 +50,7 @@ def to_typst(text: str, share: float = 1.0) -> str:
 
     It may take a `share` of a page's width.
     """
-    tokens, formulas = parsed_markdown(text)
+    tokens, formulas = parse_markdown(text)
 
     def formula(match: re.Match[str]) -> str:
         latex, block = formulas[int(match.group(1))]
@@ -59,14 +58,16 @@ def to_typst(text: str, share: float = 1.0) -> str:
         words = typst_string(speak(laid_out))
         if not block and not breaks_lines(laid_out, share * ROOM):
             return f"#formula({words}, ${typst_math(laid_out)}$){match.group(2) or ''}"
-        shown = fitted(laid_out, share * ROOM)
+        shown = fit_formula(laid_out, share * ROOM)
         size = min(100, int(100 * share * ROOM / width(shown)))
         if block:
             return f"#formulas({words}, $ {typst_math(shown)} $, {size}%){match.group(2) or ''}"
         point = f' "{match.group(2)[1:]}"' if match.group(2) else ""
         return f"#formulas({words}, $ {typst_math(shown)}{point} $, {size}%)"
 
-    return re.sub(r"\n{3,}", "\n\n", _POINTED.sub(formula, _markup(tokens, formulas))).strip() + "\n"
+    special: Special = {**_SPECIAL, "table_open": partial(_open_table, formulas=formulas)}
+    markup = write_tokens(tokens, _FIXED, special)
+    return re.sub(r"\n{3,}", "\n\n", _POINTED.sub(formula, markup)).strip() + "\n"
 
 
 def _has_high_rows(tokens: Sequence[Token], formulas: Formulas) -> bool:
@@ -76,25 +77,14 @@ def _has_high_rows(tokens: Sequence[Token], formulas: Formulas) -> bool:
     return any(is_high(parse_latex(formulas[int(number)][0])) for number in held)
 
 
-def _markup(tokens: Sequence[Token], formulas: Formulas) -> str:
-    out: list[str] = []
-    for index, token in enumerate(tokens):
-        if token.type in _OPEN:
-            out.append("" if token.hidden else _OPEN[token.type])
-        elif token.type in _CLOSE:
-            out.append("" if token.hidden else _CLOSE[token.type])
-        elif token.type == "inline":
-            out.append(_markup(token.children or [], formulas))
-        elif token.type == "text":
-            out.append(typst_escaped(token.content))
-        elif token.type == "code_inline":
-            out.append(f"#raw({typst_string(token.content)})")
-        elif token.type == "heading_open":
-            out.append(f"\n#heading(level: {token.tag[1]})[")
-        elif token.type == "ordered_list_open":
-            out.append(f"\n#enum(start: {token.attrGet('start') or 1}, ")
-        elif token.type == "table_open":
-            columns = sum(t.type == "th_open" for t in tokens[index:])
-            inset = "inset: (x: 0.65em, y: 0.62em), " if _has_high_rows(tokens[index:], formulas) else ""
-            out.append(f"\n#table(columns: {columns}, {inset}")
-    return "".join(out)
+def _open_table(tokens: Sequence[Token], index: int, formulas: Formulas) -> str:
+    inset = "inset: (x: 0.65em, y: 0.62em), " if _has_high_rows(tokens[index:], formulas) else ""
+    return f"\n#table(columns: {count_columns(tokens[index:])}, {inset}"
+
+
+_SPECIAL: Special = {
+    "text": lambda tokens, i: typst_escaped(tokens[i].content),
+    "code_inline": lambda tokens, i: f"#raw({typst_string(tokens[i].content)})",
+    "heading_open": lambda tokens, i: f"\n#heading(level: {tokens[i].tag[1]})[",
+    "ordered_list_open": lambda tokens, i: f"\n#enum(start: {tokens[i].attrGet('start') or 1}, ",
+}

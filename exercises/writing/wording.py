@@ -1,36 +1,61 @@
 """The words in which a problem speaks of its arm: frame, point, task, units; the same in every question."""
 
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 
 import sympy as sp
 
 from qdot.exercises.arm.chain import TASK_ROWS, Base, Chain, Point
 from qdot.exercises.arm.classification import Kind, Values
+from qdot.exercises.arm.conventions import convention_of
+from qdot.exercises.arm.conventions.base import Convention
 from qdot.exercises.arm.derivation import derive
 from qdot.exercises.arm.kinds import kind_is_sure
-from qdot.exercises.arm.normalized_arm import first_joint_moves_all
 from qdot.exercises.arm.standard_table import axes_of
+from qdot.exercises.questions.base import velocities
 from qdot.exercises.writing.languages import ENGLISH, Catalogue, catalogue
 from qdot.exercises.writing.latex import symbol_latex, tex, tex_angle, tex_length, tex_value
-from qdot.exercises.writing.names import AxisNames
 
 NUMBER_WORDS = ("no", "one", "two", "three", "four", "five", "six", "seven", "eight", "nine")
 
 
 @dataclass(frozen=True)
-class Wording(AxisNames):
+class Wording:
     """What templates say about a chain, in the words of a language; formulas are LaTeX without dollar signs.
 
-    `earlier` are the kinds of questions solved before in the same text; what they found is not shown again. Where the
-    arm is one `of_chapter`, drawn by a family of ours, it is said where the chapter tells another result.
+    `earlier` are the kinds of questions solved before in the same text; what they found is not shown again.
     """
 
     chain: Chain
     words: Catalogue = field(default_factory=lambda: catalogue(ENGLISH))
     earlier: frozenset[str] = frozenset()
-    of_chapter: bool = False
+
+    @property
+    def convention(self) -> Convention:
+        """The convention of the arm."""
+        return convention_of(self.chain)
+
+    @property
+    def six_rows(self) -> str:
+        """The components of a velocity in the order in which they are asked for."""
+        return ", ".join(name.replace("{", "").replace("}", "") for name in velocities(self.convention.velocities))
+
+    def twist(self, omega: str, v: str) -> str:
+        """Return a twist with these halves, in the order in which it is told."""
+        return f"({omega}, {v})" if self.convention.is_omega_first else f"({v}, {omega})"
+
+    def halves(self, six: Sequence[str]) -> tuple[Sequence[str], Sequence[str]]:
+        """Return omega and v of what is told in that order."""
+        both = [six[row] for row in self.convention.twist_rows]
+        return both[:3], both[3:]
+
+    @property
+    def axes_i(self) -> list[str]:
+        """What the axis of joint i is called, of each kind of joint that the arm has."""
+        kinds = {joint.kind for joint in self.chain.joints}
+        names = {"R": self.convention.axis(), "P": self.convention.prismatic_axis}
+        return list(dict.fromkeys(name for kind, name in names.items() if kind in kinds))
 
     @property
     def frame(self) -> str:
@@ -77,12 +102,7 @@ class Wording(AxisNames):
             "v": "$P$",
             "w": say.gettext("the last link"),
             "vw": say.gettext("$P$ and the last link"),
-        }[self._motions]
-
-    @property
-    def movers(self) -> int:
-        """How many things that is."""
-        return len(self._motions)
+        }[self.motions]
 
     @property
     def of_mover(self) -> str:
@@ -92,7 +112,7 @@ class Wording(AxisNames):
             "v": say.gettext("of $P$"),
             "w": say.gettext("of the last link"),
             "vw": say.gettext("of $P$ and the last link"),
-        }[self._motions]
+        }[self.motions]
 
     @property
     def to_mover(self) -> str:
@@ -102,20 +122,10 @@ class Wording(AxisNames):
             "v": "$P$",
             "w": say.pgettext("to whom something is given", "the last link"),
             "vw": say.pgettext("to whom something is given", "$P$ and the last link"),
-        }[self._motions]
+        }[self.motions]
 
     @property
-    def its_mover(self) -> str:
-        """The same with "shall", at the beginning of a sentence on the arm."""
-        say = self.words
-        return {
-            "v": say.gettext("Its point $P$ shall"),
-            "w": say.gettext("Its last link shall"),
-            "vw": say.gettext("Its point $P$ and its last link shall"),
-        }[self._motions]
-
-    @property
-    def _motions(self) -> str:
+    def motions(self) -> str:
         """Whether the task counts linear velocities, angular ones or both: "v", "w" or "vw"."""
         return "".join(kind for kind in "vw" if any(row[0] == kind for row in self.chain.task))
 
@@ -125,86 +135,17 @@ class Wording(AxisNames):
         d = derive(self.chain)
         return d.is_square and d.determinant != 0 and not d.determinant.free_symbols & set(self.chain.q)
 
-    @property
-    def kinds_defined(self) -> str:
-        """What a boundary and an internal singularity are, for what the task places."""
-        return self.words.gettext(
-            "A *boundary* singularity: %(there)s (over all configurations, with unlimited joint travel). "
-            "An *internal* singularity: any other configuration in which $J$ loses rank.",
-            there=self._at_boundary,
-        )
-
-    @property
-    def _at_boundary(self) -> str:
-        """What is on the boundary of what it can be."""
-        say, angle = self.words, len(self.task) - len(self.linear) == 1
-        if self._motions == "w" and angle:
-            return say.gettext("the angle of the last link is on the boundary of what it can be")
-        if self._motions == "w":
-            return say.gettext("the orientation of the last link is on the boundary of what it can be")
-        if self._motions == "vw" and angle:
-            return say.gettext(
-                "the pose, which is the place of $P$ together with the angle of the last link, is on the boundary of "
-                "what the arm can reach"
-            )
-        if self._motions == "vw":
-            return say.gettext(
-                "the pose, which is the place of $P$ together with the orientation of the last link, is on the "
-                "boundary of what the arm can reach"
-            )
-        if self.moves_besides:
-            axes = ", ".join(row[1] for row in self.chain.task)
-            return say.gettext("the coordinates $(%(axes)s)$ of $P$ are on the boundary of what they can be", axes=axes)
-        return say.gettext("$P$ is on the boundary of what it can reach")
-
-    @property
-    def moves_besides(self) -> bool:
-        """Whether P has components of velocity that the task does not count."""
-        linear = derive(self.chain).geometric[:3, :]
+    def moves_outside_task(self, rows: int = len(TASK_ROWS)) -> bool:
+        """Return whether the arm has velocities in the first rows of (vx, ..., wz) that the task does not count."""
+        geometric = derive(self.chain).geometric
         return any(
-            row not in self.chain.task and not linear[i, :].is_zero_matrix for i, row in enumerate(TASK_ROWS[:3])
+            row not in self.chain.task and not geometric[i, :].is_zero_matrix for i, row in enumerate(TASK_ROWS[:rows])
         )
 
     @property
     def kinds_are_sure(self) -> bool:
         """Whether boundary and internal can be told apart for the task."""
         return kind_is_sure(self.chain)
-
-    def kind_shown(self, kind: str, one_sided: bool) -> str:
-        """Return why a singularity is of its kind; a boundary may be `one_sided` along the direction that is lost."""
-        say = self.words
-        if kind == "boundary" and one_sided:
-            return {
-                "v": say.gettext(
-                    "Along the direction that is lost, $P$ can be moved to one side only, and no other configuration "
-                    "takes it to the other side."
-                ),
-                "w": say.gettext(
-                    "About the direction that is lost, the last link can be turned to one side only, and no other "
-                    "configuration takes it to the other side."
-                ),
-                "vw": say.gettext(
-                    "Along the direction that is lost, the arm can leave this pose to one side only, and no other "
-                    "configuration takes it to the other side."
-                ),
-            }[self._motions]
-        if kind == "boundary":
-            return {
-                "v": say.gettext("There are places next to this one that $P$ can't reach in any configuration."),
-                "w": say.gettext(
-                    "There are orientations next to this one that the last link can't take in any configuration."
-                ),
-                "vw": say.gettext("There are poses next to this one that the arm can't reach in any configuration."),
-            }[self._motions]
-        return {
-            "v": say.gettext("$P$ can reach all places around this one, with joint values near these or with others."),
-            "w": say.gettext(
-                "The last link can take all orientations around this one, with joint values near these or with others."
-            ),
-            "vw": say.gettext(
-                "The arm can reach all poses around this one, with joint values near these or with others."
-            ),
-        }[self._motions]
 
     def numbers(self, kind: str) -> list[int]:
         """Return which joints, from 1, are "R" or "P"."""
@@ -224,11 +165,6 @@ class Wording(AxisNames):
         return ", ".join(say.gettext("$%(rate)s$ in %(unit)s", rate=rate, unit=unit) for rate, unit in pairs)
 
     @property
-    def last(self) -> int:
-        """The number of the last joint and frame."""
-        return self.chain.n
-
-    @property
     def count(self) -> str:
         """The number of joints as a word."""
         return self.number(self.chain.n)
@@ -236,58 +172,6 @@ class Wording(AxisNames):
     def number(self, count: int) -> str:
         """Return a small number as a word."""
         return self.words.phrase(NUMBER_WORDS[count]) if count < len(NUMBER_WORDS) else str(count)
-
-    @property
-    def kinds(self) -> str:
-        """What kinds of joints there are, as in "both revolute" or "joint 1 revolute and joint 2 prismatic"."""
-        say, turning, sliding = self.words, self.numbers("R"), self.numbers("P")
-        which = {"turning": self._listed(turning), "sliding": self._listed(sliding)}
-        if not sliding:
-            return {1: say.gettext("revolute"), 2: say.gettext("both revolute")}.get(
-                self.last, say.gettext("all revolute")
-            )
-        if not turning:
-            return {1: say.gettext("prismatic"), 2: say.gettext("both prismatic")}.get(
-                self.last, say.gettext("all prismatic")
-            )
-        if sliding[0] == 1:
-            return {
-                (True, True): say.gettext("joint %(sliding)s prismatic and joint %(turning)s revolute", **which),
-                (True, False): say.gettext("joints %(sliding)s prismatic and joint %(turning)s revolute", **which),
-                (False, True): say.gettext("joint %(sliding)s prismatic and joints %(turning)s revolute", **which),
-                (False, False): say.gettext("joints %(sliding)s prismatic and joints %(turning)s revolute", **which),
-            }[len(turning) == 1, len(sliding) == 1]
-        return {
-            (True, True): say.gettext("joint %(turning)s revolute and joint %(sliding)s prismatic", **which),
-            (True, False): say.gettext("joint %(turning)s revolute and joints %(sliding)s prismatic", **which),
-            (False, True): say.gettext("joints %(turning)s revolute and joint %(sliding)s prismatic", **which),
-            (False, False): say.gettext("joints %(turning)s revolute and joints %(sliding)s prismatic", **which),
-        }[len(turning) == 1, len(sliding) == 1]
-
-    @property
-    def kinds_told(self) -> str:
-        """The same as a sentence."""
-        say, turning, sliding = self.words, self.numbers("R"), self.numbers("P")
-        which = {"turning": self._listed(turning), "sliding": self._listed(sliding)}
-        if not sliding:
-            return {
-                1: say.gettext("The only joint here is revolute."),
-                2: say.gettext("The joints here are both revolute."),
-            }.get(self.last, say.gettext("The joints here are all revolute."))
-        if not turning:
-            return {
-                1: say.gettext("The only joint here is prismatic."),
-                2: say.gettext("The joints here are both prismatic."),
-            }.get(self.last, say.gettext("The joints here are all prismatic."))
-        return {
-            (True, True): say.gettext("Joint %(turning)s is revolute, joint %(sliding)s prismatic.", **which),
-            (True, False): say.gettext("Joint %(turning)s is revolute, joints %(sliding)s prismatic.", **which),
-            (False, True): say.gettext("Joints %(turning)s are revolute, joint %(sliding)s prismatic.", **which),
-            (False, False): say.gettext("Joints %(turning)s are revolute, joints %(sliding)s prismatic.", **which),
-        }[len(turning) == 1, len(sliding) == 1]
-
-    def _listed(self, numbers: list[int]) -> str:
-        return self.join([str(number) for number in numbers]) if numbers else ""
 
     @property
     def rows(self) -> list[list[str]]:
@@ -384,16 +268,6 @@ class Wording(AxisNames):
         return r"\, ".join([*shift, *turns])
 
     @property
-    def mounting(self) -> str:
-        """What the tilt of the base means for an arm in space, or nothing."""
-        say, tilt = self.words, self.base.tilt
-        if self.chain.is_planar:
-            return ""
-        if tilt in (sp.pi / 2, -sp.pi / 2):
-            return say.gettext("is fixed to a wall")
-        return say.gettext("hangs from the ceiling") if tilt == sp.pi else ""
-
-    @property
     def point_offset(self) -> str:
         """The coordinates of P in its frame."""
         return triple(self.point.offset)
@@ -414,27 +288,9 @@ class Wording(AxisNames):
     # --- for single questions ---
 
     @property
-    def jacobian_route(self) -> str:
-        """How the Jacobian of the task is to be found."""
-        say = self.words
-        if not self.linear:
-            return say.gettext("from the joint axes (6.12)")
-        if len(self.linear) == len(self.task):
-            return say.gettext("by direct differentiation (6.3)")
-        return say.gettext("by differentiation (6.3), and for the angular rows from the joint axes (6.12)")
-
-    @property
     def axis_names(self) -> str:
         """The joint axes, z_0 ... z_{n-1}, or z_1 ... z_n of a modified table."""
         return self.join([f"${self.convention.axis(i)}$" for i in range(1, self.chain.n + 1)])
-
-    @property
-    def column_of_axis(self) -> str:
-        """What column i of the joint axes is."""
-        say, names = self.words, [f"${name}$" for name in self.axes_i]
-        if len(names) == 1:
-            return names[0]
-        return say.gettext("%(omega)s of a revolute joint, %(v)s of a prismatic one", omega=names[0], v=names[1])
 
     @property
     def moved_names(self) -> str:
@@ -459,24 +315,6 @@ class Wording(AxisNames):
         return all(joint.alpha in (0, sp.pi, -sp.pi) for joint in self.chain.joints[:-1])
 
     @property
-    def point_column(self) -> str:
-        """The coordinates of P in its frame as a column."""
-        return tex(sp.Matrix(self.point.offset))
-
-    @property
-    def rows_remark(self) -> str:
-        """What the rows of the geometric Jacobian show."""
-        say, rows, geometric = self.words, ", ".join(self.task), derive(self.chain).geometric
-        if len(self.task) == len(TASK_ROWS):
-            return ""
-        if any(row not in self.chain.task and not geometric[i, :].is_zero_matrix for i, row in enumerate(TASK_ROWS)):
-            return say.gettext(
-                "The rows $%(rows)s$ are the Jacobian for the task; the other rows say how the arm moves besides.",
-                rows=rows,
-            )
-        return say.gettext("The rows $%(rows)s$ are the Jacobian for the task; the other rows are zero.", rows=rows)
-
-    @property
     def smaller(self) -> int:
         """The size of the largest square part of the task Jacobian."""
         return min(len(self.chain.task), self.chain.n)
@@ -492,7 +330,7 @@ class Wording(AxisNames):
         if not self.kinds_are_sure or not kind.kind:
             return sentence
         if not kind.uniform:
-            return f"{sentence} {self._of_both_kinds(1)}"
+            return f"{sentence} {self._both_kinds}"
         boundary = say.gettext("This is a boundary singularity.")
         internal = say.gettext("This is an internal singularity.")
         return f"{sentence} {boundary if kind.kind == 'boundary' else internal}"
@@ -505,9 +343,7 @@ class Wording(AxisNames):
         or_between = ", " + self.words.gettext("or") + " "
         return " ".join(
             self.words.gettext(
-                "At %(values)s: %(case)s",
-                values=or_between.join(map(self._at, places)),
-                case=self.case(kind, len(places[0])),
+                "At %(values)s: %(case)s", values=or_between.join(map(self._at, places)), case=self.meaning(kind)
             )
             for kind, places in of_kind.items()
         )
@@ -515,42 +351,23 @@ class Wording(AxisNames):
     def _at(self, values: Values) -> str:
         return self.join([f"${tex(joint, self.chain)} = {tex_value(value, joint)}$" for joint, value in values])
 
-    def case(self, kind: Kind, held: int = 1) -> str:
-        """Return the same for values of some joints, how many of them, shorter."""
-        say, meaning = self.words, self.said(kind.meaning)
-        if not self.kinds_are_sure or not kind.kind:
-            return f"{meaning}."
-        if not kind.uniform:
-            return f"{meaning}. {self._of_both_kinds(held)}"
-        if kind.kind == "boundary":
-            return say.gettext("%(meaning)s, a boundary singularity.", meaning=meaning)
-        return say.gettext("%(meaning)s, an internal singularity.", meaning=meaning)
-
-    def _of_both_kinds(self, held: int) -> str:
-        """Return a sentence on configurations that are of both kinds, where so many joints have one value."""
-        if held + first_joint_moves_all(self.chain) == self.chain.n:
-            return self.words.gettext(
-                "This is a boundary singularity for some lengths, and an internal one for others."
-            )
+    @property
+    def _both_kinds(self) -> str:
         if self.constants:
             return self.words.gettext(
                 "This is a boundary singularity for some lengths and configurations, and an internal one for others."
             )
         return self.words.gettext("Some of these configurations are boundary singularities, the others internal.")
 
-    def clause(self, english: str) -> str:
-        """Return the same behind a colon."""
-        return f"{self.said(english)}."
-
     def sentence(self, english: str) -> str:
         """Return words that a problem carries as a sentence that speaks of P by name."""
-        said = self.said(english)
-        return f"{said[0].upper()}{said[1:]}."
+        words = self.describe(english)
+        return f"{words[0].upper()}{words[1:]}."
 
-    def said(self, english: str) -> str:
+    def describe(self, english: str) -> str:
         """Return words on configurations with the arm's own names for points, P by name, behind other words."""
-        told = re.sub(r"\b([Oq])(\d+)('?)", r"$\1_{\2}\3$", self.convention.rename_origins(english))
-        whole = re.sub(r"^arm (?=stretched|folded|drawn)", "the arm is ", told)
+        named = re.sub(r"\b([Oq])(\d+)('?)", r"$\1_{\2}\3$", self.convention.rename_origins(english))
+        whole = re.sub(r"^arm (?=stretched|folded|drawn)", "the arm is ", named)
         return self.words.phrase(whole.replace("the point", "$P$"))
 
     def join(self, words: list[str]) -> str:

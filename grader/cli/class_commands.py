@@ -7,7 +7,7 @@ import sys
 import time
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping
-from contextlib import ExitStack, closing
+from contextlib import closing
 from dataclasses import dataclass, replace
 from pathlib import Path
 from statistics import fmean
@@ -23,7 +23,7 @@ from qdot.exercises.common.console import VariationOption, note, progress, say
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.common.extras import qdot_version
 from qdot.exercises.families import FAMILIES
-from qdot.exercises.generation import family_named
+from qdot.exercises.generation import look_up_family
 from qdot.exercises.problem.problem import ProblemId
 from qdot.grader.cli.options import (
     AsJson,
@@ -34,22 +34,28 @@ from qdot.grader.cli.options import (
     TwistOrderOption,
     name_option,
 )
-from qdot.grader.grading.batch import WritePage, alone, grade_class
+from qdot.grader.grading.batch import (
+    alone,
+    files_of_one,
+    grade_class,
+    grade_one,
+    limits_of,
+    read_time,
+    student_named,
+)
 from qdot.grader.grading.certificates import Kind
-from qdot.grader.grading.certify import CERTIFIER, Task, former_students, record_of, tasks_of, unknown_files
-from qdot.grader.grading.class_check import check_class, check_secret, load_class, read_some
-from qdot.grader.grading.cluster import connected
+from qdot.grader.grading.certify import CERTIFIER, Task, find_former_students, list_tasks, make_record
+from qdot.grader.grading.class_check import check_class, check_secret, load_class, read_sample
 from qdot.grader.grading.history import describe_moves, earlier_results
-from qdot.grader.grading.marking import number
-from qdot.grader.grading.one_student import found_of_one, grade_one, limits_of, read_time, student_named
-from qdot.grader.grading.overrides import OVERRIDES, read_overrides, without_answers
+from qdot.grader.grading.marking import format_points
+from qdot.grader.grading.overrides import OVERRIDES, note_unused_groups, read_overrides
 from qdot.grader.grading.result import Result
 from qdot.grader.judging.compare import TYPES, compare_lines, content_of, likely_type
 from qdot.grader.judging.compare import compare as compare_texts
-from qdot.grader.reports.tables import NO_MARK, count_set, staff_notes, status
+from qdot.grader.reports.tables import NO_MARK, count_overridden, list_staff_notes, status
 from qdot.grader.sandbox import guarantees
 from qdot.grader.sandbox.sandbox import Limits, check_system
-from qdot.grader.statistics.shared_answers import shared_answers
+from qdot.grader.statistics.shared_answers import describe_shared_answers
 from qdot.grader.submissions.submission import (
     OTHER_EDITION,
     StudentFiles,
@@ -98,15 +104,13 @@ def generate(
     say(f"{len(assignment.roster)} students: {outcomes}; hand out {folder / 'released'}, keep {folder / 'solutions'}")
     if counts["rewritten"]:
         note("The assignment, the secret or qdot changed since notebooks were written: hand the new ones out.")
-    for message in (*describe_redraws(assignment, after), *shared_answers(after)):
+    for message in (*describe_redraws(assignment, after), *describe_shared_answers(after)):
         note(message)
-    if former := former_students(after):
+    if former := find_former_students(after):
         named = ", ".join(former[:3]) + (f" and {len(former) - 3} more" if len(former) > 3 else "")
-        note(
-            f"{folder / 'released'} still has notebooks of who is not on the roster ({named}): hand these out to "
-            f"nobody; 'qdot forget {former[0]} {folder}' removes all that there is of one"
-        )
-    raise_left_out(after, failed, record_of)
+        released = folder / "released"
+        note(f"{released} still has notebooks of who is not on the roster ({named}): hand these out to nobody")
+    raise_left_out(after, failed, make_record)
 
 
 def verify(
@@ -160,9 +164,9 @@ def verify(
             failed.update(failure.kind for failure in failures[:1])
             passed[task.identity.family] += not failures
             for failure in failures:
-                if failure.said not in printed:  # what concerns all problems of a student is told once
-                    say(failure.said)
-                printed.add(failure.said)
+                if failure.message not in printed:  # what concerns all problems of a student is told once
+                    say(failure.message)
+                printed.add(failure.message)
     if family == "all":
         for name, number in passed.items():
             say(f"{name:<20} {number} passed")
@@ -185,7 +189,7 @@ def _tasks(
         raise QdotError("name problems (planar-2r/7), an assignment folder, or --family (or --family all) with --count")
     if family and what:
         raise QdotError(f"--family sweeps over a family, and {what[0]!r} is verified without it: give one or the other")
-    families = list(FAMILIES) if family == "all" else [family_named(family).name] if family else []
+    families = list(FAMILIES) if family == "all" else [look_up_family(family).name] if family else []
     numbers = range(len(seeds) if families else 0)
     tasks = [task_of(ProblemId(families[i % len(families)], seeds.start + i // len(families))) for i in numbers]
     tasks.sort(key=lambda task: families.index(task.identity.family))  # a structure is derived once in each process
@@ -204,13 +208,9 @@ def _tasks(
 
 def _tasks_of_folder(folder: Path) -> list[Task]:
     assignment = load_class(folder)
-    for student in former_students(assignment):
+    for student in find_former_students(assignment):
         note(f"{student} is not on the roster, and has a notebook or certificate, which is verified all the same")
-    unknown = unknown_files(assignment)
-    if unknown:
-        named = ", ".join(map(str, unknown[:3])) + (", …" if len(unknown) > 3 else "")
-        note(f"not looked at, neither notebooks nor certificates of this assignment: {len(unknown)}, as {named}")
-    return tasks_of(assignment)
+    return list_tasks(assignment)
 
 
 def compare(
@@ -287,9 +287,6 @@ def grade(
     received: Annotated[
         str, typer.Option(metavar="TIME", help="With --student: when it was handed in, if the file does not tell.")
     ] = "",
-    executor: Annotated[
-        str, typer.Option(metavar="tcp://HOST:PORT", help="Run the notebooks on this Dask scheduler's cluster.")
-    ] = "",
 ) -> None:
     """Grade what a class has handed in, and write feedback.
 
@@ -299,8 +296,7 @@ def grade(
     has not changed is not graded again, so that a run that was stopped goes on where it was. Results that are replaced
     stay in DIR/graded/history/STUDENT.jsonl. DIR/overrides.csv (student,part,points,comment) sets points by
     hand; with the column group, those of all equal wrong answers, by the key that `qdot report` shows.
-    The formats of --report are in docs/outlets.md. With --student, nothing else is written than these reports. Several
-    machines can grade a class together: docs/scaling.md.
+    The formats of --report are in docs/outlets.md. With --student, nothing else is written than these reports.
 
     Examples:
       qdot grade homework
@@ -321,16 +317,14 @@ def grade(
         raise QdotError("--received is the time of one student's notebook: name the student with --student ID")
     assignment = load_assignment(folder)
     tell = note if any(path == STDOUT for _, path in reports) else say
-    if student and executor:
-        raise QdotError("--student is graded here; --executor is for a class")
     if allow_missing and student:
         raise QdotError("--allow-missing is about a whole class; --student takes no marks away")
     if student:
         results = [_grade_student(assignment, submissions, student, received, limits_of(seconds))]
-        points = f"{number(results[0].score)} of {number(results[0].max_score)} points"
+        points = f"{format_points(results[0].score)} of {format_points(results[0].max_score)} points"
         summary = f"{results[0].student}: {status(results[0])}, {points}"
     else:
-        grading = _ClassGrading(assignment, submissions or folder / "submitted", limits_of(seconds), jobs, executor)
+        grading = _ClassGrading(assignment, submissions or folder / "submitted", limits_of(seconds), jobs)
         earlier, results, summary = grading.run(allow_missing)
         if diff:
             tell(describe_moves(earlier, results))
@@ -345,36 +339,36 @@ def grade(
 
 @dataclass(frozen=True)
 class _ClassGrading:
-    """A class that is graded: its submissions (a folder or a zip), by processes here or on a cluster."""
+    """A class that is graded: its submissions (a folder or a zip), on several processes."""
 
     assignment: Assignment
     submissions: Path
     limits: Limits
     jobs: int
-    executor: str
 
     def run(self, allow_missing: bool) -> tuple[Mapping[str, Result], list[Result], str]:
         """Grade the class and write feedback; return the results of the last run, the new ones, and a summary."""
-        from qdot.grader.reports.write import write_page, write_reports
+        from qdot.grader.reports.write import write_reports
 
         assignment = self.assignment
         with open_submissions(self.submissions) as root:
             submitted = find_submissions(assignment, root)
             check_class(assignment, submitted, root, self.submissions)
             _note_ownerless(assignment, submitted)
-            if not self.executor:  # each worker looks for itself
-                check_sandbox(assignment.sandbox == "strict")
+            check_sandbox(assignment.sandbox == "strict")
             with alone(assignment.folder):
                 earlier = earlier_results(assignment)
                 if not allow_missing:
                     self._check_all_there(earlier, submitted.by_student)
-                results = self._grade(submitted.by_student, write_page)
+                with progress("grading", len(assignment.roster)) as counter:
+                    jobs = min(self.jobs, len(assignment.roster))
+                    results = grade_class(assignment, submitted.by_student, jobs, self.limits, lambda _: counter.step())
                 with progress("writing feedback", len(results)) as counter:
                     results = write_reports(assignment, results, min(self.jobs, len(results)), counter.step)
         _tell_notes(results)
         groups = Counter(part.group for result in results for part in result.parts.values() if part.group is not None)
         by_size = [group for group, _ in groups.most_common()]
-        for message in without_answers(assignment, read_overrides(assignment), by_size):
+        for message in note_unused_groups(assignment, read_overrides(assignment), by_size):
             note(message)
         ownerless = len(submitted.unsure) + len(submitted.strangers)
         if not ownerless and all(result.submission is None for result in results):
@@ -398,20 +392,6 @@ class _ClassGrading:
                 "--allow-missing to take their marks away"
             )
 
-    def _grade(self, by_student: dict[str, StudentFiles], write_page: WritePage) -> list[Result]:
-        """Return the results of the class, with progress shown."""
-        roster, means = self.assignment.roster, dict[str, Any]()
-        with ExitStack() as stack:
-            if self.executor:
-                executor, room = stack.enter_context(connected(self.executor))
-                jobs, means = self.jobs, {"executor": executor, "room": room}
-            else:
-                jobs, means = min(self.jobs, len(roster)), {"write_page": write_page}
-            counter = stack.enter_context(progress("grading", len(roster)))
-            return grade_class(
-                self.assignment, by_student, jobs, self.limits, lambda _: counter.step(), roster, **means
-            )
-
 
 def _note_ownerless(assignment: Assignment, submitted: SubmissionFolder) -> None:
     """Tell the staff which files are of nobody on the roster, or not surely of one student."""
@@ -427,12 +407,12 @@ def _grade_student(assignment: Assignment, path: Path | None, name: str, receive
     student = student_named(assignment, name)
     time = read_time(received) if received else None
     if path is not None:
-        files = found_of_one(assignment, path, time)
+        files = files_of_one(assignment, path, time)
     else:
         files = find_submissions(assignment, assignment.folder / "submitted").by_student.get(student.id)
         if files is not None and time is not None:
             files = replace(files, received=time, platform="option")
-    read = read_some(assignment, {} if files is None else {student.id: files}, [student.id])
+    read = read_sample(assignment, {} if files is None else {student.id: files}, [student.id])
     check_secret(assignment, [submission for _, submission in read], path or assignment.folder / "submitted")
     check_sandbox(assignment.sandbox == "strict")
     result = grade_one(assignment, student, files, limits)
@@ -500,7 +480,7 @@ def doctor(as_json: AsJson = False) -> None:
 def _tell_notes(results: list[Result]) -> None:
     """Tell the staff what is odd, a line for each student and note; other editions in one line for the whole class."""
     for result in results:
-        for message in staff_notes(result):
+        for message in list_staff_notes(result):
             if message != OTHER_EDITION:
                 note(f"{result.student}: {message}")
     submitted = sum(result.submission is not None for result in results)
@@ -517,7 +497,7 @@ def _summary(results: list[Result], folder: Path, ownerless: int) -> str:
     percents = [result.percent for result in results if result.submission is not None and status(result) not in NO_MARK]
     mean = f"mean {fmean(percents):.1f} % of those handed in; " if percents else ""
     left = f"{ownerless} of nobody on the roster, or not surely of one; " if ownerless else ""
-    overridden = sum(map(count_set, results))
+    overridden = sum(map(count_overridden, results))
     by_hand = f"{overridden} set by {OVERRIDES}; " if overridden else ""
     return f"{len(results)} students: {kinds}; {mean}{by_hand}{left}see {folder / 'graded'}"
 

@@ -15,11 +15,11 @@ from qdot.exercises.common.extras import explain_missing
 from qdot.exercises.common.files import write_atomically
 from qdot.exercises.problem.problem import Part, Problem
 from qdot.grader.grading.batch import alone, grade_class
-from qdot.grader.grading.certify import CERTIFIER, record_of
+from qdot.grader.grading.certify import CERTIFIER, make_record
 from qdot.grader.grading.result import Result
 from qdot.grader.reports.formats import write_asked
 from qdot.grader.reports.tables import status
-from qdot.grader.reports.write import write_page, write_reports
+from qdot.grader.reports.write import write_reports
 from qdot.grader.sandbox.sandbox import Limits
 from qdot.grader.submissions.submission import find_submissions
 
@@ -138,7 +138,7 @@ def run_demo(folder: Path, jobs: int) -> None:
             counter.step()
 
         assignment = release(assignment, CERTIFIER, jobs, count_student)
-    raise_left_out(assignment, failed, record_of)
+    raise_left_out(assignment, failed, make_record)
     with progress("handing in", len(students)) as counter:
         for student, kind in zip(assignment.roster, kinds(), strict=True):
             hand_in(assignment, student.id, kind)
@@ -147,9 +147,7 @@ def run_demo(folder: Path, jobs: int) -> None:
     with alone(assignment.folder):
         with progress("grading", len(students)) as counter:
             limits = Limits(cell_seconds=2)
-            results = grade_class(
-                assignment, submissions, jobs, limits, lambda _: counter.step(), write_page=write_page
-            )
+            results = grade_class(assignment, submissions, jobs, limits, lambda _: counter.step())
         with progress("writing feedback", len(students)) as counter:
             write_reports(assignment, results, jobs, counter.step)
     say(f"{'id':<4}  {'name':<20} {'handed in':<32} {'points':>{len(_score(results[0]))}}  status")

@@ -19,7 +19,7 @@ from qdot.exercises.exports.export_format import PAGES, SHEETS, Order
 from qdot.exercises.exports.registry import EXPORT_FORMATS
 from qdot.exercises.exports.sheet import VERSIONS
 from qdot.grader.cli.options import Folder, Jobs, name_option
-from qdot.grader.grading.certify import failures_of
+from qdot.grader.grading.certify import find_failures
 from qdot.grader.grading.class_check import load_class
 from qdot.grader.grading.marking import share_earned
 
@@ -78,7 +78,7 @@ def export(
         assignment = assignment.with_variation(variation)
     failed_slots: list[FailedSlot] = []
     order = Order(
-        assignment, failures_of, variants, solutions, sheet, versions, page, jobs, note=note,
+        assignment, find_failures, variants, solutions, sheet, versions, page, jobs, note=note,
         left_out=failed_slots.append, earns=share_earned,
         passing=None if passing is None else Fraction(passing, 100),
     )  # fmt: skip
@@ -94,7 +94,7 @@ def export(
         note(message)
     if failed and failed_slots:  # both are reported, and one of them is the error
         note(_describe_failures(failed, names))
-    raise_left_out(after, failed_slots, certify_by(failures_of))
+    raise_left_out(after, failed_slots, certify_by(find_failures))
     if failed:
         raise QdotError(_describe_failures(failed, names))
 

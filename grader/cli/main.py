@@ -29,7 +29,6 @@ each command, with examples."""
 
 STOPPED = {
     **dict.fromkeys(("generate", "grade", "demo"), "stopped; run the same command again to go on"),
-    "forget": "stopped; run the same command again to remove the rest",
     "verify": "stopped; the same command begins at the first problem again, and --first-seed SEED begins a sweep later",
 }
 """What is said of a command that Ctrl-C or SIGTERM ended, where there is more to say than that it stopped."""
@@ -50,7 +49,6 @@ COMMANDS = {
     **dict.fromkeys(("verify", "generate", "compare", "grade", "doctor"), "qdot.grader.cli.class_commands"),
     "check": "qdot.grader.cli.student_command",
     **dict.fromkeys(("export", "report"), "qdot.grader.cli.export_commands"),
-    **dict.fromkeys(("upgrade-check", "forget"), "qdot.grader.cli.maintenance"),
     "demo": "qdot.grader.cli.class_commands",
 }
 """Each command, and the module in which it is the function of that name, with _ for -."""

@@ -22,8 +22,8 @@ from qdot.exercises.common.console import VariationOption, note, one_of, progres
 from qdot.exercises.common.time_limit import DEFAULT as SECONDS
 from qdot.exercises.common.time_limit import LEAST, seconds_of
 from qdot.exercises.families import Family
-from qdot.exercises.families.own import own_family
-from qdot.exercises.generation import family_named, listing_of, sample_chain, short_quiz
+from qdot.exercises.families.own import read_robot_family
+from qdot.exercises.generation import listing_of, look_up_family, sample_chain, short_quiz
 from qdot.exercises.problem.problem import find_convention
 from qdot.exercises.questions import QUESTIONS
 from qdot.exercises.quizzes import QUIZZES
@@ -125,8 +125,8 @@ def _find_family(name: str) -> Family:
         robot = read_robot_file(path)
         for message in robot.notes:
             note(message)
-        return own_family(path, robot)
-    return family_named(name)
+        return read_robot_family(path, robot)
+    return look_up_family(name)
 
 
 def _derive_questions(family: Family, convention: str) -> None:

@@ -17,7 +17,7 @@ from qdot.exercises.common.variation import STEPS
 from qdot.exercises.exports.bank import bank
 from qdot.exercises.exports.export_format import Order as BankOrder
 from qdot.exercises.families import FAMILIES
-from qdot.exercises.generation import family_named
+from qdot.exercises.generation import look_up_family
 from qdot.exercises.site.build import Order, build
 from qdot.exercises.site.pages import docs_folder
 from qdot.exercises.site.reference import reference
@@ -30,7 +30,7 @@ from qdot.exercises.site.supply import (
     wanted_of_variants,
 )
 from qdot.grader.cli.options import Jobs, SiteConventionOption, SiteTwistOrderOption, name_option
-from qdot.grader.grading.certify import failures_of
+from qdot.grader.grading.certify import find_failures
 
 SITE = Path("qdot-site")
 OF_EACH_PROBLEM = 5
@@ -92,7 +92,7 @@ def build_site(
     course = "" if loaded is None else loaded.title
     level = feedback or (FEEDBACK[-1] if loaded is None else loaded.feedback)
     commands = reference(context.find_root().command)
-    order = Order(out, wanted, titles, failures_of, min(jobs, len(wanted)), commands, docs_folder(), course, level)
+    order = Order(out, wanted, titles, find_failures, min(jobs, len(wanted)), commands, docs_folder(), course, level)
     left_out: list[FailedSlot] = []
     with progress("building the site", len(wanted)) as counter:
         made = build(order, counter.step, left_out.append)
@@ -112,7 +112,7 @@ Wanted = tuple[list[BankProblem], list[tuple[str, str, str]]]
 
 
 def _problems_of_families(families: str, variants: int | None, variation: str, frames: FrameConvention) -> Wanted:
-    names = [family_named(name.strip()).name for name in families.split(",") if name.strip()] or list(FAMILIES)
+    names = [look_up_family(name.strip()).name for name in families.split(",") if name.strip()] or list(FAMILIES)
     titles = [(name, FAMILIES[name].title, FAMILIES[name].source) for name in names]
     count = variants or OF_EACH_STEP * (1 if variation else len(STEPS))
     return wanted_of_families(names, count, variation, *frames), titles
@@ -128,7 +128,7 @@ def _problems_of_assignment(
         )
     if variation:
         assignment = assignment.with_variation(variation)
-    problems = list(bank(BankOrder(assignment, failures_of, variants, jobs=jobs, note=note)))
+    problems = list(bank(BankOrder(assignment, find_failures, variants, jobs=jobs, note=note)))
     titles = [(slot.name, slot.family.title, slot.family.source) for slot in assignment.slots]
     return wanted_of_variants(problems), titles
 

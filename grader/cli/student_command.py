@@ -35,13 +35,13 @@ def check(
     for message in checked.notes:
         say(f"note: {message}")
     for row in rows:
-        say(f"{'ok ' if row.readable else '-- '} {row.part}: {row.said}")
+        say(f"{'ok ' if row.readable else '-- '} {row.part}: {row.message}")
     if summary:
         from qdot.grader.reports.formats import write_out
-        from qdot.grader.reports.github import check_annotations, check_summary
+        from qdot.grader.reports.github import make_check_annotations, make_check_summary
 
-        write_out(summary, check_summary(checked))
-        annotations = check_annotations(notebook, checked)
+        write_out(summary, make_check_summary(checked))
+        annotations = make_check_annotations(notebook, checked)
         if annotations:
             say(annotations)
     unreadable = sum(not row.readable for row in rows)

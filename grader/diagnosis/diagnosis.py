@@ -26,9 +26,9 @@ from qdot.exercises.mistakes.catalogue import (
 )
 from qdot.exercises.mistakes.configurations import Values, sample_configurations
 from qdot.exercises.problem.problem import Part, Problem
-from qdot.exercises.questions.concepts import option_numbers
+from qdot.exercises.questions.concepts import read_vector
 from qdot.exercises.questions.results import is_derived, is_made_of_jacobian, is_product, result
-from qdot.exercises.quizzes.options import blames_of
+from qdot.exercises.quizzes.options import list_blames
 from qdot.exercises.writing.statement import answer_code
 from qdot.grader.diagnosis.formula_mistakes import TOO_MANY, Compared, explain_formulas
 from qdot.grader.diagnosis.numbers import SAME, InNumbers, says_something, unit
@@ -226,7 +226,7 @@ def _room(part: Part, entries: Sequence[Node]) -> tuple[float, float]:
 def _parse_option(part: Part, parsed_answer: ParsedAnswer) -> InNumbers | None:
     if not parsed_answer.chosen:
         return None
-    values = np.array(option_numbers(part.answer.offered[parsed_answer.chosen[0]]))[:, None, None]
+    values = np.array(read_vector(part.answer.offered[parsed_answer.chosen[0]]))[:, None, None]
     return InNumbers(values, np.abs(values), (0.0, THREE_DECIMALS))
 
 
@@ -236,7 +236,7 @@ def _parse_option(part: Part, parsed_answer: ParsedAnswer) -> InNumbers | None:
 def _explain_option(part: Part, parsed_answer: ParsedAnswer) -> Diagnosis | None:
     """Return the mistakes behind the first wrong option that was chosen, as they were kept when it was made."""
     for index in parsed_answer.chosen:
-        blames = [] if index in part.answer.right else blames_of(part, index)
+        blames = [] if index in part.answer.right else list_blames(part, index)
         if blames:
             sentences = dict.fromkeys(blame.sentence for blame in blames)
             return Diagnosis(tuple(dict.fromkeys(blame.mistake for blame in blames)), " ".join(sentences))

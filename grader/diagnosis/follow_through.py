@@ -241,7 +241,7 @@ class _Context:
     def derive(self, part: Part, rows_of_parts: RowsOfParts) -> "Rows | np.ndarray | None":
         """Return the answer that follows from earlier ones; None where that is too long, or there is none."""
         question = QUESTIONS[part.kind]
-        derived = question.vanishes or question.result
+        derived = question.vanishes or question.formula
         if derived is None or (question.is_long and any(len(rows) > MOST_ROWS for rows in rows_of_parts.values())):
             return None
         try:
@@ -249,9 +249,9 @@ class _Context:
                 values = sample_configurations(self.problem.chain, part, self.domain, 1, Stream(self.seed))
                 in_numbers = {name: _evaluate_at(rows, values) for name, rows in rows_of_parts.items()}
                 working = _substitute(numbers(self.problem.chain, values), in_numbers)
-                return derived(working, part)[..., 0].ravel().astype(float)
+                return derived(working, part.details)[..., 0].ravel().astype(float)
             in_trees = {name: Trees.matrix(rows) for name, rows in rows_of_parts.items()}
-            rows = Trees.rows(derived(_substitute(trees(self.problem.chain), in_trees), part))
+            rows = Trees.rows(derived(_substitute(trees(self.problem.chain), in_trees), part.details))
             return rows if sum(size_of(entry) for row in rows for entry in row) <= 20 * LONGEST else None
         except ReadError:
             return None

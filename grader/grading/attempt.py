@@ -1,9 +1,8 @@
-"""One notebook graded: read, run, and every part of it marked, whenever it came and whatever else was handed in."""
+"""Grade one notebook: read it, run it, and mark every part, whatever else the student submitted and when."""
 
 import datetime
 import hashlib
-import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import partial
@@ -15,13 +14,13 @@ from qdot.exercises.common.errors import QdotError, of_machine
 from qdot.exercises.notebook.setup_cell import setup_cell
 from qdot.exercises.problem.problem import ENGINE, Problem
 from qdot.grader.diagnosis.groups import group_key
-from qdot.grader.grading.copied_answers import Copies
-from qdot.grader.grading.marking import mark
-from qdot.grader.grading.result import Cost, MadeFrom, Marked, PartResult, ProblemResult
+from qdot.grader.grading.copied_answers import ClassAnswers
+from qdot.grader.grading.marking import MarkingRules, mark
+from qdot.grader.grading.result import MadeFrom, Marked, PartResult, ProblemResult
 from qdot.grader.judging.functions import calls_of
 from qdot.grader.judging.verdict import Outcome, Verdict
 from qdot.grader.sandbox.clock import Allowance
-from qdot.grader.sandbox.sandbox import Calls, Run, Sandbox
+from qdot.grader.sandbox.sandbox import Run, Sandbox
 from qdot.grader.submissions.answer_locator import Answers, find_answers
 from qdot.grader.submissions.cells import OverLimit, Unreadable, printable_name, without_self_checks
 from qdot.grader.submissions.submission import (
@@ -41,9 +40,9 @@ GRADER = 14
 
 @dataclass(frozen=True)
 class Attempt:
-    """A notebook that a student handed in, and when; where it can't be read, `unreadable` says why.
+    """A notebook that a student submitted, and when; if it can't be read, `unreadable` says why.
 
-    It may be that it takes more to read than a limit allows. `notes` tell what else was handed in that can't be read.
+    With `over_limit`, reading it takes more than a limit allows. `notes` name other submitted files that can't be read.
     """
 
     file: Path
@@ -68,23 +67,25 @@ class Attempt:
 
 
 class NotFoundOut(Exception):
-    """Why it is not known what a student handed in, in words for them; nobody else is concerned."""
+    """Say to the student why it is not known what they submitted."""
 
 
-def read_attempts(found: StudentFiles, key: str) -> list[Attempt]:
-    """Read what a student handed in, best first. What can't be read is no attempt where something else can.
+def read_attempts(student_files: StudentFiles, key: str) -> list[Attempt]:
+    """Read a student's files, the best first. If any can be read, those that can't are no attempts.
 
-    Raises NotFoundOut where looking for it has failed.
+    Raises NotFoundOut if the search for them failed.
     """
-    if found.failure:
-        raise NotFoundOut(found.failure)
-    if found.obstacle:
-        return [replace(_unreadable(found.files[0], found.obstacle), over_limit=found.over_limit)]
-    likely, note = select_likely_notebooks(found.files)
-    found = replace(found, notes=(*found.notes, note)) if note else found
-    attempts = [_read(found, path, key) for path in likely]
+    if student_files.failure:
+        raise NotFoundOut(student_files.failure)
+    if student_files.obstacle:
+        return [
+            replace(_unreadable(student_files.files[0], student_files.obstacle), over_limit=student_files.over_limit)
+        ]
+    likely, note = select_likely_notebooks(student_files.files)
+    student_files = replace(student_files, notes=(*student_files.notes, note)) if note else student_files
+    attempts = [_read(student_files, path, key) for path in likely]
     if not any(attempt.submission for attempt in attempts):
-        unlikely = (_read(found, path, key) for path in found.files[:MOST_TRIED] if path not in likely)
+        unlikely = (_read(student_files, path, key) for path in student_files.files[:MOST_TRIED] if path not in likely)
         attempts += [attempt for attempt in unlikely if attempt.submission][:1]
     readable = [attempt for attempt in attempts if attempt.submission]
     failed = [attempt.unreadable for attempt in attempts if not attempt.submission]
@@ -99,17 +100,17 @@ def read_attempts(found: StudentFiles, key: str) -> list[Attempt]:
 
 
 MOST_TRIED = 10
-"""Files that are tried where none that looks like a notebook can be read."""
+"""Files that are tried if none that looks like a notebook can be read."""
 
 
-def _read(found: StudentFiles, path: Path, key: str) -> Attempt:
+def _read(student_files: StudentFiles, path: Path, key: str) -> Attempt:
     try:
-        read = read_submission(path, key, found.files)
+        read = read_submission(path, key, student_files.files)
     except Unreadable as error:
         return replace(_unreadable(path, str(error)), over_limit=isinstance(error, OverLimit))
-    submission = replace(read, notes=(*found.notes, *read.notes), late=found.late)
-    if found.received is not None:
-        submission = replace(submission, received=found.received, received_from=found.platform)
+    submission = replace(read, notes=(*student_files.notes, *read.notes), late=student_files.late)
+    if student_files.received is not None:
+        submission = replace(submission, received=student_files.received, received_from=student_files.platform)
     return Attempt(path, submission.received, submission)
 
 
@@ -121,42 +122,36 @@ def _unreadable(path: Path, why: str) -> Attempt:
     return Attempt(path, received, None, why)
 
 
-def made_from(assignment: Assignment, student: str) -> MadeFrom:
-    """Return what else than the submission decides the points: the versions of qdot's parts, and the assignment."""
+def marking_versions(assignment: Assignment, student: str) -> MadeFrom:
+    """Return what decides the points beside the submission: the versions of qdot's parts, and the assignment."""
     content = f"{assignment.edition_of(student)}/{assignment.marking}"
     return MadeFrom(ENGINE, GRADER, hashlib.sha256(content.encode()).hexdigest()[:16])
 
 
-def grade_safely(
-    assignment: Assignment, student: str, attempt: Attempt | None, sandbox: Sandbox, copies: Copies,
-    kept_text: str | None = None,
-) -> Marked:  # fmt: skip
-    """Grade one notebook, as `grade_attempt` does; whatever fails in it, in whatever way, leaves this one UNGRADED.
+@dataclass(frozen=True)
+class Grader:
+    """What a process needs to grade the notebooks of an assignment: a sandbox, and what other students' answers are."""
 
-    What it cost is added: seconds of processor time, and the most bytes that its process had. Raises QdotError where
-    the machine runs no notebook at all: that is nobody's submission, and is told once.
+    assignment: Assignment
+    sandbox: Sandbox
+    copies: ClassAnswers
+
+
+def grade_safely(grader: Grader, student: str, attempt: Attempt | None) -> Marked:
+    """Grade one notebook as `grade_attempt` does; whatever fails leaves this notebook alone UNGRADED.
+
+    Raises QdotError if the machine can't run any notebook at all, which is nobody's submission and is reported once.
     """
-    started = time.process_time()
-    sandbox.cost()
-    marked = _grade_or_mark_ungraded(assignment, student, attempt, sandbox, copies, kept_text)
-    seconds, memory = sandbox.cost()
-    return replace(marked, cost=Cost(round(time.process_time() - started + seconds, 3), int(memory)))
-
-
-def _grade_or_mark_ungraded(
-    assignment: Assignment, student: str, attempt: Attempt | None, sandbox: Sandbox, copies: Copies,
-    kept_text: str | None,
-) -> Marked:  # fmt: skip
     try:
-        return grade_attempt(assignment, student, attempt, sandbox, copies, kept_text)
+        return grade_attempt(grader, student, attempt)
     except OverLimit as error:
-        return mark_ungraded(assignment, student, attempt, str(error), over_limit=True)
+        return mark_ungraded(grader.assignment, student, attempt, str(error), over_limit=True)
     except Exception as error:  # our own failure must neither become a mark nor stop the class
         if isinstance(error, QdotError):
-            sandbox.run((), ())
+            grader.sandbox.run((), ())
         if (cause := of_machine(error)) is not None:
             raise cause from None
-        return mark_ungraded(assignment, student, attempt, describe_error(error))
+        return mark_ungraded(grader.assignment, student, attempt, describe_error(error))
 
 
 def describe_error(error: Exception) -> str:
@@ -165,76 +160,39 @@ def describe_error(error: Exception) -> str:
     return " ".join(message.split())[:300]
 
 
-def grade_attempt(
-    assignment: Assignment, student: str, attempt: Attempt | None, sandbox: Sandbox, copies: Copies,
-    kept_text: str | None = None,
-) -> Marked:  # fmt: skip
+def grade_attempt(grader: Grader, student: str, attempt: Attempt | None) -> Marked:
     """Grade one notebook: regenerate the problems from the assignment, run the cells, mark every part.
 
-    With `kept_text`, which `store` has made, nothing is read from the assignment's folder. Raises OverLimit.
+    Raises OverLimit.
     """
-    problems = load_stored_problems(assignment, student, kept_text).problems
-    if attempt is None:
-        return _mark(assignment, copies, student, problems, None, Answers(Run()), "nothing was handed in", [])
-    submission, notes = attempt.submission, [Note(note, note) for note in attempt.notes]
-    nothing = Answers(Run())
-    if attempt.over_limit:
-        raise OverLimit(attempt.unreadable)
-    if submission is None:
-        return _mark(assignment, copies, student, problems, None, nothing, attempt.unreadable, notes)
-    notes += [Note(note, note) for note in submission.notes if note]
-    obstacle = explain_wrong_assignment(submission, assignment)
-    if obstacle is not None:
-        return _mark(assignment, copies, student, problems, submission, nothing, obstacle, notes)
-    parts = [f"{slot}.{part.name}" for slot, problem in problems for part in problem.parts]
-    seed = _points_seed(assignment, submission)
-    calls = {slot: calls_of(problem, problem.domain(), seed) for slot, problem in problems}
-    cells = without_self_checks(submission.cells, problems)
-    setup = setup_cell(problems)
-    modules = submission.modules
-    answers = find_answers(cells, parts, lambda cells, names: _run(sandbox, cells, names, calls, setup, modules))
-    notes += find_oddities(submission, assignment, student)
-    notes += [Note(note, note) for note in answers.notes if note]
-    notes += [Note(f"refused: {stop}") for stop in answers.refused if stop not in answers.notes]
-    return _mark(assignment, copies, student, problems, submission, answers, None, notes)
-
-
-def _run(
-    sandbox: Sandbox, cells: Sequence[str | None], names: Sequence[str], calls: Mapping[str, Calls], setup: str,
-    modules: Mapping[str, str],
-) -> Run:  # fmt: skip
-    """Run a notebook. Where the process that runs it is lost, the notebook must have done it twice to answer for it."""
-    run, lost = Run(end="unbegun"), 0
-    for _ in range(TRIES):
-        run = sandbox.run(cells, names, calls, setup, modules)
-        if run.end not in ("lost", "unbegun"):
-            return run
-        lost += run.end == "lost"
-        if lost == 2:
-            break
-    if lost < 2 or sandbox.run((), ()).end != "done":  # no memory, no disk: no notebook's doing
-        why = f" ({sandbox.unbegun})" if sandbox.unbegun else "; is there memory, and room on the disk?"
-        raise RuntimeError(f"the process that runs notebooks ends by itself{why}")
-    return run
-
-
-TRIES = 5
-"""How often a notebook is begun on a machine that ends its process before it has."""
-
-
-def _mark(
-    assignment: Assignment, copies: Copies, student: str, problems: Sequence[tuple[str, Problem]],
-    submission: Submission | None, answers: Answers, obstacle: str | None, notes: Sequence[Note],
-) -> Marked:  # fmt: skip
+    assignment, problems = grader.assignment, load_stored_problems(grader.assignment, student).problems
+    submission = None if attempt is None else attempt.submission
+    obstacle: str | None = "nothing was handed in"
+    notes, answers = list[Note](), Answers(Run())
+    seed = f"{assignment.secret}/{'' if submission is None else submission.sha256}"
+    if attempt is not None:
+        if attempt.over_limit:
+            raise OverLimit(attempt.unreadable)
+        notes += [Note(note, note) for note in attempt.notes]
+        obstacle = attempt.unreadable
+    if submission is not None:
+        notes += [Note(note, note) for note in submission.notes if note]
+        obstacle = explain_wrong_assignment(submission, assignment)
+        if obstacle is None:
+            answers = run_notebook(grader.sandbox, submission, problems, seed)
+            notes += find_oddities(submission, assignment, student)
+            notes += [Note(note, note) for note in answers.notes if note]
+            notes += [Note(f"refused: {stop}") for stop in answers.refused if stop not in answers.notes]
+    is_of_another = submission is not None and submission.claims.get("student") not in (None, student)
+    credit, allowance = Fraction(0) if is_of_another else assignment.follow_through, Allowance()
     results = list[ProblemResult]()
-    of_another = submission is not None and submission.claims.get("student") not in (None, student)
-    credit, allowance = Fraction(0) if of_another else assignment.follow_through, Allowance()
     for slot, problem in problems:
         reasons = {part.name: obstacle or answers.reason(slot, part.name) for part in problem.parts}
+        is_copied = partial(grader.copies.is_right_for_another, problem, slot)
+        rules = MarkingRules(credit, is_copied)
         verdicts = mark(
-            problem, answers.of(slot, problem), reasons, secret=assignment.secret,
-            points_seed=_points_seed(assignment, submission), credit=credit,
-            is_copied=partial(copies.is_right_for_another, problem, slot), allowance=allowance,
+            problem, answers.of(slot, problem), reasons, secret=assignment.secret, points_seed=seed, rules=rules,
+            allowance=allowance,
         )  # fmt: skip
         results.append(ProblemResult(str(problem.id), slot, tuple(part_result(slot, each) for each in verdicts)))
     return Marked(
@@ -242,13 +200,50 @@ def _mark(
         obstacle=obstacle,
         notes=tuple(note.student for note in notes if note.student),
         staff_notes=tuple(note.staff for note in notes),
-        made_from=made_from(assignment, student),
+        made_from=marking_versions(assignment, student),
         problems=tuple(results),
     )
 
 
+def run_notebook(
+    sandbox: Sandbox, submission: Submission, problems: Sequence[tuple[str, Problem]], seed: str
+) -> Answers:
+    """Run a notebook in the sandbox and return its answers to problems, which come with their slots.
+
+    `seed` selects the points at which functions are called. Raises OverLimit.
+    """
+    parts = [f"{slot}.{part.name}" for slot, problem in problems for part in problem.parts]
+    calls = {slot: calls_of(problem, problem.domain(), seed) for slot, problem in problems}
+    setup = setup_cell(problems)
+
+    def run(cells: Sequence[str | None], names: Sequence[str]) -> Run:
+        return _run_or_try_again(sandbox, partial(sandbox.run, cells, names, calls, setup, submission.modules))
+
+    return find_answers(without_self_checks(submission.cells, problems), parts, run)
+
+
+def _run_or_try_again(sandbox: Sandbox, run: Callable[[], Run]) -> Run:
+    """Run a notebook. If the process that runs it dies, the notebook is to blame only if that happens twice."""
+    result, lost = Run(end="unbegun"), 0
+    for _ in range(TRIES):
+        result = run()
+        if result.end not in ("lost", "unbegun"):
+            return result
+        lost += result.end == "lost"
+        if lost == 2:
+            break
+    if lost < 2 or sandbox.run((), ()).end != "done":  # out of memory or disk space, whatever the notebook does
+        why = f" ({sandbox.unbegun})" if sandbox.unbegun else "; is there memory, and room on the disk?"
+        raise RuntimeError(f"the process that runs notebooks ends by itself{why}")
+    return result
+
+
+TRIES = 5
+"""How often a notebook is begun on a machine that ends its process before it has."""
+
+
 def part_result(slot: str, verdict: Verdict) -> PartResult:
-    """Return what a verdict gives a part in its place of the assignment, which the key of its group names, too."""
+    """Return the result of a part from its verdict; `slot` is in the key of its group, too."""
     judgement, diagnosis = verdict.judgement, verdict.diagnosis
     return PartResult(
         name=verdict.part,
@@ -272,10 +267,7 @@ def part_result(slot: str, verdict: Verdict) -> PartResult:
 def mark_ungraded(
     assignment: Assignment, student: str, attempt: Attempt | None, why: str, over_limit: bool = False
 ) -> Marked:  # fmt: skip
-    """Return what stands for a notebook that exceeded a limit, or on which qdot itself failed: no mark.
-
-    It is made without doing anything.
-    """
+    """Return the marks of a notebook that exceeded a limit, or on which qdot itself failed: none."""
     for_staff = (why if over_limit else f"qdot could not grade this ({why})") + "; it has no mark yet"
     reason = f"{for_staff}, tell your instructor"
 
@@ -289,7 +281,7 @@ def mark_ungraded(
         sha256=None if attempt is None or attempt.submission is None else attempt.submission.sha256,
         obstacle=reason,
         staff_notes=(for_staff,),
-        made_from=made_from(assignment, student),
+        made_from=marking_versions(assignment, student),
         problems=tuple(
             ProblemResult(
                 str(assignment.identity(slot, student)),
@@ -299,8 +291,3 @@ def mark_ungraded(
             for slot in assignment.slots
         ),
     )
-
-
-def _points_seed(assignment: Assignment, submission: Submission | None) -> str:
-    """Return what draws the points at which functions are called: others for every submission that differs."""
-    return f"{assignment.secret}/{submission.sha256 if submission is not None else ''}"

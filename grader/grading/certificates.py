@@ -1,10 +1,10 @@
-"""The file certificates/STUDENT/KEY.json: what is kept of a student's problems, and what can be wrong with it.
+"""Read and compare certificates/STUDENT/KEY.json, which records a student's problems as they were handed out.
 
-One record for each problem: its identity, the engine and version that made it, digests of arm and parts, difficulty,
-and the names of the checks it passed. Figures such as rounding errors differ between machines and are not kept.
+It has one record for each problem: its identity, the engine and version that made it, digests of arm and parts,
+difficulty, and the names of the checks it passed. Rounding errors differ between machines and are not recorded.
 
-And a digest of each cell of the notebook as it was handed out: a later version words a problem differently, so that its
-own text says nothing about whether a notebook was altered. What students write, and outputs, are not in the digests.
+It also has a digest of each cell of the notebook as it was handed out. A later version may word a problem differently,
+so its own text says nothing about whether a notebook was altered. Answers and outputs are not in the digests.
 """
 
 import hashlib
@@ -35,15 +35,15 @@ class Kind(StrEnum):
 
 @dataclass(frozen=True)
 class Failure:
-    """What is wrong, as a line that says whose it is; `slot` is the problem concerned, empty for all of them."""
+    """A failure in words, with the student's name; `slot` is the problem concerned, empty for all of them."""
 
     kind: Kind
-    said: str
+    message: str
     slot: str = ""
 
 
 class Record(pydantic.BaseModel):
-    """What is kept of one problem; what a later version adds is passed over."""
+    """The record of one problem; fields that a later version adds are ignored."""
 
     model_config = pydantic.ConfigDict(strict=True, frozen=True)
     problem: str = pydantic.Field(pattern=r"^[a-z0-9-]+/[0-9]{1,19}(@[a-z+-]+){0,2}$")
@@ -86,23 +86,23 @@ def read_certificate(path: Path, assignment: str, student: str) -> Certificate |
     except pydantic.ValidationError as error:
         first = error.errors()[0]
         where = ".".join(map(str, first["loc"]))
-        raise _unreadable(path, f"{where}: {first['msg']}" if where else first["msg"]) from None
+        raise _unreadable_certificate(path, f"{where}: {first['msg']}" if where else first["msg"]) from None
     except (OSError, UnicodeDecodeError) as error:
-        raise _unreadable(path, getattr(error, "strerror", None) or "it is not UTF-8 text") from None
+        raise _unreadable_certificate(path, getattr(error, "strerror", None) or "it is not UTF-8 text") from None
     if (certificate.assignment, certificate.student) != (assignment, student):
-        raise _unreadable(path, f"it is that of {certificate.student} for {certificate.assignment!r}")
+        raise _unreadable_certificate(path, f"it is that of {certificate.student} for {certificate.assignment!r}")
     return certificate
 
 
-def _unreadable(path: Path, why: str) -> QdotError:
+def _unreadable_certificate(path: Path, why: str) -> QdotError:
     return QdotError(
         f"{path} can't be read as this student's certificate ({why}): nothing says what was handed out. Restore it "
         "from a backup; failing that, delete it, run 'qdot generate' and hand its notebook out anew"
     )
 
 
-def missing(path: Path, notebook: Path) -> str:
-    """Return what is said of a certificate that isn't there, beside a notebook or without."""
+def describe_missing(path: Path, notebook: Path) -> str:
+    """Return the message on a certificate that isn't there, with or without a notebook."""
     if not notebook.is_file():
         return (
             f"neither {path} nor {notebook} is there. If nothing was handed out yet, 'qdot generate' writes both; if "
@@ -120,9 +120,9 @@ def missing(path: Path, notebook: Path) -> str:
 def cell_digests(notebook: Mapping[str, Any]) -> list[tuple[str, str]]:
     """Return name and SHA-256 of what qdot wrote in a notebook, in order: its own metadata, then every cell.
 
-    Of an answer cell the part counts and not what is in it. Outputs and empty cells do not count, nor do the names, so
-    that a program that drops the ids of cells, or runs them, alters nothing. Certificates of earlier versions are read
-    with this: it stays as it is.
+    For an answer cell, the part counts and not its content. Outputs, empty cells and names do not count, so a program
+    that drops the ids of cells, or runs them, alters nothing. Certificates of earlier versions are compared with these
+    digests, so this function must not change.
     """
     metadata = _dict(notebook.get("metadata")).get("qdot")
     digests = [("metadata", _digest(metadata))]
@@ -144,38 +144,38 @@ def _digest(content: Any) -> str:
     return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
 
 
-def notebook_failures(path: Path, certificate: Certificate) -> list[Failure]:
-    """Return how a released notebook differs from what was handed out, one failure for each problem concerned."""
+def find_notebook_failures(path: Path, certificate: Certificate) -> list[Failure]:
+    """Return how a released notebook differs from the one handed out, one failure for each problem concerned."""
     student = certificate.student
     try:
         notebook = json.loads(path.read_text(encoding="utf-8-sig"))
         if not isinstance(_dict(notebook).get("cells"), list):
             raise ValueError("it has no cells")
     except (FileNotFoundError, NotADirectoryError):
-        said = f"{path} is missing, and can't be compared with what was handed out; restore it from a backup"
-        return [Failure(Kind.NO_NOTEBOOK, f"{student}: {said}")]
+        message = f"{path} is missing, and can't be compared with what was handed out; restore it from a backup"
+        return [Failure(Kind.NO_NOTEBOOK, f"{student}: {message}")]
     except (OSError, ValueError, RecursionError) as error:
         why = getattr(error, "strerror", None) or error
-        said = f"{path} can't be read as a notebook ({why}); restore it from a backup"
-        return [Failure(Kind.ALTERED, f"{student}: {said}")]
+        message = f"{path} can't be read as a notebook ({why}); restore it from a backup"
+        return [Failure(Kind.ALTERED, f"{student}: {message}")]
     concerned: dict[str, list[str]] = {}
-    for cell, how in alterations(certificate.notebook, cell_digests(notebook)):
+    for cell, how in find_alterations(certificate.notebook, cell_digests(notebook)):
         slot = cell.partition("-")[0]
         concerned.setdefault(slot if slot in certificate.problems else "", []).append(f"{cell} {how}")
-    said = f"{student}: {path} is not as it was handed out, restore it from a backup: "
-    return [Failure(Kind.ALTERED, said + ", ".join(altered), slot) for slot, altered in concerned.items()]
+    message = f"{student}: {path} is not as it was handed out, restore it from a backup: "
+    return [Failure(Kind.ALTERED, message + ", ".join(altered), slot) for slot, altered in concerned.items()]
 
 
-def alterations(kept: Mapping[str, str], found: Sequence[tuple[str, str]]) -> list[tuple[str, str]]:
+def find_alterations(recorded: Mapping[str, str], present: Sequence[tuple[str, str]]) -> list[tuple[str, str]]:
     """Return the cells in which a notebook differs from its digests, each with what happened to it."""
-    there = dict(found)
-    digests = Counter(digest for _, digest in found)
-    changed = {name: "changed" if name in there else "gone" for name, digest in kept.items() if not digests[digest]}
-    unknown = Counter(kept.values())
-    for name, digest in found:
+    there = dict(present)
+    digests = Counter(digest for _, digest in present)
+    changed = {name: "changed" if name in there else "gone" for name, digest in recorded.items() if not digests[digest]}
+    unknown = Counter(recorded.values())
+    for name, digest in present:
         unknown[digest] -= 1
         if unknown[digest] < 0:
             changed.setdefault(name, "added")
-    if not changed and [digest for _, digest in found] != list(kept.values()):
+    if not changed and [digest for _, digest in present] != list(recorded.values()):
         return [("cells", "in another order")]
     return list(changed.items())

@@ -1,4 +1,4 @@
-"""What a student can know before handing in: which answers are found, and how they are read."""
+"""Check a notebook before it is submitted: which answers are found, and how they are read (`qdot check`)."""
 
 import keyword
 import re
@@ -32,29 +32,29 @@ STATEMENTS = ("eq", "and", "or", "in", "pair", "dict", "set")
 
 @dataclass(frozen=True)
 class CheckedAnswer:
-    """One answer cell: the part, whether it can be read, and what is to be said of it."""
+    """One answer cell: the part, whether it can be read, and a message for the student."""
 
     part: str
     readable: bool
-    said: str
+    message: str
 
 
 @dataclass(frozen=True)
-class Checked:
-    """What will be read of a notebook, and what is to be said of how it was found: the notes of `qdot grade`."""
+class CheckedNotebook:
+    """What will be read of a notebook, and the notes of `qdot grade` on how it was found."""
 
     rows: tuple[CheckedAnswer, ...]
     notes: tuple[str, ...]
 
 
-def check_notebook(path: Path) -> Checked:
-    r"""Run a notebook and tell for each answer cell what the grader would read. Raises QdotError for no notebook.
+def check_notebook(path: Path) -> CheckedNotebook:
+    r"""Run a notebook and return for each answer cell what the grader would read. Raises QdotError for no notebook.
 
     >>> import tempfile
     >>> with tempfile.TemporaryDirectory() as folder:
     ...     path = Path(folder) / "mine.md"
     ...     _ = path.write_text("```python\np1_determinant = 'a1*a2*sin(theta2'\n```")
-    ...     check_notebook(path).rows[0].said
+    ...     check_notebook(path).rows[0].message
     "this can't be read as an answer: expected ')', found 'the end', at character 17, near '1*a2*sin(theta2'"
     """
     try:
@@ -81,20 +81,20 @@ def check_notebook(path: Path) -> Checked:
         if answer is None:
             rows.append(CheckedAnswer(part, False, answers.reasons[variable(slot, kind)]))
         else:
-            rows.append(_row(part, answer, due_claimed(submission.claims, slot, kind)))
-    return Checked(tuple(rows), tuple(note for note in (*submission.notes, *answers.notes) if note))
+            rows.append(_check_answer(part, answer, claimed_form(submission.claims, slot, kind)))
+    return CheckedNotebook(tuple(rows), tuple(note for note in (*submission.notes, *answers.notes) if note))
 
 
-def _claimed(claims: Mapping[str, object], key: str, slot: str) -> object:
-    """Return what a notebook says of its problem: anything, as whoever wrote it could."""
-    said = claims.get(key)
-    return said.get(slot) if isinstance(said, dict) else None
+def _claim(claims: Mapping[str, object], key: str, slot: str) -> object:
+    """Return what a notebook's metadata claim about its problem; a student can write anything there."""
+    claim = claims.get(key)
+    return claim.get(slot) if isinstance(claim, dict) else None
 
 
 def _claimed_symbols(submission: Submission) -> list[str]:
-    """Return the symbols that a notebook says its problems have; what is no name is none."""
-    said = submission.claims.get("symbols")
-    listed = [names for names in said.values() if isinstance(names, list)] if isinstance(said, dict) else []
+    """Return the symbols that a notebook claims its problems have; what is no name is left out."""
+    claim = submission.claims.get("symbols")
+    listed = [names for names in claim.values() if isinstance(names, list)] if isinstance(claim, dict) else []
     named = {
         name
         for names in listed
@@ -105,20 +105,20 @@ def _claimed_symbols(submission: Submission) -> list[str]:
 
 
 MOST_SYMBOLS = 100
-"""Names that are taken from what a notebook says of itself."""
+"""Names that are taken from a notebook's claims."""
 
 
-def due_claimed(claims: Mapping[str, object], slot: str, part: str) -> ExpectedForm | None:
-    """Return the form in which an answer is due, as the notebook says; None where it does not, or of an older edition.
+def claimed_form(claims: Mapping[str, object], slot: str, part: str) -> ExpectedForm | None:
+    """Return the form of the expected answer as the notebook claims it; None if it does not, as older ones don't.
 
-    Which options there are to choose from it does not say.
+    A notebook does not claim which options there are to choose from.
     """
-    forms, symbols, joints = (_claimed(claims, key, slot) for key in ("answers", "symbols", "joints"))
+    forms, symbols, joints = (_claim(claims, key, slot) for key in ("answers", "symbols", "joints"))
     form = forms.get(part) if isinstance(forms, dict) else None
     if not isinstance(form, dict) or not _are_names(symbols) or not symbols or not _are_names(joints):
         return None
     labels, columns, metres = form.get("labels", []), form.get("columns", []), form.get("metres")
-    answer = _like(form.get("type"), form.get("shape", []), form.get("units", []))
+    answer = _example_answer(form.get("type"), form.get("shape", []), form.get("units", []))
     if answer is None or not _are_names(labels) or not _are_names(columns) or metres not in (None, *range(7)):
         return None
     return ExpectedForm(
@@ -127,11 +127,11 @@ def due_claimed(claims: Mapping[str, object], slot: str, part: str) -> ExpectedF
 
 
 LARGEST_SHAPE = 100
-"""Rows or columns of an answer that a notebook may say is due; arms have fewer joints."""
+"""Rows or columns of an answer that a notebook may claim is expected; arms have fewer joints."""
 
 
-def _like(kind: object, shape: object, units: object) -> Answer | None:
-    """Return an answer of the form that a notebook tells; None of options, and where no form is told."""
+def _example_answer(kind: object, shape: object, units: object) -> Answer | None:
+    """Return an answer of the form that a notebook claims; None for options, and if no form is claimed."""
     if kind == Expression.type:
         return Expression(sp.S.Zero)
     if kind == ConditionSet.type:
@@ -144,53 +144,53 @@ def _like(kind: object, shape: object, units: object) -> Answer | None:
     return {Matrix.type: Matrix(zeros), Direction.type: Direction(zeros)}.get(str(kind))
 
 
-def _are_names(said: object) -> TypeGuard[list[str]]:
-    return isinstance(said, list) and all(isinstance(name, str) for name in said)
+def _are_names(claim: object) -> TypeGuard[list[str]]:
+    return isinstance(claim, list) and all(isinstance(name, str) for name in claim)
 
 
-def readable(text: str, due: ExpectedForm) -> bool:
-    """Tell whether a text is said to be readable as the answer that is due."""
-    return _row("", text, due).readable
+def readable(text: str, expected: ExpectedForm) -> bool:
+    """Tell whether a text can be read as the expected answer."""
+    return _check_answer("", text, expected).readable
 
 
-def _row(part: str, text: str, due: ExpectedForm | None) -> CheckedAnswer:
+def _check_answer(part: str, text: str, expected: ExpectedForm | None) -> CheckedAnswer:
     if not text.strip():
         return CheckedAnswer(part, False, "left blank")
     if is_table(text):
         return CheckedAnswer(part, True, "a Python function; it is called when it is graded")
-    if due is None and text.strip().casefold() in TRUE_FALSE:
+    if expected is None and text.strip().casefold() in TRUE_FALSE:
         return CheckedAnswer(part, True, text.strip())
-    given = read_any(text) if due is None else read_as(due, text)
-    if given.refusal is not None:
-        left = given.refusal.outcome is Outcome.MISSING
-        return CheckedAnswer(part, False, "left blank" if left else given.refusal.reason)
-    if unknown := _unknown(given, due):
+    parsed = read_any(text) if expected is None else read_as(expected, text)
+    if parsed.refusal is not None:
+        left = parsed.refusal.outcome is Outcome.MISSING
+        return CheckedAnswer(part, False, "left blank" if left else parsed.refusal.reason)
+    if unknown := _describe_unknown_symbols(parsed, expected):
         return CheckedAnswer(part, False, unknown)
     shown = text if len(text) <= 300 else text[:300] + " …"
-    if given.tree is not None and has_blank(given.tree):
+    if parsed.tree is not None and has_blank(parsed.tree):
         return CheckedAnswer(part, False, f"partly left blank: {shown}")
-    if due is not None and due.answer.is_a_set:
-        return CheckedAnswer(part, True, shown + (f" ({OR})" if _may_mean_and(given, due) else ""))
-    return CheckedAnswer(part, True, ("" if ".singular" in part else _shape(given)) + shown)
+    if expected is not None and expected.answer.is_a_set:
+        return CheckedAnswer(part, True, shown + (f" ({OR})" if _may_mean_and(parsed, expected) else ""))
+    return CheckedAnswer(part, True, ("" if ".singular" in part else _describe_shape(parsed)) + shown)
 
 
-def _may_mean_and(given: ParsedAnswer, due: ExpectedForm) -> bool:
+def _may_mean_and(parsed: ParsedAnswer, expected: ExpectedForm) -> bool:
     """Tell whether commas in a text stand between conditions on different joints; in a list they stand for "or"."""
-    is_list = given.text.strip()[:1] in ("[", "{")
-    return not is_list and given.tree is not None and combine_with_and(given.tree, due.joints) is not None
+    is_list = parsed.text.strip()[:1] in ("[", "{")
+    return not is_list and parsed.tree is not None and combine_with_and(parsed.tree, expected.joints) is not None
 
 
-def _unknown(given: ParsedAnswer, due: ExpectedForm | None) -> str:
-    """Say which symbols the student's problem does not have; nothing of conditions, which may bring their own."""
-    if due is None or not due.answer.takes_symbols or due.answer.is_a_set:
+def _describe_unknown_symbols(parsed: ParsedAnswer, expected: ExpectedForm | None) -> str:
+    """Name the symbols that the problem does not have; conditions may bring their own."""
+    if expected is None or not expected.answer.takes_symbols or expected.answer.is_a_set:
         return ""
-    return unknown_symbols(given, due.domain)
+    return unknown_symbols(parsed, expected.domain)
 
 
-def _shape(given: ParsedAnswer) -> str:
+def _describe_shape(parsed: ParsedAnswer) -> str:
     """Return the shape of a matrix of expressions in words; a list of conditions has none."""
-    if given.tree is None or given.tree.kind != "list" or given.rows is None or len(given.entries) < 2:
+    if parsed.tree is None or parsed.tree.kind != "list" or parsed.rows is None or len(parsed.entries) < 2:
         return ""
-    if any(entry.kind in STATEMENTS for entry in given.entries):
+    if any(entry.kind in STATEMENTS for entry in parsed.entries):
         return ""
-    return f"{len(given.rows)} x {len(given.rows[0])} matrix "
+    return f"{len(parsed.rows)} x {len(parsed.rows[0])} matrix "

@@ -1,4 +1,4 @@
-"""Whether an answer is the right one to another student's problem: nothing may follow from what was copied."""
+"""Find out whether an answer is right for another student's problem: nothing may follow from a copied answer."""
 
 import hashlib
 from collections.abc import Iterable, Mapping, Sequence
@@ -22,35 +22,35 @@ POINTS = 2
 DIGITS = 1e6
 
 
-class Copies:
-    """The answers to the problems of a whole class, by their values at configurations of its own.
+class ClassAnswers:
+    """The right answers to the problems of a whole class, as fingerprints of their values at configurations.
 
-    They are worked out for a place of the assignment when it is asked for the first time: some milliseconds a student.
+    They are computed for a part of the assignment when it is first needed, in some milliseconds a student.
     """
 
     def __init__(self, assignment: Assignment) -> None:
         self._assignment = assignment
-        self._known: dict[tuple[str, str], set[bytes]] = {}
-        self._drawn: dict[str, np.ndarray] = {}
+        self._fingerprints: dict[tuple[str, str], set[bytes]] = {}
+        self._sampled_values: dict[str, np.ndarray] = {}
 
     def is_right_for_another(
         self, problem: Problem, slot_name: str, part: Part, rows: Sequence[Sequence[Node]]
     ) -> bool:
-        """Tell whether a wrong answer to a part is right for somebody else's problem in the same place."""
+        """Tell whether a wrong answer to a part is right for another student's problem in the same slot."""
         if not is_derived(part):
             return False
         slot = next(slot for slot in self._assignment.slots if slot.name == slot_name)
         key = (slot_name, part.kind)
-        if key not in self._known:
-            self._known[key] = {self._of(chain, part) for chain in self._chains(slot)}
+        if key not in self._fingerprints:
+            self._fingerprints[key] = {self._fingerprint_of(chain, part) for chain in self._chains(slot)}
         entries = [entry for row in rows for entry in row]
         used = set().union(*map(names, entries)) | {q.name for q in problem.chain.q}
         symbols = problem.symbols().items()
-        given = {name: float(info.value) for name, info in symbols if name in used and info.value is not None}
+        given_values = {name: float(info.value) for name, info in symbols if name in used and info.value is not None}
         program = compile_program(entries)
         # A length that is given here may be open in the other problem, whose answer holds its symbol then.
-        as_read = (evaluate(program, self._values(used, known), POINTS)[0].real for known in (given, {}))
-        return any(_print(values) in self._known[key] for values in as_read)
+        as_read = (evaluate(program, self._shared_values(used, known), POINTS)[0].real for known in (given_values, {}))
+        return any(_fingerprint(values) in self._fingerprints[key] for values in as_read)
 
     def _chains(self, slot: Slot) -> list[Chain]:
         chains = []
@@ -65,24 +65,27 @@ class Copies:
             return slot.problem(of.secret, student, of.draw_of(slot, student)).chain
         return sample_chain(of.identity(slot, student), slot.family)
 
-    def _of(self, chain: Chain, part: Part) -> bytes:
+    def _fingerprint_of(self, chain: Chain, part: Part) -> bytes:
         symbols = [*chain.q, *chain.rates, *chain.parameters, *part.symbols, *chain.task]
-        values = result(numbers(chain, self._values(map(str, symbols), {})), part)
-        return _print(values.reshape(-1, POINTS))
+        values = result(numbers(chain, self._shared_values(map(str, symbols), {})), part)
+        return _fingerprint(values.reshape(-1, POINTS))
 
-    def _values(self, used: Iterable[str], given: Mapping[str, float]) -> dict[str, np.ndarray]:
+    def _shared_values(self, used: Iterable[str], given_values: Mapping[str, float]) -> dict[str, np.ndarray]:
         """Return values of names that are the same for the whole class."""
-        return {name: np.full(POINTS, given[name]) if name in given else self._value(name) for name in used}
+        return {
+            name: np.full(POINTS, given_values[name]) if name in given_values else self._shared_value(name)
+            for name in used
+        }
 
-    def _value(self, name: str) -> np.ndarray:
-        if name not in self._drawn:
+    def _shared_value(self, name: str) -> np.ndarray:
+        if name not in self._sampled_values:
             drawn = Domain({name: "angle"}).sample({name}, 10, Stream(f"{self._assignment.secret}/copies/{name}"))[name]
-            self._drawn[name] = drawn[-POINTS:]
-        return self._drawn[name]
+            self._sampled_values[name] = drawn[-POINTS:]
+        return self._sampled_values[name]
 
 
-def _print(values: np.ndarray) -> bytes:
-    """Return what values are known by, rounded to what rounding errors leave alone."""
+def _fingerprint(values: np.ndarray) -> bytes:
+    """Return a digest of values, rounded so that rounding errors don't change it."""
     with np.errstate(all="ignore"):
         whole = np.nan_to_num(np.round(values * DIGITS), nan=0.0, posinf=0.0, neginf=0.0) + 0.0
     return hashlib.sha256(whole.astype(np.int64).tobytes()).digest()

@@ -1,19 +1,19 @@
-"""From what the grader gave for notebooks to a student's result: overrides, lateness, and which attempt counts.
+"""Turn what the grader gave for notebooks into a student's result: overrides, lateness, and which attempt counts.
 
-Nothing is marked here, so that a changed override or late rule takes effect at once. The order is: the points of the
-parts, as the grader gave them or a person set them; less what is taken off for lateness; or a total that a person set.
+Nothing is marked here, so that a changed override or late rule takes effect at once. The score is the sum of the
+parts' points, as the grader gave them or a person set them, less the late penalty; or a total that a person set.
 """
 
 import datetime
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 
 from qdot.exercises.assignment.assignment import Assignment, Student
 from qdot.exercises.assignment.lateness import with_zone
 from qdot.grader.grading.attempt import mark_ungraded
-from qdot.grader.grading.marking import total
-from qdot.grader.grading.overrides import TOTAL, Override
+from qdot.grader.grading.marking import sum_points
+from qdot.grader.grading.overrides import NO_OVERRIDES, TOTAL, Overrides
 from qdot.grader.grading.result import CountingSubmission, Lateness, Marked, PartResult, ReadNotebook, Result
 
 MOST_NAMED = 5
@@ -22,9 +22,10 @@ MOST_NAMED = 5
 
 @dataclass(frozen=True)
 class Graded:
-    """What the grader gave for a notebook of a student, None where it doesn't count; for nobody's, `file` is empty.
+    """What the grader gave for a notebook of a student; `marked` is None if the notebook doesn't count.
 
-    `received_from` is what tells the time: a platform, or "file". `late` is a platform's own mark, where it makes one.
+    `file` is empty if nothing was handed in. `received_from` is the source of the time: a platform, or "file". `late`
+    is a platform's own mark, if it makes one.
     """
 
     file: str = ""
@@ -35,22 +36,19 @@ class Graded:
 
 
 def settle(
-    assignment: Assignment, student: Student, handed_in: Sequence[Graded], overrides: Mapping[str, Override],
-    of_groups: Mapping[str, Override] | None = None,
-) -> Result:  # fmt: skip
+    assignment: Assignment, student: Student, handed_in: Sequence[Graded], overrides: Overrides = NO_OVERRIDES
+) -> Result:
     """Return a student's result from everything that was handed in, in the order in which it was received.
 
-    `overrides` are the student's own, by part; `of_groups` those for all equal wrong answers, by the group's key.
-
-    Of several that were graded, the one that earns most counts; of equal ones, the first. What qdot failed on counts
-    for as much as it may be worth, so that it is told and not passed over.
+    Of several graded notebooks, the one that earns most counts; of equal ones, the first. A part on which qdot failed
+    counts in full here, so that the failure is reported and not passed over.
     """
     results = {
-        i: _result_of(assignment, student, graded, overrides, of_groups or {})
+        i: _result_if_counting(assignment, student, graded, graded.marked, overrides)
         for i, graded in enumerate(handed_in)
         if graded.marked
     }
-    counts = max(results, key=lambda i: _may_be_worth(results[i]))
+    counts = max(results, key=lambda i: _greatest_worth(results[i]))
     result = results[counts]
     if len(handed_in) == 1:
         return result
@@ -67,7 +65,7 @@ def settle(
     if assignment.attempts.best_of is not None and len(results) < len(handed_in):
         note += f"; {assignment.attempts.rule}"
     attempts = tuple(
-        ReadNotebook(graded.file, _iso(graded.received), results[i].score if i in results else None)
+        ReadNotebook(graded.file, _iso_time(graded.received), results[i].score if i in results else None)
         for i, graded in enumerate(handed_in)
     )
     notes, staff_notes = (note, *result.notes), (note, *result.staff_notes)
@@ -75,39 +73,42 @@ def settle(
 
 
 def ungraded_result(assignment: Assignment, result: Result, why: str) -> Result:
-    """Return what stands for a result on which qdot itself failed: no mark."""
+    """Return a result without a mark in place of one on which qdot itself failed."""
     student = next(student for student in assignment.roster if student.id == result.student)
     file = "" if result.submission is None else result.submission.file
-    return settle(assignment, student, [Graded(file, marked=mark_ungraded(assignment, student.id, None, why))], {})
+    return settle(assignment, student, [Graded(file, marked=mark_ungraded(assignment, student.id, None, why))])
 
 
-def _result_of(
-    assignment: Assignment, student: Student, graded: Graded, overrides: Mapping[str, Override],
-    of_groups: Mapping[str, Override],
-) -> Result:  # fmt: skip
-    """Return the result if this notebook counts."""
-    marked = graded.marked
-    assert marked is not None
+def _result_if_counting(
+    assignment: Assignment, student: Student, graded: Graded, marked: Marked, overrides: Overrides
+) -> Result:
+    """Return the student's result if this notebook is the one that counts."""
+    of_student = overrides.of_students.get(student.id, {})
 
-    def settled(slot: str, part: PartResult) -> PartResult:
-        return _override(part, overrides.get(f"{slot}.{part.name}") or of_groups.get(part.group or ""))
+    def apply_override(slot: str, part: PartResult) -> PartResult:
+        """Return a part with the points that a person set and the grader's own; its outcome and reason stay."""
+        override = of_student.get(f"{slot}.{part.name}") or overrides.of_groups.get(part.group or "")
+        if override is None:
+            return part
+        points = part.points if override.points is None else override.points
+        return replace(part, points=points, override=override.applied_to(part.points))
 
     problems = tuple(
-        replace(problem, parts=tuple(settled(problem.slot, part) for part in problem.parts))
+        replace(problem, parts=tuple(apply_override(problem.slot, part) for part in problem.parts))
         for problem in marked.problems
     )
     parts = [part for problem in problems for part in problem.parts]
-    before = total(part.points for part in parts)
+    before = sum_points(part.points for part in parts)
     late = None if graded.late is False else _lateness(assignment, student, graded.received, before)
-    score = before if late is None else _less(before, Fraction(str(late.penalty)))
-    of_total = overrides.get(TOTAL)
-    submission = CountingSubmission(graded.file, marked.sha256, _iso(graded.received), graded.received_from)
+    score = before if late is None else _subtract_share(before, Fraction(str(late.penalty)))
+    of_total = of_student.get(TOTAL)
+    submission = CountingSubmission(graded.file, marked.sha256, _iso_time(graded.received), graded.received_from)
     return Result(
         student=student.id,
         assignment=assignment.key,
         submission=submission if graded.file else None,
         score=score if of_total is None or of_total.points is None else of_total.points,
-        max_score=total(part.max_points for part in parts),
+        max_score=sum_points(part.max_points for part in parts),
         late=late,
         override=None if of_total is None else of_total.applied_to(score),
         obstacle=marked.obstacle,
@@ -118,18 +119,10 @@ def _result_of(
     )
 
 
-def _override(part: PartResult, override: Override | None) -> PartResult:
-    """Return a part with the points that a person set, and with the grader's own; its outcome and reason stay."""
-    if override is None:
-        return part
-    points = part.points if override.points is None else override.points
-    return replace(part, points=points, override=override.applied_to(part.points))
-
-
 def _lateness(
     assignment: Assignment, student: Student, received: datetime.datetime | None, points: float
 ) -> Lateness | None:
-    """Return by how much work is late and the share of its points that this costs; None where it is on time."""
+    """Return by how much work is late and the share of its points that this costs; None if it is on time."""
     deadline = assignment.due_of(student)
     if deadline is None or received is None:
         return None
@@ -142,21 +135,21 @@ def _lateness(
     return Lateness(deadline.isoformat(), received.isoformat(), int(seconds), float(penalty), points)
 
 
-def _less(points: float, share: Fraction) -> float:
+def _subtract_share(points: float, share: Fraction) -> float:
     """Return points less a share of them, which is rounded to four decimals.
 
-    >>> _less(0.7, Fraction(1, 10))
+    >>> _subtract_share(0.7, Fraction(1, 10))
     0.63
     """
     exact = Fraction(str(points))
     return float(exact - round(exact * share, 4))
 
 
-def _may_be_worth(result: Result) -> Fraction:
+def _greatest_worth(result: Result) -> Fraction:
     """Return a result's points, with full marks for what qdot failed on."""
     without_points = [part.max_points for part in result.parts.values() if part.points is None]
     return Fraction(str(result.score)) + sum(Fraction(str(points)) for points in without_points)
 
 
-def _iso(moment: datetime.datetime | None) -> str | None:
+def _iso_time(moment: datetime.datetime | None) -> str | None:
     return None if moment is None else moment.isoformat()

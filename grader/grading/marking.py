@@ -16,7 +16,7 @@ from qdot.grader.diagnosis.diagnosis import Cause, diagnose
 from qdot.grader.diagnosis.follow_through import Followed, IsCopied, follow, nothing_copied
 from qdot.grader.diagnosis.groups import group_of
 from qdot.grader.diagnosis.term_overlap import has_terms
-from qdot.grader.grading.partial_credit import credited
+from qdot.grader.grading.partial_credit import give_partial_credit
 from qdot.grader.judging.answer import ParsedAnswer
 from qdot.grader.judging.answer_parser import read_answer
 from qdot.grader.judging.functions import SHOWN, is_table
@@ -25,10 +25,24 @@ from qdot.grader.judging.verdict import Diagnosis, Judgement, Outcome, Verdict, 
 from qdot.grader.sandbox.clock import Allowance, Budget, Overlong
 
 CREDIT = Fraction(4, 5)
-"""The share of its points that a part earns by what follows from a wrong earlier answer, if nothing else is said."""
+"""The share of its points that a part earns for following from a wrong earlier answer, unless the assignment says
+otherwise."""
+NOT_RIGHT = (Outcome.WRONG, Outcome.PARTIAL)
 
 
-@np.errstate(all="ignore")  # what overflows in an answer is judged, and is no news for the staff
+@dataclass(frozen=True)
+class MarkingRules:
+    """The rules that an assignment and its class add to marking.
+
+    `credit` is the share that a part earns for following from a wrong answer. `is_copied` tells whether an answer is
+    right for another student's problem.
+    """
+
+    credit: Fraction = CREDIT
+    is_copied: IsCopied = nothing_copied
+
+
+@np.errstate(all="ignore")  # overflow in an answer is judged; a warning would say nothing to the staff
 def mark(
     problem: Problem,
     answers: Mapping[str, str],
@@ -36,185 +50,167 @@ def mark(
     *,
     secret: str | None = None,
     points_seed: str = "",
-    credit: Fraction = CREDIT,
-    is_copied: IsCopied = nothing_copied,
+    rules: MarkingRules = MarkingRules(),
     allowance: Allowance | None = None,
 ) -> list[Verdict]:
-    """Return a verdict for each part; `answers` and `reasons` (why there is none) are by the name of the part.
+    """Return a verdict for each part; `answers` and `reasons` (why there is no answer) are keyed by the part's name.
 
-    A part that follows from the student's own wrong answer to an earlier one earns `credit` of its points, unless that
-    answer `is_copied`, or is no attempt at this arm. It is an attempt if half of its entries or of the solution's terms
-    are right, if one known mistake gives it, or if it follows from an attempt; what follows from no attempt is none.
-    What goes wrong in our own code is UNGRADED: it is told loudly, and is no mark. Points at which answers are compared
-    are drawn from `secret` and the answer; without one, a secret is drawn, and no answer has a group, whose key depends
-    on it. Of the `allowance`, what is left is for other problems: an answer that takes too long to judge is UNGRADED,
-    and where it takes too long to find out what is behind a wrong one, nothing is told of it.
+    A part that follows from the student's own wrong answer to an earlier part earns `rules.credit` of its points,
+    unless that answer is copied or is no attempt at this arm. An answer is an attempt if half of its entries or of the
+    solution's terms are right, if a single known mistake gives it, or if it follows from an attempt. What follows from
+    no attempt is no attempt either.
+
+    An error in qdot's own code makes a part UNGRADED; it is never a mark. `secret` and the answer seed the points at
+    which answers are compared. Without a secret, one is chosen at random and no answer has a group, because a group's
+    key depends on it. An answer that takes longer to judge than the `allowance` is UNGRADED; if only the search for its
+    mistake takes too long, no mistake is named.
 
     >>> from qdot import generate
     >>> mark(generate("polar-rp/1", ["determinant"]), {"determinant": "d2 + 0.7"}, secret="s")
     [Verdict(determinant: partial, 0.8 of 1)]
     """
     texts = {part.name: answers[part.name] for part in problem.parts if part.name in answers}
-    drawn = secrets.token_hex(16) if secret is None else secret
-    seeds = {name: f"{drawn}/{problem.id}/{name}/{text}" for name, text in texts.items()}
-    one = _One(problem, seeds, secret, credit, is_copied, allowance or Allowance())
+    seed = secrets.token_hex(16) if secret is None else secret
+    seeds = {name: f"{seed}/{problem.id}/{name}/{text}" for name, text in texts.items()}
+    marking = _ProblemMarking(problem, seeds, secret, rules, allowance or Allowance())
     for part in problem.parts:
         if part.name in texts:
-            one.judged[part.name] = one.judge(part, texts[part.name], points_seed)
+            marking.judgements[part.name] = marking.judge(part, texts[part.name], points_seed)
         else:
-            one.judged[part.name] = missing((reasons or {}).get(part.name, "no answer was found for this part"))
-    verdicts = []
-    for part in problem.parts:
-        name = part.name
-        followed, told = one.follow(part), _Told()
-        if one.judged[name].outcome in NOT_RIGHT:
-            told = one.look(part, followed)
-        elif one.judged[name].outcome is Outcome.CORRECT and not part.answer.offered:
-            told = _Told(attempt=True)
-        shown = SHOWN if name in texts and is_table(texts[name]) else texts.get(name)
-        made = verdict(part, one.judged[name], shown, told.diagnosis, followed, credit)
-        verdicts.append(replace(made, group=told.group, attempt=told.attempt))
-    return verdicts
+            reason = (reasons or {}).get(part.name, "no answer was found for this part")
+            marking.judgements[part.name] = missing(reason)
+    return [marking.verdict(part, texts.get(part.name)) for part in problem.parts]
 
 
 def share_earned(problem: Problem, part: Part, text: str) -> Fraction:
-    """Return what share of a part's points an answer earns by itself, as it is typed; the same at every call."""
+    """Return the share of a part's points that an answer earns by itself, as it is typed; the same at every call."""
     seed = f"{problem.id}/{part.name}"
-    given = read_answer(problem, part, text, seed)
-    judgement = credited(problem, part, judge_given(problem, part, given, seed), given, seed)
+    parsed = read_answer(problem, part, text, seed)
+    judgement = give_partial_credit(problem, part, judge_given(problem, part, parsed, seed), parsed, seed)
     return Fraction(judgement.share).limit_denominator(1000)
 
 
-@dataclass(frozen=True)
-class _Told:
-    """What is known of an answer beside the judgement on it: the mistake, its group, whether it is an attempt."""
-
-    diagnosis: Diagnosis | None = None
-    group: str | None = None
-    attempt: bool | None = None
-
-
 @dataclass
-class _One:
-    """A problem that is being marked: how, and what is known of its parts so far, from the first to the last.
+class _ProblemMarking:
+    """The state of marking one problem: its parsed answers and judgements so far, from the first part to the last.
 
-    `undecided` are wrong answers of which it could not be found out in time whether they are attempts.
+    `causes` are the mistakes found so far, `attempts` the parts answered by an attempt at this arm. `undecided` are
+    wrong answers for which there was no time to find out whether they are attempts.
     """
 
     problem: Problem
     seeds: Mapping[str, str]
     secret: str | None
-    credit: Fraction
-    is_copied: IsCopied
+    rules: MarkingRules
     time: Allowance
-    own: dict[str, ParsedAnswer] = field(default_factory=dict)
-    judged: dict[str, Judgement] = field(default_factory=dict)
+    parsed: dict[str, ParsedAnswer] = field(default_factory=dict)
+    judgements: dict[str, Judgement] = field(default_factory=dict)
     causes: list[Cause] = field(default_factory=list)
     attempts: list[str] = field(default_factory=list)
     undecided: list[str] = field(default_factory=list)
 
     def judge(self, part: Part, text: str, points_seed: str) -> Judgement:
         """Return the judgement on an answer against the reference."""
+        seed = self.seeds[part.name]
         try:
             with self.time.judging.spend():
-                given = self.own[part.name] = read_answer(self.problem, part, text, points_seed)
-                judgement = judge_given(self.problem, part, given, self.seeds[part.name])
-                return credited(self.problem, part, judgement, given, self.seeds[part.name], self.is_copied)
+                parsed = self.parsed[part.name] = read_answer(self.problem, part, text, points_seed)
+                judgement = judge_given(self.problem, part, parsed, seed)
+                return give_partial_credit(self.problem, part, judgement, parsed, seed, self.rules.is_copied)
         except Overlong:
-            return _overlong(self.time.judging)
-        except Exception as error:  # our own failure, whatever it is, must not become a mark
+            return _out_of_time(self.time.judging)
+        except Exception as error:  # an error of qdot, whatever it is, must not become a mark
             return _failed(error)
 
-    def follow(self, part: Part) -> Followed | None:
-        """Return the judgement on a wrong answer against what follows from wrong ones before.
+    def verdict(self, part: Part, text: str | None) -> Verdict:
+        """Return the verdict on a part, after all parts are judged and the parts before it have their verdicts."""
+        followed = self._follow(part)
+        judgement = self.judgements[part.name]
+        shown = SHOWN if text is not None and is_table(text) else text
+        if judgement.outcome in NOT_RIGHT:
+            diagnosis, group, attempt = self._explain(part, followed)
+            verdict = _verdict_by_points(part, judgement, shown, diagnosis, followed, self.rules.credit)
+            return replace(verdict, group=group, attempt=attempt)
+        points = None if judgement.outcome is Outcome.UNGRADED else share_of_points(part.points, judgement.share)
+        is_attempt = judgement.outcome is Outcome.CORRECT and not part.answer.offered
+        return Verdict(part.name, judgement, points, part.points, shown, attempt=True if is_attempt else None)
 
-        Where that can't be found out, the answer has no mark: it may have earned more.
+    def _follow(self, part: Part) -> Followed | None:
+        """Return the judgement on a wrong answer against what follows from earlier wrong answers.
+
+        If that can't be found out, the answer has no mark, because it may have earned more.
         """
         names = [each.name for each in self.problem.parts]
-        wrong = [name for name in names if self.judged[name].outcome in NOT_RIGHT]
+        wrong = [name for name in names if self.judgements[name].outcome in NOT_RIGHT]
         before = [name for name in wrong if names.index(name) < names.index(part.name)]
-        if part.name not in wrong or not self.credit or not before:
+        if part.name not in wrong or not self.rules.credit or not before:
             return None
         followed, seed = None, self.seeds[part.name]
         try:
             with self.time.judging.spend():
-                followed = follow(self.problem, part, self.own, before, seed, self.is_copied, self.attempts)
+                followed = follow(self.problem, part, self.parsed, before, seed, self.rules.is_copied, self.attempts)
         except Overlong:
-            self.judged[part.name] = _overlong(self.time.judging)
-        except RecursionError:  # formulas that nest as deep as nobody writes them
+            self.judgements[part.name] = _out_of_time(self.time.judging)
+        except RecursionError:  # formulas nested deeper than anybody writes them
             return None
         except Exception as error:
-            self.judged[part.name] = _failed(error)
+            self.judgements[part.name] = _failed(error)
         if followed is not None and followed.idle in self.undecided:
-            self.judged[part.name] = _overlong(self.time.looking)
+            self.judgements[part.name] = _out_of_time(self.time.looking)
         return followed
 
-    def look(self, part: Part, followed: Followed | None) -> _Told:
-        """Find out what is behind a wrong answer."""
-        about, looking = (self.problem, part, self.own[part.name], self.seeds[part.name]), self.time.looking
-        causes = () if _is_followed(followed) else tuple(self.causes)
-        diagnosis = behind = _looked(looking, diagnose, *about, causes)
-        if _is_followed(followed):
-            diagnosis = None
-        elif diagnosis is None:
-            diagnosis = _looked(looking, advise, *about)
+    def _explain(self, part: Part, followed: Followed | None) -> tuple[Diagnosis | None, str | None, bool | None]:
+        """Return the diagnosis of a wrong answer, the key of its group, and whether it is an attempt at this arm."""
+        about, looking = (self.problem, part, self.parsed[part.name], self.seeds[part.name]), self.time.looking
+        follows = followed is not None and followed.judgement.outcome is Outcome.CORRECT
+        follows_from_attempt = follows and followed is not None and followed.idle is None
+        causes = () if follows_from_attempt else tuple(self.causes)
+        known = _search(looking, diagnose, *about, causes)
+        diagnosis = None if follows_from_attempt else known or _search(looking, advise, *about)
         if diagnosis is not None and diagnosis.cause is not None:
             self.causes.append(Cause(*diagnosis.cause, part.name, ASKED[part.kind].title))
         attempt = None
         if part.answer.is_formulas:
             attempt = (
-                _is_followed(followed)
-                or _is_half_right(self.judged[part.name])
-                or (behind is not None and behind.is_one)
+                follows_from_attempt
+                or _is_half_right(self.judgements[part.name])
+                or (known is not None and known.is_one)
+                or bool(_search(looking, has_terms, *about))
             )
-            attempt = attempt or bool(_looked(looking, has_terms, *about))
-            attempt = attempt and not _is_followed(followed, from_attempt=False)
+            attempt = attempt and (follows_from_attempt or not follows)
             self.attempts += [part.name] if attempt else []
             self.undecided += [part.name] if not attempt and looking.left <= 0 else []
-        group = None if self.secret is None else _looked(looking, group_of, *about[:3], behind, self.secret)
-        return _Told(diagnosis, group, attempt)
-
-
-NOT_RIGHT = (Outcome.WRONG, Outcome.PARTIAL)
-
-
-def _is_followed(followed: Followed | None, *, from_attempt: bool = True) -> bool:
-    """Tell whether an answer is all that follows from an earlier attempt, or from what is none."""
-    is_whole = followed is not None and followed.judgement.outcome is Outcome.CORRECT
-    return is_whole and followed is not None and (followed.idle is None) is from_attempt
+        group = None if self.secret is None else _search(looking, group_of, *about[:3], known, self.secret)
+        return diagnosis, group, attempt
 
 
 def _is_half_right(judgement: Judgement) -> bool:
-    """Tell whether half of an answer is right; of one formula more than half, as a factor may be shared by chance."""
+    """Tell whether half of an answer is right; of a single formula more than half, as a factor may match by chance."""
     return judgement.share >= HALF if judgement.entries is not None else judgement.share > HALF
 
 
-def verdict(
-    part: Part,
-    judgement: Judgement,
-    answer: str | None,
-    diagnosis: Diagnosis | None = None,
-    followed: Followed | None = None,
-    credit: Fraction = CREDIT,
-) -> Verdict:
-    """Return the verdict on a part: its points by the judgement, or by what follows where that is more."""
-    if judgement.outcome is Outcome.UNGRADED:
-        return Verdict(part.name, judgement, None, part.points, answer)
-    points = points_of(part.points, judgement.share)
+def _verdict_by_points(
+    part: Part, judgement: Judgement, answer: str | None, diagnosis: Diagnosis | None, followed: Followed | None,
+    credit: Fraction,
+) -> Verdict:  # fmt: skip
+    """Return the verdict on a wrong answer: its points by the judgement, or by what follows where that is more."""
+    points = share_of_points(part.points, judgement.share)
+    more = 0.0 if followed is None else share_of_points(part.points, followed.judgement.share, credit)
     if followed is not None and followed.idle is not None:
         if followed.judgement.outcome is Outcome.CORRECT:
             judgement = replace(judgement, reason=f"{judgement.reason}; {_no_attempt(followed.idle)}")
-        return Verdict(part.name, judgement, points, part.points, answer, diagnosis)
-    if followed is None or (more := points_of(part.points, followed.judgement.share, credit)) <= points:
-        return Verdict(part.name, judgement, points, part.points, answer, diagnosis)
-    how_far = "follows" if followed.judgement.outcome is Outcome.CORRECT else "follows in part"
-    reason = (
-        f"this {how_far} from your own answer to {followed.earlier!r}, which is not right, and earns "
-        f"{float(credit):.0%} of what it would; against the solution: {judgement.reason}"
-    )
-    followed_from = replace(judgement, outcome=Outcome.PARTIAL, reason=reason)
-    follows = _entries(part, followed.judgement)
-    return Verdict(part.name, followed_from, more, part.points, answer, diagnosis, followed.earlier, follows=follows)
+    elif followed is not None and more > points:
+        how_far = "follows" if followed.judgement.outcome is Outcome.CORRECT else "follows in part"
+        reason = (
+            f"this {how_far} from your own answer to {followed.earlier!r}, which is not right, and earns "
+            f"{float(credit):.0%} of what it would; against the solution: {judgement.reason}"
+        )
+        judgement, follows = (
+            replace(judgement, outcome=Outcome.PARTIAL, reason=reason),
+            _entries(part, followed.judgement),
+        )
+        return Verdict(part.name, judgement, more, part.points, answer, diagnosis, followed.earlier, follows=follows)
+    return Verdict(part.name, judgement, points, part.points, answer, diagnosis)
 
 
 def _no_attempt(earlier: str) -> str:
@@ -232,21 +228,21 @@ def _entries(part: Part, judgement: Judgement) -> tuple[tuple[bool, ...], ...] |
     return ((True,) * columns,) * rows or None
 
 
-def points_of(points: float, share: float, credit: Fraction = Fraction(1)) -> float:
+def share_of_points(points: float, share: float, credit: Fraction = Fraction(1)) -> float:
     """Return a share of the points, exactly, to four decimals.
 
-    >>> points_of(0.3, 1 / 3), points_of(2, 1.0, Fraction(4, 5))
+    >>> share_of_points(0.3, 1 / 3), share_of_points(2, 1.0, Fraction(4, 5))
     (0.1, 1.6)
     """
     return float(round(Fraction(str(points)) * Fraction(share).limit_denominator(1000) * credit, 4))
 
 
-def total(points: Iterable[float | None]) -> float:
+def sum_points(points: Iterable[float | None]) -> float:
     """Return the sum of points of four decimals, exactly: 0.1 and 0.2 are 0.3."""
     return float(sum((Fraction(str(number)) for number in points if number is not None), Fraction(0)))
 
 
-def number(value: float) -> str:
+def format_points(value: float) -> str:
     """Return points as they are, to four decimals.
 
     >>> number(2.0), number(123.4567), number(0.25)
@@ -255,27 +251,19 @@ def number(value: float) -> str:
     return f"{value:.4f}".rstrip("0").rstrip(".")
 
 
-Found = TypeVar("Found")
+Result = TypeVar("Result")
 
 
-def _safely(look: Callable[..., Found], *about: object) -> Found | None:
-    """Return what is found out about a wrong answer, None where that fails: the verdict is sound without it."""
-    try:
-        return look(*about)
-    except Exception:
-        return None
-
-
-def _looked(budget: Budget, look: Callable[..., Found], *about: object) -> Found | None:
-    """Return what is found out within a budget, None where nothing is left of it."""
+def _search(budget: Budget, search: Callable[..., Result], *about: object) -> Result | None:
+    """Return what a search finds out about a wrong answer; None if it fails or takes too long: the verdict holds."""
     try:
         with budget.spend():
-            return _safely(look, *about)
-    except Overlong:
+            return search(*about)
+    except (Overlong, Exception):
         return None
 
 
-def _overlong(budget: Budget) -> Judgement:
+def _out_of_time(budget: Budget) -> Judgement:
     reason = (
         f"to judge the answers of this notebook takes longer than {budget.seconds:g} s of processor time; this one has "
         "no mark yet, tell your instructor"

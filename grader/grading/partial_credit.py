@@ -1,13 +1,14 @@
-"""What an answer earns that is right in part, by the rule of its type (docs/partial-credit.md).
+"""Give partial credit for an answer by the rule of its type (docs/partial-credit.md).
 
-Shares are those of `qdot.exercises.problem.credit`. Lengths and angles of the arm are constants; what else there is
-depends on the configuration.
+Shares are those of `qdot.exercises.problem.credit`. Lengths and angles of the arm are constants; all other symbols
+depend on the configuration.
 """
 
 from collections.abc import Sequence
 from collections.abc import Set as AbstractSet
 from dataclasses import dataclass, replace
 from fractions import Fraction
+from functools import cached_property, reduce
 from itertools import combinations, product
 
 import numpy as np
@@ -26,6 +27,7 @@ from qdot.exercises.problem.credit import (
     HALF,
     MOST_WRONG,
     OWN,
+    Credit,
     share_but_for_a_factor,
     share_of_columns,
     share_of_product,
@@ -43,137 +45,167 @@ MOST_CONSTANTS = 5
 SAME = 1e-9
 
 
-def credited(
-    problem: Problem,
-    part: Part,
-    judgement: Judgement,
-    given: ParsedAnswer,
-    seed: str,
-    is_copied: IsCopied = nothing_copied,
-) -> Judgement:
-    """Return a judgement with the share that the assignment gives for an answer that is right in part.
+@dataclass(frozen=True)
+class _WrongAnswer:
+    """An answer that is not wholly right, with its problem; `seed` selects the configurations at which it is tried."""
 
-    What is right for somebody else's problem, as `is_copied` tells, is no mistake.
-    """
-    if judgement.outcome not in (Outcome.WRONG, Outcome.PARTIAL) or given.refusal is not None:
-        return judgement
-    policy = part.credit or OWN
-    if policy.by == "whole" or part.answer.counts_up_to_a_factor:
-        return _earning(judgement, Fraction(0))
-    share, reason = Fraction(judgement.share).limit_denominator(1000), judgement.reason
-    if part.answer.is_formulas and part.shape is not None:
-        judgement, share = _of_matrix(problem, part, judgement, share)
-    better = None
-    if part.answer.is_formulas:
-        better = _of_factor(problem, part, given, judgement, seed) or _of_product(problem, part, given, seed)
-    elif part.answer.units_due:
-        better = _of_numbers(part, given)
-    if policy.is_by_mistakes and max(share, better.share if better else 0) < HALF:
-        better = _of_one_mistake(problem, part, given, seed, is_copied) or better
-    if better is not None and better.share > share:
-        share = better.share
-        judgement = replace(judgement, reason=f"{better.says}, which earns {share * policy.worth}; {reason}")
-    return _earning(judgement, share * policy.worth)
+    problem: Problem
+    part: Part
+    parsed: ParsedAnswer
+    seed: str
 
+    @property
+    def policy(self) -> Credit:
+        """How the assignment gives credit for this part."""
+        return self.part.credit or OWN
 
-def _earning(judgement: Judgement, share: Fraction) -> Judgement:
-    outcome = Outcome.PARTIAL if share > 0 else Outcome.WRONG
-    return replace(judgement, outcome=outcome, share=float(share))
+    @cached_property
+    def domain(self) -> Domain:
+        """The symbols of the problem."""
+        return self.problem.domain()
+
+    @cached_property
+    def varying(self) -> set[str]:
+        """The names of the symbols that are not constants of the arm."""
+        return set(self.domain.roles) - self.problem.constants
+
+    @property
+    def has_unknown_symbols(self) -> bool:
+        """Whether the answer has symbols that the problem does not have."""
+        return bool(self.parsed.symbols - set(self.domain.roles))
+
+    def sample(self, seed: str) -> dict[str, np.ndarray]:
+        """Return configurations of one arm, all constants of which are positive."""
+        sampled = self.domain.sample(set(self.domain.roles), READABLE + POINTS, Stream(f"{self.seed}/{seed}"))
+        return {  # readable ones may be zeros of a factor
+            name: column[READABLE:] if name in self.varying else np.full(POINTS, abs(column[-1]))
+            for name, column in sampled.items()
+        }
 
 
 @dataclass(frozen=True)
 class _Credit:
-    """A share, and in words what it is for."""
+    """A share of a part's points, and in words what it is for."""
 
     share: Fraction
-    says: str
+    words: str
+
+
+def give_partial_credit(
+    problem: Problem,
+    part: Part,
+    judgement: Judgement,
+    parsed: ParsedAnswer,
+    seed: str,
+    is_copied: IsCopied = nothing_copied,
+) -> Judgement:
+    """Return a judgement with the share that the assignment gives for an answer that is partly right.
+
+    An answer that is right for another student's problem, as `is_copied` tells, is no mistake.
+    """
+    if judgement.outcome not in (Outcome.WRONG, Outcome.PARTIAL) or parsed.refusal is not None:
+        return judgement
+    answer = _WrongAnswer(problem, part, parsed, seed)
+    if answer.policy.by == "whole" or part.answer.counts_up_to_a_factor:
+        return _with_share(judgement, Fraction(0))
+    share, reason = Fraction(judgement.share).limit_denominator(1000), judgement.reason
+    if part.answer.is_formulas and part.shape is not None:
+        judgement, share = _count_entries(answer, judgement, share)
+    better = None
+    if part.answer.is_formulas:
+        better = _credit_but_for_factor(answer, judgement) or _credit_factors(answer)
+    elif part.answer.units_due:
+        better = _credit_numbers(answer)
+    if answer.policy.is_by_mistakes and max(share, better.share if better else 0) < HALF:
+        better = _credit_one_mistake(answer, is_copied) or better
+    if better is not None and better.share > share:
+        share = better.share
+        words = f"{better.words}, which earns {share * answer.policy.worth}; {reason}"
+        judgement = replace(judgement, reason=words)
+    return _with_share(judgement, share * answer.policy.worth)
+
+
+def _with_share(judgement: Judgement, share: Fraction) -> Judgement:
+    outcome = Outcome.PARTIAL if share > 0 else Outcome.WRONG
+    return replace(judgement, outcome=outcome, share=float(share))
 
 
 # --- matrices ---
 
 
-def _of_matrix(problem: Problem, part: Part, judgement: Judgement, share: Fraction) -> tuple[Judgement, Fraction]:
-    """Count columns where the assignment says so; nothing where no entry is right that depends on the configuration."""
+def _count_entries(answer: _WrongAnswer, judgement: Judgement, share: Fraction) -> tuple[Judgement, Fraction]:
+    """Count columns if the assignment says so; nothing counts if no right entry depends on the configuration."""
     entries = judgement.entries
     if entries is None:
         return judgement, share
-    reference = part.answer.as_matrix()
-    varies = _varies(reference, problem.constants)
+    reference = answer.part.answer.as_matrix()
+    varies = _entries_that_vary(answer)
     columns = list(zip(*entries, strict=True))
-    if (part.credit or OWN).by == "columns" and len(columns) > 1:
+    if answer.policy.by == "columns" and len(columns) > 1:
         counted = [all(column) for k, column in enumerate(columns) if any(reference.col(k))]
         share = share_of_columns(counted)
         judgement = replace(judgement, reason=f"{sum(counted)} of {len(counted)} columns are right; {judgement.reason}")
-    said = [same for row in entries for same in row]
-    if share and any(varies) and not any(same and moves for same, moves in zip(said, varies, strict=True)):
+    are_right = [same for row in entries for same in row]
+    if share and any(varies) and not any(same and moves for same, moves in zip(are_right, varies, strict=True)):
         reason = f"none of the entries that depend on the configuration is right; {judgement.reason}"
         return replace(judgement, reason=reason), Fraction(0)
     return judgement, share
 
 
-def _varies(reference: sp.Matrix, constants: AbstractSet[str]) -> list[bool]:
-    """Return which entries depend on the configuration or its velocity."""
-    return [any(symbol.name not in constants for symbol in entry.free_symbols) for entry in reference]
+def _entries_that_vary(answer: _WrongAnswer) -> list[bool]:
+    """Return which entries of the reference depend on the configuration or its velocity."""
+    constants = answer.problem.constants
+    return [any(x.name not in constants for x in entry.free_symbols) for entry in answer.part.answer.as_matrix()]
 
 
 # --- right but for signs or a common factor ---
 
 
-def _of_factor(problem: Problem, part: Part, given: ParsedAnswer, judgement: Judgement, seed: str) -> _Credit | None:
+def _credit_but_for_factor(answer: _WrongAnswer, judgement: Judgement) -> _Credit | None:
     """Return what is earned if all that is wrong is right but for signs, or for a common factor.
 
-    That is a constant, or the determinant in what is divided by it. Of what depends on nothing, signs count only: any
-    number would be right but for a factor; and of a single number, nothing would be left.
+    The factor is a constant, or the determinant in what is divided by it. If the expected entries are numbers, only
+    signs count: any number would be right but for a factor, and of a single number nothing would be left.
     """
-    domain = problem.domain()
-    due = [entry for row in part.answer.trees(domain.roles) for entry in row]
-    varying = set(domain.roles) - problem.constants
-    is_of_numbers = not set().union(*map(names, due)) & varying
-    if any(given.blanks) or (is_of_numbers and sum(entry != ZERO for entry in due) == 1):
+    part, parsed, domain, varying = answer.part, answer.parsed, answer.domain, answer.varying
+    expected = [entry for row in part.answer.trees(domain.roles) for entry in row]
+    is_of_numbers = not set().union(*map(names, expected)) & varying
+    if any(parsed.blanks) or (is_of_numbers and sum(entry != ZERO for entry in expected) == 1):
         return None
-    wrong = list(range(len(due)))
+    wrong = list(range(len(expected)))
     if judgement.entries is not None:
         wrong = [k for k, same in enumerate(same for row in judgement.entries for same in row) if not same]
-    due = [due[k] for k in wrong]
-    if given.table is not None:
-        factor = _factor_of_values(given.table, wrong, due, domain, problem.constants)
-    elif not wrong or given.symbols - set(domain.roles) or len(given.entries) <= max(wrong):
+    expected = [expected[k] for k in wrong]
+    if parsed.table is not None:
+        factor = _factor_of_values(parsed.table, wrong, expected, domain, answer.problem.constants)
+    elif not wrong or answer.has_unknown_symbols or len(parsed.entries) <= max(wrong):
         return None
     else:
-        own = [given.entries[k] for k in wrong]
-        factor = constant_factor(own, due, domain, varying, f"{seed}/factor", part.rounding)
-        is_open = factor is None and (part.credit or OWN).is_by_mistakes
-        if is_open and (det := divisor(problem.chain, part, domain.roles)) is not None:
-            due = [times(entry, det) for entry in due]
-            factor = constant_factor(own, due, domain, varying, f"{seed}/factor", part.rounding)
+        entries, seed = [parsed.entries[k] for k in wrong], f"{answer.seed}/factor"
+        factor = constant_factor(entries, expected, domain, varying, seed, part.rounding)
+        is_open = factor is None and answer.policy.is_by_mistakes
+        if is_open and (det := divisor(answer.problem.chain, part, domain.roles)) is not None:
+            expected = [times(entry, det) for entry in expected]
+            factor = constant_factor(entries, expected, domain, varying, seed, part.rounding)
             factor = factor and replace(factor, is_other=True)
-    if factor is None or (factor.is_other and not set().union(*map(names, due)) & varying):
+    if factor is None or (factor.is_other and not set().union(*map(names, expected)) & varying):
         return None
     signs = "its sign" if part.shape is None else "signs"
     words = [word for word, is_wrong in ((signs, factor.is_negative), ("a common factor", factor.is_other)) if is_wrong]
-    if not words:  # nothing is found to be wrong, which is not to say that it is right
+    if not words:  # nothing is found to be wrong, which does not mean that it is right
         return None
     share = share_but_for_a_factor(factor.is_negative, factor.is_other)
     return _Credit(share, f"right but for {' and '.join(words)}")
 
 
-def _moved_values(domain: Domain, varying: AbstractSet[str], seed: str) -> dict[str, np.ndarray]:
-    """Return configurations of one arm, all constants of which are positive."""
-    sampled = domain.sample(set(domain.roles), READABLE + POINTS, Stream(seed))
-    return {  # readable ones may be zeros of a factor
-        name: column[READABLE:] if name in varying else np.full(POINTS, abs(column[-1]))
-        for name, column in sampled.items()
-    }
-
-
 def _factor_of_values(
-    table: Table, which: Sequence[int], due: Sequence[Node], domain: Domain, constants: AbstractSet[str]
+    table: Table, which: Sequence[int], expected: Sequence[Node], domain: Domain, constants: AbstractSet[str]
 ) -> Factor | None:
-    """Return by what number times lengths, or over them, values of a function are off, whatever their signs."""
+    """Return the number times or over lengths by which the values of a function are off, whatever their signs."""
     count = len(table.values)
     if table.shape is None or not count or not which or table.values.shape[1] <= max(which):
         return None
-    reference = evaluate(compile_program(list(due)), table.at, count)[0]
+    reference = evaluate(compile_program(list(expected)), table.at, count)[0]
     with np.errstate(all="ignore"):
         ratios = table.values.T[list(which)] / reference
     negative_ones = ratios[:, 0].real < 0
@@ -194,38 +226,37 @@ def _factor_of_values(
 # --- factors of a product ---
 
 
-def _of_product(problem: Problem, part: Part, given: ParsedAnswer, seed: str) -> _Credit | None:
+def _credit_factors(answer: _WrongAnswer) -> _Credit | None:
     """Return what a determinant earns some of whose factors that depend on the configuration are wrong.
 
-    A factor that is another is lost and too many. Where one is, nobody can tell what belongs to it of the number and
-    the lengths before it, and these don't count.
+    A wrong factor is a lost one and one too many. If there is one, nobody can tell what belongs to it of the number
+    and the lengths before it, so these don't count.
     """
-    if not is_product(part) or (part.credit or OWN).by not in ("", "factors"):
+    part, domain = answer.part, answer.domain
+    if not is_product(part) or answer.policy.by not in ("", "factors"):
         return None
-    domain = problem.domain()
-    if given.tree is None or given.table is not None or given.symbols - set(domain.roles):
+    if answer.parsed.tree is None or answer.parsed.table is not None or answer.has_unknown_symbols:
         return None
-    varying = set(domain.roles) - problem.constants
     (reference,) = part.answer.entries()
-    due = [tree_of_reference(text_of(factor), frozenset(domain.roles)) for factor in _factors(reference)]
-    due = [factor for factor in due if names(factor) & varying]
-    (answer,) = given.entries
-    own = [factor for factor in factors(answer) if names(factor) & varying]
-    if not own or max(len(own), len(due)) > MOST_FACTORS:
+    expected = [tree_of_reference(text_of(factor), frozenset(domain.roles)) for factor in _factors(reference)]
+    expected = [factor for factor in expected if names(factor) & answer.varying]
+    (entry,) = answer.parsed.entries
+    written = [factor for factor in factors(entry) if names(factor) & answer.varying]
+    if not written or max(len(written), len(expected)) > MOST_FACTORS:
         return None
     up_to = range(MOST_WRONG + 1)
     ways = sorted(product(up_to, up_to), key=lambda way: (max(way), way))[1:]
     for lost, too_many in ways:
-        share = share_of_product(len(due), lost, too_many)
-        if share and _is_product_of(own, due, (lost, too_many), domain, varying, f"{seed}/factors"):
-            extra = f", and {_counted(too_many, 'other')}" if too_many > lost else ""
-            kept = len(due) - lost
-            says = f"{kept} of {_counted(len(due), 'factor')} with joints {'is' if kept == 1 else 'are'} there{extra}"
-            return _Credit(share, says)
+        share = share_of_product(len(expected), lost, too_many)
+        if share and _is_product_of(answer, written, expected, lost, too_many):
+            extra = f", and {_count_in_words(too_many, 'other')}" if too_many > lost else ""
+            kept = len(expected) - lost
+            of_all = f"{kept} of {_count_in_words(len(expected), 'factor')} with joints"
+            return _Credit(share, f"{of_all} {'is' if kept == 1 else 'are'} there{extra}")
     return None
 
 
-def _counted(number: int, what: str) -> str:
+def _count_in_words(number: int, what: str) -> str:
     return f"{number} {what}{'' if number == 1 else 's'}"
 
 
@@ -239,49 +270,45 @@ def _factors(reference: sp.Expr) -> list[sp.Expr]:
 
 
 def _is_product_of(
-    own: Sequence[Node], due: Sequence[Node], without: tuple[int, int], domain: Domain, varying: set[str], seed: str
+    answer: _WrongAnswer, written: Sequence[Node], expected: Sequence[Node], lost: int, too_many: int
 ) -> bool:
-    """Return whether some of the factors of an answer are some of those that are due, but for a constant factor."""
-    evaluated = evaluate(compile_program([*own, *due]), _moved_values(domain, varying, seed), POINTS)[0]
-    lost, too_many = without
+    """Return whether some of an answer's factors are some of those expected, but for a constant factor.
+
+    `too_many` of those written and `lost` of those expected are left out.
+    """
+    domain, varying, seed = answer.domain, answer.varying, f"{answer.seed}/factors"
+    values = evaluate(compile_program([*written, *expected]), answer.sample("factors"), POINTS)[0]
     ways = product(
-        combinations(range(len(own)), len(own) - too_many) if too_many < len(own) else (),
-        combinations(range(len(due)), len(due) - lost),
+        combinations(range(len(written)), len(written) - too_many) if too_many < len(written) else (),
+        combinations(range(len(expected)), len(expected) - lost),
     )
     for kept, chosen in ways:
         with np.errstate(all="ignore"):
-            ratio = evaluated[list(kept)].prod(axis=0) / evaluated[[len(own) + k for k in chosen]].prod(axis=0)
+            ratio = values[list(kept)].prod(axis=0) / values[[len(written) + k for k in chosen]].prod(axis=0)
         if np.all(np.isfinite(ratio)) and abs(ratio[0]) > 0 and np.allclose(ratio, ratio[0], rtol=SAME, atol=0):
-            left, right = (_product([trees[k] for k in some]) for trees, some in ((own, kept), (due, chosen)))
-            if _is_same_but_for_a_factor(left, right, domain, varying, seed):
+            left, right = (
+                reduce(times, (written[k] for k in kept), ONE),
+                reduce(times, (expected[k] for k in chosen), ONE),
+            )
+            same = compare_entries([left], [right], domain, f"{seed}/same").equal[0]
+            if same or constant_factor([left], [right], domain, varying, seed) is not None:
                 return True
     return False
-
-
-def _is_same_but_for_a_factor(left: Node, right: Node, domain: Domain, varying: set[str], seed: str) -> bool:
-    same = compare_entries([left], [right], domain, f"{seed}/same").equal[0]
-    return same or constant_factor([left], [right], domain, varying, seed) is not None
-
-
-def _product(trees: Sequence[Node]) -> Node:
-    result = ONE
-    for tree in trees:
-        result = times(result, tree)
-    return result
 
 
 # --- numbers ---
 
 
-def _of_numbers(part: Part, given: ParsedAnswer) -> _Credit | None:
+def _credit_numbers(answer: _WrongAnswer) -> _Credit | None:
     """Return what is earned by several numbers with units that are right but for signs."""
-    if len(given.entries) < 2 or not all(part.answer.units_due) or any(given.blanks):
+    part, parsed = answer.part, answer.parsed
+    if len(parsed.entries) < 2 or not all(part.answer.units_due) or any(parsed.blanks):
         return None
-    due = np.array([float(value) for value in part.answer.as_matrix()])
-    values = evaluate(compile_program(list(given.entries)), {}, 1)[0][:, 0]
+    expected = np.array([float(value) for value in part.answer.as_matrix()])
+    values = evaluate(compile_program(list(parsed.entries)), {}, 1)[0][:, 0]
     room = np.array(part.of(Number).room(part.rounding))
-    off = np.minimum(np.abs(values - due), np.abs(values + due))
-    if not np.all(np.isfinite(values)) or np.all(np.abs(due) <= room) or np.any(off > room):
+    off = np.minimum(np.abs(values - expected), np.abs(values + expected))
+    if not np.all(np.isfinite(values)) or np.all(np.abs(expected) <= room) or np.any(off > room):
         return None
     return _Credit(share_but_for_a_factor(is_sign_wrong=True, is_factor_wrong=False), "right but for signs")
 
@@ -289,27 +316,24 @@ def _of_numbers(part: Part, given: ParsedAnswer) -> _Credit | None:
 # --- one known mistake ---
 
 
-def _of_one_mistake(
-    problem: Problem, part: Part, given: ParsedAnswer, seed: str, is_copied: IsCopied
-) -> _Credit | None:
-    """Return what is earned where one known mistake gives all that is wrong, however many entries it touches."""
-    if any(given.blanks) or not (part.answer.is_formulas or len(part.answer.units_due) > 1):
+def _credit_one_mistake(answer: _WrongAnswer, is_copied: IsCopied) -> _Credit | None:
+    """Return what is earned if one known mistake gives all that is wrong, however many entries it touches."""
+    part, parsed = answer.part, answer.parsed
+    if any(parsed.blanks) or not (part.answer.is_formulas or len(part.answer.units_due) > 1):
         return None
-    if not _moves_as_due(problem, part, given, seed) or not is_one_mistake(problem, part, given, seed):
+    if not _varies_as_expected(answer) or not is_one_mistake(answer.problem, part, parsed, answer.seed):
         return None
-    if given.rows is not None and is_copied(part, given.rows):
+    if parsed.rows is not None and is_copied(part, parsed.rows):
         return None
     return _Credit(HALF, "one mistake gives all that is wrong")
 
 
-def _moves_as_due(problem: Problem, part: Part, given: ParsedAnswer, seed: str) -> bool:
-    """Tell whether an answer depends on the configuration, as the reference does: constants may be there by chance."""
-    domain = problem.domain()
-    if not part.answer.is_formulas or given.table is not None:
+def _varies_as_expected(answer: _WrongAnswer) -> bool:
+    """Tell whether an answer depends on the configuration as the reference does: constants may match by chance."""
+    if not answer.part.answer.is_formulas or answer.parsed.table is not None:
         return True
-    if not any(_varies(part.answer.as_matrix(), problem.constants)) or given.symbols - set(domain.roles):
+    if not any(_entries_that_vary(answer)) or answer.has_unknown_symbols:
         return False
-    varying = set(domain.roles) - problem.constants
-    values = evaluate(compile_program(list(given.entries)), _moved_values(domain, varying, f"{seed}/moves"), POINTS)[0]
+    values = evaluate(compile_program(list(answer.parsed.entries)), answer.sample("moves"), POINTS)[0]
     with np.errstate(all="ignore"):
         return bool((np.abs(values - values[:, :1]).max(axis=1) > SAME * np.abs(values).max()).any())

@@ -74,14 +74,6 @@ class ProblemResult:
     parts: tuple[PartResult, ...]
 
 
-@dataclass(frozen=True)
-class Cost:
-    """What it took to grade a notebook: seconds of processor time, and the most bytes of memory of its process."""
-
-    seconds: float
-    bytes: int
-
-
 @dataclass(frozen=True, kw_only=True)
 class Marked:
     """What the grader gives for a notebook, or for none; `final_result` makes a student's result of it.
@@ -95,7 +87,6 @@ class Marked:
     staff_notes: tuple[str, ...] = ()
     made_from: MadeFrom
     problems: tuple[ProblemResult, ...]
-    cost: Cost | None = field(default=None, metadata=OPTIONAL)
 
     @property
     def is_graded(self) -> bool:

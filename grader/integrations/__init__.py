@@ -1,11 +1,10 @@
-"""Other programs that call qdot, and those that it calls.
+"""Programs that call qdot, and programs that qdot calls.
 
-It is the top: nothing imports it but by name.
+It is the top: nothing imports it except by name.
 
-    nbgrader_cells              notebooks as nbgrader has them, made whole and filled with marks
-    nbgrader_plugin             what nbgrader runs, the one module that needs it
-    otter_marks, otter_plugin   marks as Otter's tests look them up; what Otter runs, the one module that needs it
+    nbgrader_cells              notebooks in nbgrader's form: cells restored, marks filled in
+    nbgrader_plugin             what nbgrader runs; the only module that needs nbgrader
+    otter_marks, otter_plugin   marks that Otter's tests look up; what Otter runs, the only module that needs Otter
     prairielearn, gradescope    what an exported PrairieLearn question calls; Gradescope's autograder
-    pytest_plugin               `pytest --qdot`
-    git_hosts, git_submissions  GitHub and GitLab; repositories fetched as they were when work was due, feedback
+    git_hosts, git_submissions  GitHub and GitLab; repositories fetched as they were at the deadline, feedback
 """

@@ -78,39 +78,44 @@ def host_named(name: str, environment: Mapping[str, str]) -> Host:
 
     if name == "github":
         server, api = said("GITHUB_SERVER_URL", "https://github.com"), said("GITHUB_API_URL", "https://api.github.com")
-        return Host(server, api, said("GITHUB_REPOSITORY_OWNER"), "x-access-token", _on_github, token)
+        return Host(server, api, said("GITHUB_REPOSITORY_OWNER"), "x-access-token", _pushes_on_github, token)
     server = said("CI_SERVER_URL", "https://gitlab.com")
     return Host(
-        server, said("CI_API_V4_URL", f"{server}/api/v4"), said("CI_PROJECT_NAMESPACE"), "oauth2", _on_gitlab, token
+        server,
+        said("CI_API_V4_URL", f"{server}/api/v4"),
+        said("CI_PROJECT_NAMESPACE"),
+        "oauth2",
+        _pushes_on_gitlab,
+        token,
     )
 
 
-def _on_github(host: Host, repository: str, branch: str) -> Iterator[Push]:
+def _pushes_on_github(host: Host, repository: str, branch: str) -> Iterator[Push]:
     path = f"repos/{quote(repository)}/activity?ref={quote(f'refs/heads/{branch}', safe='')}&per_page=100"
-    for activity in _listed(host, path):
+    for activity in _list_pages(host, path):
         if activity["after"].strip("0"):  # else the branch was deleted
             yield Push(activity["after"], datetime.datetime.fromisoformat(activity["timestamp"]))
 
 
-def _on_gitlab(host: Host, repository: str, branch: str) -> Iterator[Push]:
+def _pushes_on_gitlab(host: Host, repository: str, branch: str) -> Iterator[Push]:
     path = f"projects/{quote(repository, safe='')}/events?action=pushed&per_page=100"
-    for event in _listed(host, path):
+    for event in _list_pages(host, path):
         pushed = event["push_data"]
         if pushed["ref"] == branch and pushed.get("ref_type", "branch") == "branch" and pushed["commit_to"]:
             yield Push(pushed["commit_to"], datetime.datetime.fromisoformat(event["created_at"]))
 
 
-def _listed(host: Host, path: str) -> Iterator[Any]:
+def _list_pages(host: Host, path: str) -> Iterator[Any]:
     """Yield what a list of the API holds, page after page."""
     url = f"{host.api}/{path}"
     while url:
-        page, links = _asked(host, url)
+        page, links = _request(host, url)
         yield from page
         following = re.search(r'<([^>]+)>;\s*rel="next"', links)
         url = following[1] if following and following[1].startswith(f"{host.api}/") else ""
 
 
-def _asked(host: Host, url: str) -> tuple[Any, str]:
+def _request(host: Host, url: str) -> tuple[Any, str]:
     """Return what the API answers, and its links to other pages; a server that fails is asked again, twice."""
     request = urllib.request.Request(url, headers={"Authorization": f"Bearer {host.token}"})  # noqa: S310 - the CI's
     for pause in (*PAUSES, None):

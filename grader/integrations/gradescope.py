@@ -20,10 +20,10 @@ from qdot.exercises.assignment.attempt_policy import AttemptPolicy
 from qdot.exercises.common.console import note, say
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.common.files import write_atomically
-from qdot.grader.grading.marking import number
-from qdot.grader.grading.one_student import found_of_one, grade_one, limits_of, student_named
+from qdot.grader.grading.batch import files_of_one, grade_one, limits_of, student_named
+from qdot.grader.grading.marking import format_points
 from qdot.grader.reports.gradescope import VISIBILITY, GradescopeResults, gradescope_results
-from qdot.grader.reports.rows import the_only
+from qdot.grader.reports.rows import only_result
 from qdot.grader.sandbox.sandbox import Limits
 from qdot.grader.submissions.layouts import SubmittedPath
 from qdot.grader.submissions.roster import Roster
@@ -35,9 +35,10 @@ def results_of(root: Path, visibility: str = "visible", seconds: float = Limits.
     assignment = load_assignment(root / "source" / "assignment")
     metadata = read_metadata(root / "submission_metadata.json")
     submission = root / "submission"
-    student = submitter(assignment, metadata, submission)
+    student = find_submitter(assignment, metadata, submission)
     results = grade_submission(assignment, student, submission, metadata, visibility, seconds)
-    return results if assignment.attempts.best_of is None else best_of(results, metadata, assignment.attempts)
+    policy = assignment.attempts
+    return results if policy.best_of is None else apply_attempt_policy(results, metadata, policy)
 
 
 def grade_submission(
@@ -45,11 +46,11 @@ def grade_submission(
     visibility: str = "visible", seconds: float = Limits.seconds,
 ) -> GradescopeResults:  # fmt: skip
     """Return the results of one submission, due and received when Gradescope says. Raises QdotError."""
-    due = due_of(metadata)
-    if due is not None:
-        student = replace(student, due_date=due)
-    found = found_of_one(assignment, submission, time_of(metadata.get("created_at")), "Gradescope")
-    result = the_only([grade_one(assignment, student, found, limits_of(seconds))], "gradescope")
+    deadline = find_due_date(metadata)
+    if deadline is not None:
+        student = replace(student, due_date=deadline)
+    files = files_of_one(assignment, submission, parse_time(metadata.get("created_at")), "Gradescope")
+    result = only_result([grade_one(assignment, student, files, limits_of(seconds))], "gradescope")
     return gradescope_results(result, assignment.feedback, visibility)
 
 
@@ -64,7 +65,7 @@ def read_metadata(path: Path) -> dict[str, Any]:
     return content
 
 
-def submitter(assignment: Assignment, metadata: dict[str, Any], submission: Path) -> Student:
+def find_submitter(assignment: Assignment, metadata: dict[str, Any], submission: Path) -> Student:
     """Return whose submission it is, by identifiers and names as anywhere. Raises QdotError.
 
     Of a group, it is the one to whom the notebook was handed out.
@@ -77,7 +78,7 @@ def submitter(assignment: Assignment, metadata: dict[str, Any], submission: Path
         if len(match.students) == 1 and not match.why:
             owners[match.students[0]] = None
     if len(owners) > 1:
-        owners = {name: None for name in owners if name in _claimed(assignment, submission)}
+        owners = {name: None for name in owners if name in _claimed_students(assignment, submission)}
     if len(owners) != 1:
         named = ", ".join(str(user.get("email") or user.get("name")) for user in metadata["users"])
         raise QdotError(
@@ -86,52 +87,53 @@ def submitter(assignment: Assignment, metadata: dict[str, Any], submission: Path
     return student_named(assignment, next(iter(owners)))
 
 
-def _claimed(assignment: Assignment, submission: Path) -> set[str]:
+def _claimed_students(assignment: Assignment, submission: Path) -> set[str]:
     """Return to whom the notebook was handed out that would be graded, by its metadata."""
-    files = found_of_one(assignment, submission)
+    files = files_of_one(assignment, submission)
     if files is None or files.obstacle:
         return set()
     return {str(read_submission(files.files[0], assignment.key).claims.get("student"))}
 
 
-def due_of(metadata: Mapping[str, Any]) -> datetime.datetime | None:
+def find_due_date(metadata: Mapping[str, Any]) -> datetime.datetime | None:
     """Return when it is due in Gradescope for this student, extensions included; None where nothing is said."""
-    own = [user.get("assignment") for user in metadata.get("users") or ()]
-    for source in (*own, metadata.get("assignment")):
-        due = time_of(source.get("due_date")) if isinstance(source, dict) else None
-        if due is not None:
-            return due
+    of_users = [user.get("assignment") for user in metadata.get("users") or ()]
+    for source in (*of_users, metadata.get("assignment")):
+        deadline = parse_time(source.get("due_date")) if isinstance(source, dict) else None
+        if deadline is not None:
+            return deadline
     return None
 
 
 DAY = datetime.timedelta(days=1)
 
 
-def best_of(results: GradescopeResults, metadata: dict[str, Any], rule: AttemptPolicy) -> GradescopeResults:
+def apply_attempt_policy(
+    results: GradescopeResults, metadata: dict[str, Any], policy: AttemptPolicy
+) -> GradescopeResults:
     """Return the results with the score of an earlier submission, where that is higher or this one counts no more."""
     earlier = [
         submission
         for submission in metadata.get("previous_submissions") or ()
         if isinstance(submission.get("score"), (int, float, str)) and not submission.get("autograder_error")
     ]
-    now = time_of(metadata.get("created_at")) or datetime.datetime.now(datetime.UTC)
+    now = parse_time(metadata.get("created_at")) or datetime.datetime.now(datetime.UTC)
     # What has no time stands by itself, before all that has one.
     first = datetime.datetime(1970, 1, 1, tzinfo=datetime.UTC)
-    times = [time_of(each.get("submission_time")) or first + i * DAY for i, each in enumerate(earlier)]
-    counting = rule.select_counting([*times, now])
+    times = [parse_time(each.get("submission_time")) or first + i * DAY for i, each in enumerate(earlier)]
+    counting = policy.select_counting([*times, now])
     this_counts = len(earlier) in counting
     best = max((float(earlier[i]["score"]) for i in counting if i < len(earlier)), default=0.0)
     if this_counts and best <= results.score:
         return results
-    message = (
-        f"an earlier submission earned {number(best)} points, which count; this one earned {number(results.score)}"
-    )
+    score = format_points(results.score)
+    message = f"an earlier submission earned {format_points(best)} points, which count; this one earned {score}"
     if not this_counts:
-        message += f"; {rule.rule}"
+        message += f"; {policy.rule}"
     return replace(results, score=best, output="\n".join(filter(None, (message, results.output))))
 
 
-def time_of(text: object) -> datetime.datetime | None:
+def parse_time(text: object) -> datetime.datetime | None:
     """Return a moment that Gradescope tells, None where it tells none."""
     try:
         moment = datetime.datetime.fromisoformat(str(text))
@@ -155,7 +157,7 @@ def main(arguments: list[str] | None = None) -> int:
     except QdotError as error:
         note(f"qdot: {error}")
         return 2
-    say(f"{results.extra_data.student}: {number(results.score)} points")
+    say(f"{results.extra_data.student}: {format_points(results.score)} points")
     return 0
 
 

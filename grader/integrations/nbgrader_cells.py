@@ -10,13 +10,13 @@ from typing import Any
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.exports.nbgrader import ANSWER, Cell, answer_metadata, checksum, grade_id, marks_cell
 from qdot.exercises.notebook.self_check import Problems, cells_of
-from qdot.grader.grading.marking import number
+from qdot.grader.grading.marking import format_points
 from qdot.grader.judging.verdict import Outcome
-from qdot.grader.reports.answers import visible
+from qdot.grader.reports.answers import make_visible
 from qdot.grader.reports.rows import Row
 
 
-def made_whole(cells: Sequence[Cell], points: Mapping[str, float]) -> list[Cell]:
+def restore_cells(cells: Sequence[Cell], points: Mapping[str, float]) -> list[Cell]:
     """Return a student's cells with every part's marks exactly once, behind the answer; `points` are by part.
 
     nbgrader's metadata are made anew: what students changed in them decides nothing, and stops nobody's grading. Of
@@ -27,8 +27,8 @@ def made_whole(cells: Sequence[Cell], points: Mapping[str, float]) -> list[Cell]
     left, whole = dict(marks), list[Cell]()
     ids = {cell["id"] for cell in marks.values()}
     for place, cell in enumerate(cells):
-        name = _said(cell["metadata"].pop("nbgrader", None), "grade_id")
-        part = _said(cell["metadata"].get("qdot"), "part")
+        name = _metadata_text(cell["metadata"].pop("nbgrader", None), "grade_id")
+        part = _metadata_text(cell["metadata"].get("qdot"), "part")
         answered = grade_id(part) if part in points else name.removesuffix(ANSWER)
         if name in marks and cell["source"].strip() == marks[name]["source"]:
             continue
@@ -41,7 +41,7 @@ def made_whole(cells: Sequence[Cell], points: Mapping[str, float]) -> list[Cell]
     return [*whole, *left.values()]
 
 
-def _said(metadata: object, name: str) -> str:
+def _metadata_text(metadata: object, name: str) -> str:
     return str(metadata.get(name, "")) if isinstance(metadata, dict) else ""
 
 
@@ -70,8 +70,8 @@ def fill_in(cells: Sequence[Cell], rows: Sequence[Row]) -> None:
         if about.get("grade"):
             row = waiting.pop(about["grade_id"], None)
             if row is None or row.points is None or float(about["points"]) != row.max_points:
-                raise QdotError(f"{about['grade_id']}: {_mismatch(row)}")
-            cell["outputs"] = outputs(row)
+                raise QdotError(f"{about['grade_id']}: {_describe_mismatch(row)}")
+            cell["outputs"] = make_outputs(row)
         elif about.get("solution"):
             row = by_name.get(about["grade_id"].removesuffix(ANSWER))
             if row is not None and row.outcome == Outcome.MISSING and "blank" in cell["source"]:
@@ -85,28 +85,28 @@ WIDTH = 76
 GENERATE = "export the assignment again and run nbgrader generate_assignment again"
 
 
-def _mismatch(row: Row | None) -> str:
+def _describe_mismatch(row: Row | None) -> str:
     if row is not None and row.points is None:
         return f"qdot failed on it, so there is no mark: {row.message}"
     return f"the assignment does not ask this, or for other points; {GENERATE}"
 
 
-def outputs(row: Row) -> list[dict[str, Any]]:
+def make_outputs(row: Row) -> list[dict[str, Any]]:
     """Return outputs that nbgrader scores with a part's points, and that say why.
 
     An error is 0 points; else the value is the points. The words come in a stream before it, never on standard error,
     which would be 0 points.
     """
     assert row.points is not None
-    said = textwrap.fill(
-        visible(f"{row.outcome}: {row.message}" if row.message else row.outcome), WIDTH,
+    message = textwrap.fill(
+        make_visible(f"{row.outcome}: {row.message}" if row.message else row.outcome), WIDTH,
         break_long_words=False, break_on_hyphens=False,
     )  # fmt: skip
     if row.points <= 0:
-        title = f"{row.title}: {number(0)} of {number(row.max_points)} points"
-        error = {"ename": row.outcome, "evalue": visible(row.message), "traceback": [title, said]}
+        title = f"{row.title}: {format_points(0)} of {format_points(row.max_points)} points"
+        error = {"ename": row.outcome, "evalue": make_visible(row.message), "traceback": [title, message]}
         return [{"output_type": "error", **error}]
     earned = float(min(row.points, row.max_points))  # nbgrader refuses to grade where there is more
     value = {"data": {"text/plain": repr(earned)}, "execution_count": None, "metadata": {}}
-    stream = {"output_type": "stream", "name": "stdout", "text": f"{said}\n"}
+    stream = {"output_type": "stream", "name": "stdout", "text": f"{message}\n"}
     return [stream, {"output_type": "execute_result", **value}]

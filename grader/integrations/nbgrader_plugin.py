@@ -22,11 +22,11 @@ from qdot.exercises.common.console import note
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.exports.nbgrader import SIGN
 from qdot.grader.cli.class_commands import check_sandbox
-from qdot.grader.grading.marking import number
-from qdot.grader.grading.one_student import found_of_one, grade_one, limits_of, student_named
+from qdot.grader.grading.batch import files_of_one, grade_one, limits_of, student_named
+from qdot.grader.grading.marking import format_points
 from qdot.grader.grading.result import Result
-from qdot.grader.integrations.nbgrader_cells import GENERATE, fill_in, made_whole, without_self_checks
-from qdot.grader.reports.rows import rows_of
+from qdot.grader.integrations.nbgrader_cells import GENERATE, fill_in, restore_cells, without_self_checks
+from qdot.grader.reports.rows import make_rows
 from qdot.grader.sandbox.sandbox import Limits
 
 FOLDER = "qdot"
@@ -53,14 +53,16 @@ class MakeWhole(NbGraderPreprocessor):
 
     def preprocess(self, nb: NotebookNode, resources: Any) -> Handed:
         """Return the notebook with its cells. Raises QdotError where an assignment of qdot has lost its folder."""
-        told = resources["nbgrader"]
-        with Gradebook(told["db_url"]) as gradebook:
-            pattern = gradebook.find_notebook(told["notebook"], told["assignment"])
+        about = resources["nbgrader"]
+        with Gradebook(about["db_url"]) as gradebook:
+            pattern = gradebook.find_notebook(about["notebook"], about["assignment"])
             sources = [cell.source for cell in pattern.source_cells]
-        assignment = _assignment(self, told["assignment"])
+        assignment = _assignment_of_qdot(self, about["assignment"])
         if assignment is None:
             if any(source.startswith(SIGN) for source in sources):
-                raise QdotError(f"{told['assignment']} is marked by qdot, and {FOLDER}/{told['assignment']} is missing")
+                raise QdotError(
+                    f"{about['assignment']} is marked by qdot, and {FOLDER}/{about['assignment']} is missing"
+                )
             return nb, resources
         points = {
             f"{slot.name}.{part}": worth
@@ -68,8 +70,8 @@ class MakeWhole(NbGraderPreprocessor):
             for part, worth in zip(slot.questions, slot.max_points, strict=True)
         }
         if sum(source.startswith(SIGN) for source in sources) != len(points):
-            raise QdotError(f"nbgrader knows other cells than {told['assignment']} has; {GENERATE}")
-        nb.cells = [from_dict(cell) for cell in made_whole(nb.cells, points)]
+            raise QdotError(f"nbgrader knows other cells than {about['assignment']} has; {GENERATE}")
+        nb.cells = [from_dict(cell) for cell in restore_cells(nb.cells, points)]
         return nb, resources
 
 
@@ -80,19 +82,21 @@ class Mark(Execute):
 
     def preprocess(self, nb: NotebookNode, resources: Any, *others: Any, **named: Any) -> Handed:
         """Return the notebook with the marks and the reasons. Raises QdotError where there can be no mark."""
-        told = resources["nbgrader"]
-        assignment = _assignment(self, told["assignment"])
+        about = resources["nbgrader"]
+        assignment = _assignment_of_qdot(self, about["assignment"])
         if assignment is None:
             return super().preprocess(nb, resources, *others, **named)
-        result = _result(assignment, told["student"], _place(self, told) / f"{told['notebook']}.ipynb", self)
-        rows = rows_of(result, assignment.feedback)
+        result = _grade(
+            assignment, about["student"], _submission_folder(self, about) / f"{about['notebook']}.ipynb", self
+        )
+        rows = make_rows(result, assignment.feedback)
         fill_in(nb.cells, rows)
-        problems = assignment.problems(told["student"])
+        problems = assignment.problems(about["student"])
         nb.cells = [from_dict(cell) for cell in without_self_checks(nb.cells, problems)]
-        resources["qdot"] = {"late": _taken_off(result)}
+        resources["qdot"] = {"late": _late_penalty(result)}
         if result.override is not None and result.override.points is not None:
-            total = number(result.override.points)
-            note(f"{told['student']}: overrides.csv sets the total to {total}; nbgrader adds up the parts instead")
+            total = format_points(result.override.points)
+            note(f"{about['student']}: overrides.csv sets the total to {total}; nbgrader adds up the parts instead")
         return nb, resources
 
 
@@ -103,9 +107,9 @@ class Late(AssignLatePenalties):
         """Return the notebook as it is, after its penalty is in the database."""
         if "qdot" not in resources:
             return super().preprocess(nb, resources)
-        told = resources["nbgrader"]
-        with Gradebook(told["db_url"]) as gradebook:
-            names = told["notebook"], told["assignment"], told["student"]
+        about = resources["nbgrader"]
+        with Gradebook(about["db_url"]) as gradebook:
+            names = about["notebook"], about["assignment"], about["student"]
             gradebook.find_submission_notebook(*names).late_submission_penalty = resources["qdot"]["late"]
             gradebook.db.commit()
         return nb, resources
@@ -116,12 +120,12 @@ def _course(step: Any) -> Any:
     return step.parent.parent.coursedir
 
 
-def _place(step: Any, told: Any) -> Path:
+def _submission_folder(step: Any, about: Any) -> Path:
     course = _course(step)
-    return Path(course.root, course.format_path(course.submitted_directory, told["student"], told["assignment"]))
+    return Path(course.root, course.format_path(course.submitted_directory, about["student"], about["assignment"]))
 
 
-def _assignment(step: Any, key: str) -> Assignment | None:
+def _assignment_of_qdot(step: Any, key: str) -> Assignment | None:
     """Return the assignment by which qdot marks; None where it is none of qdot's. Raises QdotError."""
     folder = Path(_course(step).root, FOLDER, key)
     if not folder.is_dir():
@@ -132,23 +136,23 @@ def _assignment(step: Any, key: str) -> Assignment | None:
     return assignment
 
 
-def _result(assignment: Assignment, identifier: str, file: Path, step: Mark) -> Result:
+def _grade(assignment: Assignment, identifier: str, file: Path, step: Mark) -> Result:
     student = student_named(assignment, identifier)
-    _tried(assignment.sandbox == "strict")
+    _check_sandbox_once(assignment.sandbox == "strict")
     received = _course(step).get_existing_timestamp(str(file.parent))
     if received is not None and received.tzinfo is None:
         received = received.replace(tzinfo=datetime.UTC)
-    handed_in = found_of_one(assignment, file, received, "nbgrader")
+    handed_in = files_of_one(assignment, file, received, "nbgrader")
     return grade_one(assignment, student, handed_in, limits_of(step.seconds))
 
 
 @cache
-def _tried(strict: bool) -> None:
+def _check_sandbox_once(strict: bool) -> None:
     """Say what this machine does not enforce, once. Raises QdotError where the assignment demands that it does."""
     check_sandbox(strict)
 
 
-def _taken_off(result: Result) -> float | None:
+def _late_penalty(result: Result) -> float | None:
     """Return the points that lateness costs, rounded as in qdot's own results."""
     late = result.late
     if late is None:

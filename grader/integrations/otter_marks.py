@@ -13,8 +13,8 @@ from typing import Any
 from qdot.exercises.assignment.assignment import Assignment, Student, load_assignment
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.common.json_form import as_json
-from qdot.grader.grading.one_student import student_named
-from qdot.grader.integrations.gradescope import grade_submission, submitter
+from qdot.grader.grading.batch import student_named
+from qdot.grader.integrations.gradescope import find_submitter, grade_submission
 from qdot.grader.reports.gradescope import GradescopeResults
 from qdot.grader.sandbox.sandbox import Limits
 from qdot.grader.submissions.submission import read_submission
@@ -41,9 +41,9 @@ def results_for(
     """
     assignment = load_assignment(folder)
     if metadata.get("users"):
-        student = submitter(assignment, dict(metadata), notebook.parent)
+        student = find_submitter(assignment, dict(metadata), notebook.parent)
     else:
-        student = _named_in(assignment, notebook)
+        student = _student_named_in(assignment, notebook)
     results = grade_submission(assignment, student, notebook, metadata, seconds=seconds)
     for test in results.tests:
         if test.score is None:
@@ -51,7 +51,7 @@ def results_for(
     return results
 
 
-def _named_in(assignment: Assignment, notebook: Path) -> Student:
+def _student_named_in(assignment: Assignment, notebook: Path) -> Student:
     claimed = read_submission(notebook, assignment.key).claims.get("student")
     if not isinstance(claimed, str):
         raise QdotError(f"{notebook.name} does not say whose it is; hand in the notebook that was handed out")
@@ -68,7 +68,7 @@ def code_of_marks(marks: Mapping[str, Mark]) -> str:
     return f"import json\n{NAME} = json.loads({json.dumps(as_json(marks))!r})"
 
 
-def hold(marks: Mapping[str, Mapping[str, Any]] | None, part: str) -> None:
+def require_full_points(marks: Mapping[str, Mapping[str, Any]] | None, part: str) -> None:
     """Raise AssertionError with what is said of an answer that does not earn all of its points.
 
     `marks` are what the cell of `code_of_marks` has read.

@@ -32,10 +32,10 @@ class Marks(AbstractOtterPlugin):
     def before_grading(self, config: Any) -> None:
         """Mark, and take away all by which answers could be found. Raises QdotError where there can be no mark."""
         submission = Path(self.submission_path).absolute()
-        _leave_only({submission, submission.parent / OTTERS})
+        _remove_all_but({submission, submission.parent / OTTERS})
         assignment = submission.parent.parent / "source" / "files" / FOLDER
         try:
-            with _elsewhere():
+            with _work_elsewhere():
                 self.results = results_for(assignment, submission, self.submission_metadata)
         finally:
             shutil.rmtree(assignment, ignore_errors=True)
@@ -57,7 +57,7 @@ class Marks(AbstractOtterPlugin):
             results.set_output(self.results.output)
 
 
-def _leave_only(kept: set[Path]) -> None:
+def _remove_all_but(kept: set[Path]) -> None:
     """Take all else out of the folder of these files."""
     for path in next(iter(kept)).parent.iterdir():
         if path in kept:
@@ -69,7 +69,7 @@ def _leave_only(kept: set[Path]) -> None:
 
 
 @contextlib.contextmanager
-def _elsewhere() -> Iterator[None]:
+def _work_elsewhere() -> Iterator[None]:
     """Work in a new, empty folder, and have the processes that are started import nothing from where they work."""
     before = os.environ.get("PYTHONSAFEPATH")
     os.environ["PYTHONSAFEPATH"] = "1"

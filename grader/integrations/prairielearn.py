@@ -34,7 +34,7 @@ from qdot.exercises.quizzes import ASKED
 from qdot.exercises.writing.markup import to_html_for_mathjax
 from qdot.exercises.writing.short_answer import unit_text
 from qdot.exercises.writing.statement import hints, option_text, prompt, statement, worked_solution
-from qdot.grader.grading.marking import mark
+from qdot.grader.grading.marking import MarkingRules, mark
 from qdot.grader.judging.answer_parser import read_answer
 from qdot.grader.judging.verdict import Outcome, Verdict
 from qdot.grader.reports.feedback_levels import at_least
@@ -47,7 +47,7 @@ LONGEST = 20_000
 
 def generate(data: Data, folder: str, slot: str) -> None:
     """Put a variant into `params`, and its worked solutions into `correct_answers`."""
-    place, assignment_hints = _place(data, folder, slot)
+    place, assignment_hints = _slot_and_hints(data, folder, slot)
     seeds = json.loads((_folder(data, folder) / BANK_FILE).read_text(encoding="utf-8"))["seeds"][slot]
     seed = seeds[int(data["variant_seed"]) % len(seeds)]
     problem = place.problem_with(int(seed))
@@ -56,11 +56,11 @@ def generate(data: Data, folder: str, slot: str) -> None:
         engine=ENGINE,
         statement=to_html_for_mathjax(statement(problem, "")),
         figure=figure_svg(problem.chain, f"{folder}-{slot}".replace("/", "-")),
-        shown={part.name: _shown(problem, part, assignment_hints) for part in problem.parts},
+        shown={part.name: _show_part(problem, part, assignment_hints) for part in problem.parts},
     )
     data["correct_answers"].update(
         options={part.name: _options(problem, part) for part in problem.parts if part.answer.offered},
-        solutions={part.name: _solved(problem, part) for part in problem.parts},
+        solutions={part.name: _show_solution(problem, part) for part in problem.parts},
     )
 
 
@@ -78,7 +78,7 @@ def parse(data: Data, folder: str, slot: str) -> None:
             continue
         typed = part.answer.accept(_Typed(data, part))
         blank = blank and not typed
-        error = _half_given(data, part) or _unreadable(problem, part, typed)
+        error = _describe_incomplete(data, part) or _why_unreadable(problem, part, typed)
         if error:
             data["format_errors"][names[0]] = error
     if blank:
@@ -93,33 +93,29 @@ def grade(data: Data, folder: str, slot: str) -> None:
     problem = _problem(data, folder, slot)
     answers = {part.name: typed for part in problem.parts if (typed := part.answer.accept(_Typed(data, part)))}
     assignment = load_assignment(_folder(data, folder))
-    verdicts = mark(
-        problem,
-        answers,
-        secret=assignment.secret,
-        credit=assignment.follow_through,
-    )
-    told = at_least(assignment.feedback, "mistake")
+    rules = MarkingRules(assignment.follow_through)
+    verdicts = mark(problem, answers, secret=assignment.secret, rules=rules)
+    tells_mistakes = at_least(assignment.feedback, "mistake")
     data["feedback"] = {}
     for part, verdict in zip(problem.parts, verdicts, strict=True):
         if verdict.points is None:
             data["format_errors"][input_names(part)[0]] = verdict.judgement.reason
             continue
-        data["partial_scores"].update(_scores(part, verdict, told))
+        data["partial_scores"].update(_part_scores(part, verdict, tells_mistakes))
         data["feedback"][part.name] = {
-            "said": _said(problem, verdict) if told else _OUTCOMES[verdict.judgement.outcome],
-            "advice": verdict.diagnosis.says if told and verdict.diagnosis is not None else "",
+            "said": _describe_outcome(problem, verdict) if tells_mistakes else _OUTCOMES[verdict.judgement.outcome],
+            "advice": verdict.diagnosis.says if tells_mistakes and verdict.diagnosis is not None else "",
         }
     earned = sum(verdict.points or 0.0 for verdict in verdicts)
     data["score"] = min(1.0, earned / problem.max_points)
 
 
-def _scores(part: Part, verdict: Verdict, told: bool) -> Data:
+def _part_scores(part: Part, verdict: Verdict, tells_entries: bool) -> Data:
     """Return the score of a part, and, for the boxes of several numbers, whether each is right, where that is told."""
     assert verdict.points is not None
     scores: Data = {part.name: {"score": verdict.points / part.points, "weight": part.points}}
     names, entries = input_names(part), verdict.judgement.entries
-    if told and part.answer.is_in_numbers and len(names) > 1 and entries is not None:
+    if tells_entries and part.answer.is_in_numbers and len(names) > 1 and entries is not None:
         right = [same for row in entries for same in row]
         scores |= {name: {"score": int(same), "weight": 0} for name, same in zip(names, right, strict=True)}
     return scores
@@ -132,7 +128,7 @@ def _folder(data: Data, folder: str) -> Path:
     return Path(data["options"]["server_files_course_path"]) / folder
 
 
-def _place(data: Data, folder: str, slot: str) -> tuple[Slot, bool]:
+def _slot_and_hints(data: Data, folder: str, slot: str) -> tuple[Slot, bool]:
     assignment = load_assignment(_folder(data, folder))
     return next(place for place in assignment.slots if place.name == slot), assignment.hints
 
@@ -143,16 +139,16 @@ def _problem(data: Data, folder: str, slot: str) -> Problem:
         raise QdotError(
             f"this variant was made by engine {data['params']['engine']} of qdot, and engine {ENGINE} is installed"
         )
-    return _place(data, folder, slot)[0].problem_with(int(data["params"]["seed"]))
+    return _slot_and_hints(data, folder, slot)[0].problem_with(int(data["params"]["seed"]))
 
 
-def _shown(problem: Problem, part: Part, hinted: bool) -> Data:
-    given = hints(problem, part) if hinted else ()
+def _show_part(problem: Problem, part: Part, hinted: bool) -> Data:
+    shown_hints = hints(problem, part) if hinted else ()
     asked = question_alone(problem, part) if part.answer.offered else prompt(problem, part)
     return {
         "prompt": to_html_for_mathjax(asked),
         "figure": part_svg(problem.chain, part, part.name),
-        "hints": [{"name": f"Hint {i}", "text": to_html_for_mathjax(hint)} for i, hint in enumerate(given, 1)],
+        "hints": [{"name": f"Hint {i}", "text": to_html_for_mathjax(hint)} for i, hint in enumerate(shown_hints, 1)],
         "fields": _fields(problem, part),
         "multiline": "false" if part.answer.is_one_line else "true",
         "placeholder": _placeholder(part),
@@ -213,7 +209,7 @@ def _placeholder(part: Part) -> str:
     return "" if shape == "blank" else " ".join(shape.split()).replace("blank", "…")
 
 
-def _solved(problem: Problem, part: Part) -> Data:
+def _show_solution(problem: Problem, part: Part) -> Data:
     return {
         "solution": to_html_for_mathjax(worked_solution(problem, part)),
         "figure": solution_figure(problem, part, f"{part.name}-solution"),
@@ -238,16 +234,16 @@ class _Typed(AnswerVisitor[str]):
         return self._chosen()
 
     def matching(self, answer: Matching) -> str:
-        return "".join(LETTERS[int(text)] for text in _given(self.data, self.part) if text in _NUMBERS)
+        return "".join(LETTERS[int(text)] for text in _typed_texts(self.data, self.part) if text in _NUMBERS)
 
     def numbers(self, answer: Number) -> str:
-        typed = _given(self.data, self.part)
+        typed = _typed_texts(self.data, self.part)
         if not any(typed):
             return ""
         return f"[{', '.join(typed)}]" if len(typed) > 1 else typed[0]
 
     def default(self, answer: Answer) -> str:
-        (typed,) = _given(self.data, self.part)
+        (typed,) = _typed_texts(self.data, self.part)
         return typed
 
     def _chosen(self) -> str:
@@ -261,7 +257,7 @@ _NUMBERS = [str(number) for number in range(len(LETTERS))]
 """How the element for matching calls options."""
 
 
-def _given(data: Data, part: Part) -> list[str]:
+def _typed_texts(data: Data, part: Part) -> list[str]:
     """Return the text in each input of a part. The elements turn numbers into numbers; what was typed is kept raw."""
     numeric = part.answer.is_in_numbers and part.answer.units_due
     source = data["raw_submitted_answers"] if numeric else data["submitted_answers"]
@@ -269,20 +265,20 @@ def _given(data: Data, part: Part) -> list[str]:
     return [str(text).strip() if isinstance(text, str | int) else "" for text in texts]
 
 
-def _half_given(data: Data, part: Part) -> str:
+def _describe_incomplete(data: Data, part: Part) -> str:
     """Return what is said where some numbers or matches of a part are given and others not, "" where that is not so."""
     if part.answer.matched:
-        given = [text in _NUMBERS for text in _given(data, part)]
-        left = [item for item, there in zip(part.answer.matched, given, strict=True) if not there]
-        return f"an option is due for {', '.join(left)}, too" if any(given) and left else ""
+        is_filled = [text in _NUMBERS for text in _typed_texts(data, part)]
+        left = [item for item, there in zip(part.answer.matched, is_filled, strict=True) if not there]
+        return f"an option is due for {', '.join(left)}, too" if any(is_filled) and left else ""
     if len(input_names(part)) > 1:
-        given = [bool(text) for text in _given(data, part)]
-        left = [str(number) for number, there in enumerate(given, 1) if not there]
-        return f"number {', '.join(left)} of {len(given)} is left blank" if any(given) and left else ""
+        is_filled = [bool(text) for text in _typed_texts(data, part)]
+        left = [str(number) for number, there in enumerate(is_filled, 1) if not there]
+        return f"number {', '.join(left)} of {len(is_filled)} is left blank" if any(is_filled) and left else ""
     return ""
 
 
-def _unreadable(problem: Problem, part: Part, typed: str) -> str:
+def _why_unreadable(problem: Problem, part: Part, typed: str) -> str:
     """Return why an answer can't be read, "" where it can be, or is left blank."""
     if len(typed) > LONGEST:
         return f"an answer has at most {LONGEST} characters, and this has {len(typed)}"
@@ -292,7 +288,7 @@ def _unreadable(problem: Problem, part: Part, typed: str) -> str:
     return "" if refusal is None or refusal.outcome is Outcome.MISSING else refusal.reason
 
 
-def _said(problem: Problem, verdict: Verdict) -> str:
+def _describe_outcome(problem: Problem, verdict: Verdict) -> str:
     """Return what is said of an answer, which gives nothing away: a variant may be tried again."""
     outcome, entries = verdict.judgement.outcome, verdict.judgement.entries
     words = _OUTCOMES[outcome]

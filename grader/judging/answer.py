@@ -35,6 +35,10 @@ from qdot.exercises.formula.trees import (
 from qdot.exercises.formula.vocabulary import LIMITS, VOCABULARY, pattern
 from qdot.grader.judging.verdict import Judgement, missing, wrong
 
+Names = Sequence[str]
+Shape = tuple[int, int]
+"""Rows and columns."""
+
 
 @dataclass(frozen=True)
 class Table:
@@ -115,9 +119,7 @@ def read_formula(text: str, domain: Domain, labels: Sequence[str] = ()) -> Parse
     return ParsedAnswer(text, None, tree, rows)
 
 
-def read_matrix(
-    text: str, shape: tuple[int, int], domain: Domain, labels: Sequence[str] = (), columns: Sequence[str] = ()
-) -> ParsedAnswer:
+def read_matrix(text: str, shape: Shape, domain: Domain, labels: Names = (), columns: Names = ()) -> ParsedAnswer:
     """Read a matrix or vector; a vector may be a row instead of a column, or have its entries named by `labels`.
 
     Vectors may stand for the `columns` of a matrix by their names, and for the halves of a twist, v and ω.
@@ -140,12 +142,7 @@ def read_numbers(text: str, count: int, labels: Sequence[str] = (), units: Seque
 
 
 def _read_entries(
-    text: str,
-    shape: tuple[int, int],
-    domain: Domain,
-    labels: Sequence[str],
-    columns: Sequence[str] = (),
-    are_numbers: bool = False,
+    text: str, shape: Shape, domain: Domain, labels: Names, columns: Names = (), are_numbers: bool = False
 ) -> ParsedAnswer:
     """Read the entries of a matrix, a vector or of numbers, which may be named."""
     parsed = _parse(text, domain)

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 from qdot.exercises import answers
 from qdot.exercises.formula.identity import Domain
 from qdot.exercises.problem.problem import Part, Problem
-from qdot.exercises.questions.differentiation import power_of_metres
+from qdot.exercises.questions.differentiation import find_power_of_metres
 from qdot.exercises.quizzes import ASKED
 from qdot.grader.judging.answer import (
     ParsedAnswer,
@@ -41,7 +41,7 @@ def expected_form(problem: Problem, part: Part) -> ExpectedForm:
     """Return the form that is expected as the answer to a part of a problem."""
     question, joints = ASKED[part.kind], tuple(q.name for q in problem.chain.q)
     labels, columns = question.typed_labels(problem.chain, part), question.columns(problem.chain)
-    return ExpectedForm(part.answer, problem.domain(), joints, labels, columns, power_of_metres(part))
+    return ExpectedForm(part.answer, problem.domain(), joints, labels, columns, find_power_of_metres(part))
 
 
 def read_answer(problem: Problem, part: Part, text: str, points_seed: str = "") -> ParsedAnswer:

@@ -1,13 +1,12 @@
-"""Reports on graded work: one module an outlet, all made from the same results.
+"""Reports on graded work: one module for each export format, all made from the same results.
 
-Beside the reports for other programs, which stand in `formats`:
+Beside the reports for other programs, which are in `formats`:
 
-    feedback_levels                 how much a student is told of a wrong answer
-    answer_positions                on which line of its file an answer stands
-    rows, tables                    a result as rows, a part each; results.jsonl and grades.csv
-    class_view, charts, class_page  what `qdot report` tells, draws and shows
-    answers, differs, example       an answer as it was read; where it differs; that as a drawing
+    feedback_levels                 how much a student is told about a wrong answer
+    rows, tables                    a result as rows, one for each part; results.jsonl and grades.csv
+    class_view, charts, class_page  the figures of `qdot report`, its charts, its page
+    answers, differs, example       an answer as it was read; where it differs, as a table and as a drawing
     feedback                        the feedback page
-    write                           all of them, only what is not up to date
+    write                           all of them, written only if they are not up to date
     formats                         the reports by name
 """

@@ -1,4 +1,4 @@
-"""A student's answer as it stands on the feedback page: set as a formula where that can be done, and as text.
+"""Show a student's answer on the feedback page: typeset as a formula if that is possible, and as text.
 
 What was judged is set, as it was read, and nothing else is done with the text. What is too long or too
 deep to be set, can't be read, or is no formula (a function, a letter without an option) stands there as text alone.
@@ -11,7 +11,7 @@ from qdot.exercises.answers import LETTERS, TRUE_FALSE
 from qdot.exercises.formula.printers.mathml import mathml
 from qdot.exercises.formula.trees import Node, size_of
 from qdot.exercises.problem.problem import Part, Problem
-from qdot.exercises.writing.fit import fitted, width
+from qdot.exercises.writing.fit import fit_formula, width
 from qdot.exercises.writing.latex import prismatic_joints
 from qdot.exercises.writing.markup import to_html
 from qdot.exercises.writing.statement import option_text
@@ -37,7 +37,7 @@ _CONTROL |= dict.fromkeys((*range(0x80, 0xA0), *range(0xD800, 0xE000), 0xFFFE, 0
 
 @dataclass(frozen=True)
 class Answer:
-    """An answer for the page: `shown` is HTML, empty where there is the text alone; without text it says everything.
+    """An answer on the page: `shown` is HTML, empty if there is only text; if `text` is empty, `shown` says everything.
 
     `is_text` says that the text is the student's, and not ours about a function.
     """
@@ -47,44 +47,44 @@ class Answer:
     is_text: bool = True
 
 
-def answer_of(problem: Problem, part: Part, text: str) -> Answer:
-    """Return an answer as text and, where that can be done, as it was read."""
-    plain = visible(text if len(text) <= SHOWN_OF_TEXT else f"{text[:SHOWN_OF_TEXT]} …")
+def show_answer(problem: Problem, part: Part, text: str) -> Answer:
+    """Return an answer as text and, if possible, as it was parsed."""
+    plain = make_visible(text if len(text) <= SHOWN_OF_TEXT else f"{text[:SHOWN_OF_TEXT]} …")
     if text == SHOWN:
         return Answer(plain, is_text=False)
     if part.answer.offered:
-        options = _options(problem, part, text)
+        options = _chosen_options(problem, part, text)
         return Answer("" if options and len(text) == 1 else plain, options)
     if part.type not in FORMULAS or len(text) > LONGEST:
         return Answer(plain)
     tree = read_answer(problem, part, text).tree
     try:
-        return Answer(plain) if tree is None else Answer(plain, _formula(problem, part, tree))
+        return Answer(plain) if tree is None else Answer(plain, _formula_html(problem, part, tree))
     except TooDeep:
         return Answer(plain)
 
 
-def visible(text: str) -> str:
-    """Return a text that any page can hold: control characters are shown by their pictures."""
+def make_visible(text: str) -> str:
+    """Return a text with pictures in place of control characters, so that any page can hold it."""
     return text.translate(_CONTROL)
 
 
-def _formula(problem: Problem, part: Part, node: Node) -> str:
+def _formula_html(problem: Problem, part: Part, node: Node) -> str:
     if size_of(node) > LARGEST:
         raise TooDeep("the answer is too long to be set")
     typed = typeset(node, prismatic_joints(problem.chain), part.answer.is_a_set, part.answer.units_due)
-    shown = fitted(typed, ROOM)
-    return _slim(mathml(shown, True, max(SMALLEST, min(100, int(100 * ROOM / max(width(shown), 1.0))))))
+    shown = fit_formula(typed, ROOM)
+    return _shorten_mathml(mathml(shown, True, max(SMALLEST, min(100, int(100 * ROOM / max(width(shown), 1.0))))))
 
 
-def _slim(shown: str) -> str:
-    """Return MathML in fewer characters: letters for their codes, no rows of one thing."""
+def _shorten_mathml(shown: str) -> str:
+    """Return MathML in fewer characters: letters in place of their codes, no rows of a single item."""
     shown = re.sub(r"&#x0*([0-9A-F]{3,5});", lambda code: chr(int(code[1], 16)), shown)
     return re.sub(r"<mrow>(<m[ino]>[^<]*</m[ino]>)</mrow>", r"\1", shown.replace(_NAMESPACE, "", 1))
 
 
-def _options(problem: Problem, part: Part, text: str) -> str:
-    """Return the options that were chosen, each with its letter and, where items are matched, with its item."""
+def _chosen_options(problem: Problem, part: Part, text: str) -> str:
+    """Return the chosen options, each with its letter and, if items are matched, with its item."""
     answer = part.answer
     chosen, items = list(read_answer(problem, part, text).chosen), answer.matched
     if items and len(chosen) == len(items):

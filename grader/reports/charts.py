@@ -1,4 +1,4 @@
-"""The charts of the class's page: matplotlib draws them as SVG, whose colours are the page's own.
+"""Draw the charts of the class overview: matplotlib makes SVG, which takes its colours from the page.
 
 Every chart is the same bytes for the same numbers. It is drawn in placeholder colours, which become variables of the
 page's style sheet, so that it follows light and dark; what colours tell is told by hatching and by words, too. No text
@@ -26,12 +26,15 @@ COLOURS = {
 }  # fmt: skip
 """Placeholders by the name of the variable that stands for them on the page."""
 
+LONGEST = 44
+"""Characters of a mistake's title in a chart."""
+
 WIDE = 4.7
 """Inches: as wide as a phone shows it without making its letters small."""
 
 
-def check() -> None:
-    """Raise QdotError where nothing can be drawn."""
+def check_library() -> None:
+    """Raise QdotError if nothing can be drawn."""
     need("report", "the report", "matplotlib")
 
 
@@ -59,7 +62,7 @@ def _style(name: str) -> "Iterator[None]":
 
 
 def _chart(name: str, height: float, draw: "Callable[[Axes], None]") -> str:
-    """Return what `draw` draws as SVG, to stand in a page."""
+    """Return what `draw` draws, as SVG to be embedded in a page."""
     from matplotlib.backends.backend_svg import FigureCanvasSVG
     from matplotlib.figure import Figure
 
@@ -98,8 +101,8 @@ OUTCOMES: Mapping[Outcome, tuple[str, str, str]] = {
 """What an outcome is called, its colour, and its hatching."""
 
 
-def histogram(percents: Sequence[float], mean: float, median: float) -> str:
-    """Return how many students have which score, in tenths; 100 % is in the last."""
+def draw_histogram(percents: Sequence[float], mean: float, median: float) -> str:
+    """Draw how many students have which score, in tenths; 100 % is in the last."""
     counts = [0] * 10
     for percent in percents:
         counts[min(9, int(percent // 10))] += 1
@@ -117,8 +120,8 @@ def histogram(percents: Sequence[float], mean: float, median: float) -> str:
     return _chart("scores", 2.5, draw)
 
 
-def outcomes(parts: Sequence[str], counts: Sequence[Mapping[Outcome, int]]) -> str:
-    """Return what became of each part, from the left: right, partly right, wrong, blank, ungraded."""
+def draw_outcomes(parts: Sequence[str], counts: Sequence[Mapping[Outcome, int]]) -> str:
+    """Draw the outcomes of each part, from the left: right, partly right, wrong, blank, ungraded."""
 
     def draw(axes: "Axes") -> None:
         rows = range(len(parts))
@@ -131,7 +134,7 @@ def outcomes(parts: Sequence[str], counts: Sequence[Mapping[Outcome, int]]) -> s
                     rows, wide, left=left, height=0.68, label=word, color=COLOURS[colour], hatch=hatch,
                     edgecolor=COLOURS["field"], linewidth=0.8,
                 )  # fmt: skip
-            left = [one + other for one, other in zip(left, wide, strict=True)]
+            left = [begin + width for begin, width in zip(left, wide, strict=True)]
         _by_row(axes, parts)
         axes.set(xlim=(0, 100), xticks=range(0, 101, 25))
         axes.set_xlabel("% of those who handed in")
@@ -147,8 +150,10 @@ def outcomes(parts: Sequence[str], counts: Sequence[Mapping[Outcome, int]]) -> s
     return _chart("outcomes", 1.15 + 0.27 * len(parts), draw)
 
 
-def intervals(parts: Sequence[str], of_parts: Sequence[Interval | None]) -> str:
-    """Return a point a part, with its interval of 95 %."""
+def draw_intervals(parts: Sequence[str], of_parts: Sequence[Interval | None]) -> str:
+    """Draw a point for each part, with its interval of 95 %; return "" if no part has one."""
+    if not any(of_parts):
+        return ""
 
     def draw(axes: "Axes") -> None:
         axes.axvline(0, color=COLOURS["soft"], linewidth=1)
@@ -164,8 +169,12 @@ def intervals(parts: Sequence[str], of_parts: Sequence[Interval | None]) -> str:
     return _chart("discrimination", 0.75 + 0.27 * len(parts), draw)
 
 
-def mistakes(names: Sequence[str], counts: Sequence[int]) -> str:
-    """Return how many students made each mistake."""
+def draw_mistakes(count_by_title: Mapping[str, int]) -> str:
+    """Draw how many students made each mistake, by its title; return "" if there is none."""
+    if not count_by_title:
+        return ""
+    counts = list(count_by_title.values())
+    names = [title if len(title) <= LONGEST else f"{title[: LONGEST - 1].rstrip()}…" for title in count_by_title]
 
     def draw(axes: "Axes") -> None:
         bars = axes.barh(range(len(names)), counts, height=0.62, color=COLOURS["bar"], linewidth=0)
@@ -177,8 +186,8 @@ def mistakes(names: Sequence[str], counts: Sequence[int]) -> str:
     return _chart("mistakes", 0.3 + 0.27 * len(names), draw)
 
 
-def groups(number: int, names: Sequence[str], shares: Sequence[Sequence[float]]) -> str:
-    """Return a dot a student in the row of the group, and each group's mean as a line."""
+def draw_groups(number: int, names: Sequence[str], shares: Sequence[Sequence[float]]) -> str:
+    """Draw a dot for each student in the row of the group, and each group's mean as a line."""
 
     def draw(axes: "Axes") -> None:
         for row, values in enumerate(shares):

@@ -1,5 +1,6 @@
-"""What the class's page tells, worked out from the results: numbers of the class, of every part, mistakes, lateness."""
+"""Compute the figures of the class overview from the results: scores, parts, mistakes, equal answers, lateness."""
 
+import statistics
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -10,15 +11,14 @@ from qdot.exercises.mistakes.catalogue import CATALOGUE
 from qdot.exercises.quizzes import ASKED
 from qdot.grader.grading.result import AppliedOverride, PartResult, Result
 from qdot.grader.judging.verdict import Outcome
-from qdot.grader.reports.answers import visible
+from qdot.grader.reports.answers import make_visible
 from qdot.grader.reports.tables import NO_MARK, is_marked, status
-from qdot.grader.statistics import statistics
-from qdot.grader.statistics.statistics import Interval
+from qdot.grader.statistics.statistics import Interval, discrimination, reliability
 
 
 @dataclass(frozen=True)
 class PartOfClass:
-    """A part of the assignment: what became of it, its mean share (difficulty), and what it tells apart.
+    """A part of the assignment: its outcomes, its mean share (difficulty), and its discrimination.
 
     `shares` are of those whose work was graded and who have points for it. `followed` counts what earned points because
     it follows from a wrong earlier answer.
@@ -41,7 +41,7 @@ class PartOfClass:
 
 @dataclass(frozen=True)
 class MistakeOfClass:
-    """A mistake of the catalogue: how many made it, in which parts, and who."""
+    """A mistake of the catalogue: who made it, and in which parts."""
 
     name: str
     title: str
@@ -51,7 +51,7 @@ class MistakeOfClass:
 
 @dataclass(frozen=True)
 class GroupOfClass:
-    """A group of equal wrong answers: its key, the part, who gave them, and of whom the answer is that most wrote.
+    """A group of equal wrong answers; the `typical` student wrote it as most did.
 
     `mistake` is the title of the mistake of the catalogue that gives the answer, empty where none is known. `earned`
     are the least and the most points that the grader gave for it; `override` is what overrides.csv says of it.
@@ -67,55 +67,73 @@ class GroupOfClass:
     followed: int
     override: AppliedOverride | None
 
+    @property
+    def count(self) -> int:
+        """How many students gave the answer."""
+        return len(self.students)
+
+    @property
+    def is_of_one(self) -> bool:
+        """Whether a single student gave the answer."""
+        return self.count == 1
+
 
 @dataclass(frozen=True)
 class Scores:
-    """The scores of those who have a mark, in per cent, and what they come to."""
+    """The scores of those who have a mark, in per cent, and what they come to.
+
+    `tenths` are how many scores there are in each tenth of 100 %, `full` how many have all points.
+    """
 
     percents: tuple[float, ...]
-    mean: float | None
-    median: float | None
+    tenths: tuple[int, ...]
+    mean: float
+    median: float
     deviation: float | None
     reliability: float | None
     full: int
 
 
-def whom(student: Student) -> str:
+def describe_student(student: Student) -> str:
     """Return a student as the staff knows them.
 
-    >>> whom(Student("s1", "Ada Lovelace")), whom(Student("s2"))
+    >>> describe_student(Student("s1", "Ada Lovelace")), describe_student(Student("s2"))
     ('Ada Lovelace (s1)', 's2')
     """
-    return visible(f"{student.name} ({student.id})" if student.name else student.id)
+    return make_visible(f"{student.name} ({student.id})" if student.name else student.id)
 
 
-def graded_work(results: Sequence[Result]) -> list[Result]:
-    """Return the results of those whose notebook could be graded."""
+def select_graded(results: Sequence[Result]) -> list[Result]:
+    """Return the results of students whose notebook could be graded."""
     return [result for result in results if result.submission is not None and result.obstacle is None]
 
 
-def scores(results: Sequence[Result]) -> Scores:
-    """Return the scores of those who have a mark; Cronbach's alpha is of those with points for all parts."""
+def summarize_scores(results: Sequence[Result]) -> Scores | None:
+    """Return the scores of those who have a mark; None if nobody has. Cronbach's alpha is of those with all points."""
     percents = tuple(result.percent for result in results if is_marked(result))
+    if not percents:
+        return None
+    counts = Counter(min(9, int(percent // 10)) for percent in percents)
     return Scores(
         percents,
-        statistics.mean(percents),
+        tuple(counts[tenth] for tenth in range(10)),
+        statistics.fmean(percents),
         statistics.median(percents),
-        statistics.deviation(percents),
-        statistics.reliability(_rows(results)),
+        statistics.stdev(percents) if len(percents) > 1 else None,
+        reliability(_rows(results)),
         sum(percent >= 100 - 1e-9 for percent in percents),
     )
 
 
 def _rows(results: Sequence[Result]) -> list[list[float]]:
-    """Return the points of every part of those who have points for all."""
-    rows = [[part.points for part in result.parts.values()] for result in graded_work(results)]
+    """Return the points of every part, for students who have points for all parts."""
+    rows = [[part.points for part in result.parts.values()] for result in select_graded(results)]
     return [[points for points in row if points is not None] for row in rows if None not in row]
 
 
-def parts(assignment: Assignment, results: Sequence[Result]) -> list[PartOfClass]:
+def summarize_parts(assignment: Assignment, results: Sequence[Result]) -> list[PartOfClass]:
     """Return every part of the assignment, in its order."""
-    work = [result.parts for result in graded_work(results)]
+    work = [result.parts for result in select_graded(results)]
     rows = _rows(results)
     of_class = []
     names = [(slot, question) for slot in assignment.slots for question in slot.questions]
@@ -131,8 +149,8 @@ def parts(assignment: Assignment, results: Sequence[Result]) -> list[PartOfClass
                 ASKED[question].title,
                 most,
                 {outcome: count[outcome] for outcome in Outcome},
-                statistics.mean(shares),
-                statistics.discrimination(rows, index) if rows else None,
+                statistics.fmean(shares) if shares else None,
+                discrimination(rows, index) if rows else None,
                 sum(part.followed_from is not None for part in answers),
                 sum(part.override is not None and part.override.points is not None for part in answers),
             )
@@ -140,11 +158,11 @@ def parts(assignment: Assignment, results: Sequence[Result]) -> list[PartOfClass
     return of_class
 
 
-def mistakes(results: Sequence[Result]) -> list[MistakeOfClass]:
-    """Return the mistakes that were diagnosed, those of most students first; of two together, each counts."""
+def summarize_mistakes(results: Sequence[Result]) -> list[MistakeOfClass]:
+    """Return the mistakes that were diagnosed, the most frequent first; of two mistakes in one answer, each counts."""
     who: dict[str, dict[str, None]] = {}
     where: dict[str, dict[str, None]] = {}
-    for result in graded_work(results):
+    for result in select_graded(results):
         for name, part in result.parts.items():
             for mistake in part.mistake.replace(" or ", " and ").split(" and ") if part.mistake else ():
                 who.setdefault(mistake, {})[result.student] = None
@@ -154,10 +172,10 @@ def mistakes(results: Sequence[Result]) -> list[MistakeOfClass]:
     return sorted(made, key=lambda mistake: (-len(mistake.students), mistake.title))
 
 
-def groups(results: Sequence[Result]) -> list[GroupOfClass]:
+def group_wrong_answers(results: Sequence[Result]) -> list[GroupOfClass]:
     """Return the groups of equal wrong answers: those of a part together, of most students first."""
     answers: dict[tuple[int, str], list[tuple[str, str, PartResult]]] = {}
-    for result in graded_work(results):
+    for result in select_graded(results):
         for index, (name, part) in enumerate(result.parts.items()):
             if part.group is not None:
                 answers.setdefault((index, part.group), []).append((result.student, name, part))
@@ -192,17 +210,20 @@ def _without_blanks(part: PartResult) -> str:
 
 @dataclass(frozen=True)
 class NotOnTime:
-    """A student who has no mark or was late: the state of the work, what is known of it, and the score in words."""
+    """A student who has no mark or was late: the state of the work, and the reason."""
 
-    who: str
+    result: Result
     status: str
-    said: str
-    score: str
+    reason: str
+
+    @property
+    def has_mark(self) -> bool:
+        """Whether there is a mark all the same."""
+        return is_marked(self.result)
 
 
-def not_on_time(assignment: Assignment, results: Sequence[Result]) -> list[NotOnTime]:
+def find_late_or_missing(results: Sequence[Result]) -> list[NotOnTime]:
     """Return who has no mark or was late, and what is known of it."""
-    by_id = {student.id: student for student in assignment.roster}
     rows = []
     for result in results:
         state, late = status(result), result.late
@@ -216,54 +237,22 @@ def not_on_time(assignment: Assignment, results: Sequence[Result]) -> list[NotOn
             reason = result.obstacle or (
                 "qdot failed on a part" if state == "ungraded" else "judging a part took too long"
             )
-        score = f"{result.score:g} of {result.max_score:g}" if is_marked(result) else "no mark"
-        rows.append(NotOnTime(whom(by_id[result.student]), state, visible(reason), score))
+        rows.append(NotOnTime(result, state, make_visible(reason)))
     order = [*NO_MARK, "unusable", "missing", "late"]
     return sorted(rows, key=lambda row: order.index(row.status))
 
 
-@dataclass(frozen=True)
-class WithoutAttempt:
-    """A student whose wrong formulas are no attempt at the arm, and the parts."""
+def find_without_attempt(results: Sequence[Result]) -> dict[str, list[str]]:
+    """Return whose wrong formulas, two or more, are all no attempt at their own arm, and the names of the parts.
 
-    who: str
-    parts: str
-
-
-def without_attempt(assignment: Assignment, results: Sequence[Result]) -> list[WithoutAttempt]:
-    """Return whose wrong formulas, two or more, are all no attempt at their own arm, with nothing right but letters."""
-    by_id = {student.id: student for student in assignment.roster}
-    rows = []
-    for result in graded_work(results):
-        none = [name for name, part in result.parts.items() if part.attempt is False]
-        if len(none) >= FEWEST_WITHOUT and not any(part.attempt for part in result.parts.values()):
-            rows.append(WithoutAttempt(whom(by_id[result.student]), ", ".join(none)))
-    return rows
+    Nothing but options is right in the work of these students.
+    """
+    parts_of_students = {}
+    for result in select_graded(results):
+        no_attempts = [name for name, part in result.parts.items() if part.attempt is False]
+        if len(no_attempts) >= FEWEST_WITHOUT and not any(part.attempt for part in result.parts.values()):
+            parts_of_students[result.student] = no_attempts
+    return parts_of_students
 
 
 FEWEST_WITHOUT = 2
-
-
-@dataclass(frozen=True)
-class SetByHand:
-    """What a person set or said for a part or the total: points before and now, in words, and the group's key."""
-
-    who: str
-    part: str
-    was: str
-    now: str
-    comment: str
-    group: str
-
-
-def set_by_hand(assignment: Assignment, results: Sequence[Result]) -> list[SetByHand]:
-    """Return what a person set."""
-    by_id = {student.id: student for student in assignment.roster}
-    rows = []
-    for result in results:
-        for name, override in result.overrides.items():
-            was = "ungraded" if override.was is None else f"{override.was:g}"
-            now = was if override.points is None else f"{override.points:g}"
-            who = whom(by_id[result.student])
-            rows.append(SetByHand(who, name, was, now, visible(override.comment), override.group or ""))
-    return rows

@@ -1,4 +1,4 @@
-"""Where an answer differs, as a table: the configuration with units, the answer's value there and the right one."""
+"""Show where an answer differs as a table: the configuration, the answer's value there and the right one."""
 
 import math
 import re
@@ -10,7 +10,7 @@ from qdot.exercises.formula.printers.mathml import mathml
 from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.writing.latex import prismatic_joints, symbol_latex
 from qdot.grader.judging.verdict import entry_name
-from qdot.grader.reports.answers import visible
+from qdot.grader.reports.answers import make_visible
 
 DIGITS, MOST_DIGITS = 4, 16
 ROUNDING = 1e-12
@@ -29,7 +29,7 @@ class ExampleRow:
 
 @dataclass(frozen=True)
 class Table:
-    """A table: what it says, the heads of its columns, rows of symbols, rows of results."""
+    """A table: its caption, the heads of its columns, rows of symbols, rows of results."""
 
     caption: str
     columns: tuple[str, ...]
@@ -37,8 +37,8 @@ class Table:
     results: tuple[ExampleRow, ...] = ()
 
 
-def table_of(problem: Problem, part: Part, example: Counterexample) -> Table | None:
-    """Return a counterexample as a table; None where it can't be followed.
+def make_counterexample_table(problem: Problem, part: Part, example: Counterexample) -> Table | None:
+    """Return a counterexample as a table; None if a student can't check it.
 
     There is none to follow where the answer has symbols that the problem does not have. What is right is left out where
     that is kept back.
@@ -50,15 +50,15 @@ def table_of(problem: Problem, part: Part, example: Counterexample) -> Table | N
         return None
     names = [name for name in known if any(name in at for at in places)]
     symbols = tuple(
-        ExampleRow(_symbol(problem, name), tuple(_quantity(at.get(name), known[name].unit) for at in places))
+        ExampleRow(_symbol_html(problem, name), tuple(_quantity_text(at.get(name), known[name].unit) for at in places))
         for name in names
     )
     if isinstance(example, SetDifference):
-        return _of_sets(example, symbols)
-    return Table(_caption(part, example, bool(names)), ("Quantity", "Value"), symbols, _results(part, example))
+        return _table_of_sets(example, symbols)
+    return Table(_caption(part, example, bool(names)), ("Quantity", "Value"), symbols, _result_rows(part, example))
 
 
-def _of_sets(example: SetDifference, symbols: tuple[ExampleRow, ...]) -> Table | None:
+def _table_of_sets(example: SetDifference, symbols: tuple[ExampleRow, ...]) -> Table | None:
     heads = {
         "Singular, and not in your answer": example.missing, "In your answer, and not singular": example.surplus
     }  # fmt: skip
@@ -67,12 +67,12 @@ def _of_sets(example: SetDifference, symbols: tuple[ExampleRow, ...]) -> Table |
 
 
 def _caption(part: Part, example: EntryDifference, at_a_place: bool) -> str:
-    what = _what(part, example)
+    what = _entry_in_words(part, example)
     return f"Where {what or 'it'} differs" if at_a_place else what.capitalize() or "Your answer and what is right"
 
 
-def _what(part: Part, example: EntryDifference) -> str:
-    """Return what the entry of a counterexample is called; nothing where there is one alone."""
+def _entry_in_words(part: Part, example: EntryDifference) -> str:
+    """Return the name of a counterexample's entry; nothing if the answer has a single entry."""
     rows, columns = part.shape or (1, 1)
     if rows * columns == 1:
         return ""
@@ -81,28 +81,28 @@ def _what(part: Part, example: EntryDifference) -> str:
     return entry_name(example.entry, columns)
 
 
-def _results(part: Part, example: EntryDifference) -> tuple[ExampleRow, ...]:
+def _result_rows(part: Part, example: EntryDifference) -> tuple[ExampleRow, ...]:
     unit = part.answer.unit(example.entry)
     if example.expected is None:
-        return (ExampleRow("Your answer", (_value(example.yours, DIGITS, unit),)),)
-    yours, right = _values(example.yours, example.expected, unit)
+        return (ExampleRow("Your answer", (_value_text(example.yours, DIGITS, unit),)),)
+    yours, right = _distinct_values(example.yours, example.expected, unit)
     heads = "Your answer", "Right"
     if part.answer.counts_up_to_a_factor:
         heads = heads[0], "Right" if example.pivot is None else f"Right for your entry {example.pivot + 1}"
     return ExampleRow(heads[0], (yours,)), ExampleRow(heads[1], (right,))
 
 
-def _symbol(problem: Problem, name: str) -> str:
+def _symbol_html(problem: Problem, name: str) -> str:
     return mathml(parse_latex(symbol_latex(name, prismatic_joints(problem.chain))))
 
 
 # --- numbers ---
 
 
-def decimal(value: float, digits: int = DIGITS) -> str:
+def format_decimal(value: float, digits: int = DIGITS) -> str:
     """Return a number for people, with a true minus sign.
 
-    >>> decimal(-0.728141), decimal(3.0), decimal(0.00000125)
+    >>> format_decimal(-0.728141), format_decimal(3.0), format_decimal(0.00000125)
     ('−0.7281', '3', '1.25·10⁻⁶')
     """
     mantissa, _, power = f"{value:.{digits}g}".partition("e")
@@ -110,30 +110,30 @@ def decimal(value: float, digits: int = DIGITS) -> str:
     return shown.replace("-", "−") if float(mantissa) else "0"
 
 
-def _quantity(value: float | None, unit: str) -> str:
+def _quantity_text(value: float | None, unit: str) -> str:
     """Return a value with its unit, an angle in degrees too."""
     if value is None:
         return "any"
     value = value if abs(value) > ROUNDING else 0.0
-    degrees = f" ({decimal(math.degrees(value))}°)" if unit == "rad" else ""
-    return f"{decimal(value)} {unit}".rstrip() + degrees
+    degrees = f" ({format_decimal(math.degrees(value))}°)" if unit == "rad" else ""
+    return f"{format_decimal(value)} {unit}".rstrip() + degrees
 
 
-def _values(yours: float | str, right: float | str, unit: str) -> tuple[str, str]:
-    """Return two values with as many digits as it takes to tell them apart."""
+def _distinct_values(yours: float | str, right: float | str, unit: str) -> tuple[str, str]:
+    """Return two values as texts, with enough digits to tell them apart."""
     for digits in range(DIGITS, MOST_DIGITS + 1):
-        shown = _value(yours, digits, unit), _value(right, digits, unit)
+        shown = _value_text(yours, digits, unit), _value_text(right, digits, unit)
         if shown[0] != shown[1]:
             break
     return shown
 
 
-def _value(value: float | str, digits: int, unit: str) -> str:
+def _value_text(value: float | str, digits: int, unit: str) -> str:
     if isinstance(value, str):
         complex_number = re.fullmatch(r"\(?([-\d.e]+) ([+-]) (-?)([\d.e-]+)[ij]\)?", value)
         if complex_number is None:
-            return WORDS.get(value) or visible(value).replace("-", "−")
+            return WORDS.get(value) or make_visible(value).replace("-", "−")
         real, sign, minus, imaginary = complex_number.groups()
         sign = "−" if (sign == "-") != bool(minus) else "+"
-        return f"{decimal(float(real), digits)} {sign} {decimal(float(imaginary), digits)} i"
-    return f"{decimal(float(value), digits)} {unit}".rstrip()
+        return f"{format_decimal(float(real), digits)} {sign} {format_decimal(float(imaginary), digits)} i"
+    return f"{format_decimal(float(value), digits)} {unit}".rstrip()

@@ -1,4 +1,4 @@
-"""A counterexample as a drawing: the arm in that pose, to scale, with P and where an answer puts it.
+"""Draw a counterexample: the arm in that pose, to scale, with P and the point that the answer gives.
 
 Of sets of singular configurations, the one that is missing and the one that is not singular are drawn side by side.
 """
@@ -18,7 +18,7 @@ from qdot.exercises.formula.identity import Counterexample, SetDifference
 from qdot.exercises.formula.program import compile_program, evaluate
 from qdot.exercises.formula.trees import ReadError, as_matrix
 from qdot.exercises.problem.problem import Part, Problem
-from qdot.exercises.questions.inversion import lengths_in_table
+from qdot.exercises.questions.inversion import list_table_lengths
 from qdot.grader.judging.answer_parser import read_answer
 from qdot.grader.judging.functions import SHOWN
 
@@ -35,23 +35,23 @@ MISSING, SURPLUS = "singular, not in your answer", "in your answer, not singular
 CROSS = "Dot: P. Cross: where your answer puts it."
 
 
-def example_svg(problem: Problem, part: Part, example: Counterexample, answer: str | None) -> str:
-    """Return the counterexample of a wrong answer as an SVG element, empty where there is nothing to be drawn."""
+def draw_example(problem: Problem, part: Part, example: Counterexample, answer: str | None) -> str:
+    """Return the counterexample of a wrong answer as an SVG element, empty if there is nothing to draw."""
     name = f"{part.name}-example"
     if isinstance(example, SetDifference):
         every = ((MISSING, example.missing), (SURPLUS, example.surplus))
         places = [(caption, at) for caption, at in every if at is not None]
-        arms = [arm for caption, at in places if (arm := _at(problem.chain, caption, at)) is not None]
+        arms = [arm for caption, at in places if (arm := _arm_at(problem.chain, caption, at)) is not None]
         return examples_svg(arms, name) if arms and len(arms) == len(places) else ""
     if part.kind != "position" or answer is None or answer == SHOWN or len(answer) > LONGEST:
         return ""
-    beside = _beside(problem, part, example.at, answer)
+    beside = _arm_with_answer(problem, part, example.at, answer)
     return "" if beside is None else examples_svg([beside], name, CROSS)
 
 
-def _at(chain: Chain, caption: str, at: Mapping[str, float]) -> Example | None:
-    """Return an arm at a configuration, what that leaves open at usual values; None where it is nowhere."""
-    usual = iter([length for length in USUAL if length not in lengths_in_table(chain)])
+def _arm_at(chain: Chain, caption: str, at: Mapping[str, float]) -> Example | None:
+    """Return an arm at a configuration, with usual values for what that leaves open; None if it is not finite."""
+    usual = iter([length for length in USUAL if length not in list_table_lengths(chain)])
     lengths = {
         symbol: sp.Rational(str(round(at[symbol.name], 4))) if symbol.name in at else next(usual)
         for symbol in chain.parameters
@@ -62,9 +62,9 @@ def _at(chain: Chain, caption: str, at: Mapping[str, float]) -> Example | None:
     return Example(caption, with_lengths(chain, lengths), pose)
 
 
-def _beside(problem: Problem, part: Part, at: Mapping[str, float], answer: str) -> Example | None:
-    """Return the arm with the point that an answer gives; None where it gives none, or one far away."""
-    shown, tree = _at(problem.chain, "the arm there", at), read_answer(problem, part, answer).tree
+def _arm_with_answer(problem: Problem, part: Part, at: Mapping[str, float], answer: str) -> Example | None:
+    """Return the arm with the point that an answer gives; None if it gives none, or one far away."""
+    shown, tree = _arm_at(problem.chain, "the arm there", at), read_answer(problem, part, answer).tree
     if shown is None or tree is None:
         return None
     axes = ["xyz".index(axis) for axis in part.details.axes]  # type: ignore[attr-defined]  # of a position

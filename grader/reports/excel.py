@@ -1,4 +1,4 @@
-"""The results as an Excel workbook: the table of grades with numbers as numbers, and what became of every part.
+"""Write the results as an Excel workbook: the table of grades, and the outcomes of every part.
 
 XlsxWriter writes it: it is the better kept of the two libraries for this, and writes the same bytes for the same
 results. Every text is written as a text, so that none is taken for a formula or a link.
@@ -14,7 +14,7 @@ from qdot.exercises.assignment.assignment import Assignment
 from qdot.exercises.common.console import printable
 from qdot.grader.grading.result import Result
 from qdot.grader.reports.charts import OUTCOMES
-from qdot.grader.reports.class_view import graded_work
+from qdot.grader.reports.class_view import select_graded
 from qdot.grader.reports.tables import Cell, grades_table, is_marked
 
 MADE = datetime.datetime(2000, 1, 1)  # noqa: DTZ001 - a workbook's times have no zone
@@ -23,7 +23,7 @@ LONGEST = 32_000
 """Excel takes 32,767 characters in a cell."""
 
 
-def workbook(assignment: Assignment, results: Sequence[Result]) -> bytes:
+def make_workbook(assignment: Assignment, results: Sequence[Result]) -> bytes:
     """Return the workbook. What is not graded is empty, and never 0."""
     import xlsxwriter
 
@@ -38,15 +38,15 @@ def workbook(assignment: Assignment, results: Sequence[Result]) -> bytes:
         for row, result in zip(rows, results, strict=True):
             for column in () if is_marked(result, zero=True) else open_marks:
                 row[column] = None
-        _sheet(book.add_worksheet("Grades"), forms, header, rows, 2)
-        _sheet(book.add_worksheet("Parts"), forms, *_parts(results), 1)
+        _fill_sheet(book.add_worksheet("Grades"), forms, header, rows, 2)
+        _fill_sheet(book.add_worksheet("Parts"), forms, *_table_of_parts(results), 1)
     return out.getvalue()
 
 
-def _parts(results: Sequence[Result]) -> tuple[list[str], list[list[Cell]]]:
-    """Return a row a part: its points, their mean among those who handed in, and how many had which outcome."""
+def _table_of_parts(results: Sequence[Result]) -> tuple[list[str], list[list[Cell]]]:
+    """Return a row for each part: its points, their mean among graded work, and how many had which outcome."""
     header = ["part", "points", "mean", *(word for word, *_ in OUTCOMES.values())]
-    parts_of_students = [result.parts for result in graded_work(results)]
+    parts_of_students = [result.parts for result in select_graded(results)]
     rows: list[list[Cell]] = []
     for name, part in results[0].parts.items():
         every = [parts[name] for parts in parts_of_students]
@@ -57,7 +57,7 @@ def _parts(results: Sequence[Result]) -> tuple[list[str], list[list[Cell]]]:
     return header, rows
 
 
-def _sheet(
+def _fill_sheet(
     sheet: Any, forms: dict[str, Any], header: Sequence[str], rows: Sequence[Sequence[Cell]], fixed: int
 ) -> None:
     for column, name in enumerate(header):

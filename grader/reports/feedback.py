@@ -1,4 +1,4 @@
-"""The page that a student gets back: per part, what was right and what was not, where, and why.
+"""Make the feedback page of a student: for each part, what is right and what is not, where, and why.
 
 It is made from a result as results.jsonl holds it, and from the student's problems: their figures, the units of their
 symbols, and the worked solutions where the assignment says `feedback = "solutions"`.
@@ -9,15 +9,15 @@ import json
 import math
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.assignment.assignment import Assignment, Student
 from qdot.exercises.assignment.lateness import describe_duration
-from qdot.exercises.assignment.store import load_stored_problems
+from qdot.exercises.assignment.store import StoredProblems, load_stored_problems
 from qdot.exercises.common.json_form import as_json
 from qdot.exercises.formula.identity import Certificate
-from qdot.exercises.problem.problem import Part, Problem
+from qdot.exercises.problem.problem import Problem
 from qdot.exercises.quizzes import ASKED
 from qdot.exercises.writing.markup import to_html
 from qdot.exercises.writing.render import render
@@ -25,10 +25,10 @@ from qdot.exercises.writing.statement import worked_solution
 from qdot.grader.grading.marking import NOT_RIGHT
 from qdot.grader.grading.result import AppliedOverride, Entries, PartResult, Result
 from qdot.grader.judging.verdict import Outcome
-from qdot.grader.reports.answers import Answer, answer_of, visible
-from qdot.grader.reports.differs import SUPERSCRIPT, Table, table_of
-from qdot.grader.reports.example import example_svg
-from qdot.grader.reports.feedback_levels import at_least, hold_back, without_numbers
+from qdot.grader.reports.answers import Answer, make_visible, show_answer
+from qdot.grader.reports.differs import SUPERSCRIPT, Table, make_counterexample_table
+from qdot.grader.reports.example import draw_example
+from qdot.grader.reports.feedback_levels import at_least, hold_back, remove_numbers
 
 PAGE = 7
 """Version of the page: any change of what it shows raises it, and every page is written anew."""
@@ -56,21 +56,17 @@ IN_SHORT = {
 
 @dataclass(frozen=True, kw_only=True)
 class PartOnPage:
-    """A part as the template shows it, with its points in words.
+    """A part as the template shows it, with what the feedback level leaves of its `result`.
 
     `asked`, `figure`, `example` and `solution` are HTML; `entries` say of each entry "right", "follows" or "wrong".
     """
 
+    id: str
     number: str
-    id: str = ""
     title: str
-    outcome: Outcome
-    word: str
-    points: str
-    max_points: str
+    result: PartResult
     reason: str
     advice: str | None
-    mistake: str | None
     override: str | None
     sure: str
     answer: Answer | None
@@ -78,9 +74,9 @@ class PartOnPage:
     followed_from: str | None
     table: Table | None
     example: str
-    asked: str = ""
-    figure: str = ""
-    solution: str | None = None
+    asked: str
+    figure: str
+    solution: str | None
 
 
 @dataclass(frozen=True)
@@ -92,17 +88,25 @@ class ProblemOnPage:
     figure: str
     given: str
     parts: tuple[PartOnPage, ...]
-    points: str
-    max_points: str
+
+    @property
+    def points(self) -> float:
+        """The points of all parts that have any."""
+        return sum(part.result.points or 0.0 for part in self.parts)
+
+    @property
+    def max_points(self) -> float:
+        """The most points of all parts."""
+        return sum(part.result.max_points for part in self.parts)
 
 
-def made_from(assignment: Assignment, student: Student, result: Result) -> str:
+def page_fingerprint(assignment: Assignment, student: Student, result: Result) -> str:
     """Return a short text that changes whenever the page does; the page holds it."""
     content = [PAGE, assignment.edition, assignment.feedback, student.name, as_json(result)]
     return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()[:16]
 
 
-def feedback_page(assignment: Assignment, student: Student, result: Result) -> str:
+def make_feedback_page(assignment: Assignment, student: Student, result: Result) -> str:
     """Return the student's page as self-contained HTML; nothing in it regenerates a problem."""
     problems = [] if result.obstacle is not None else _problems(assignment, student, result)
     parts = [part for problem in problems for part in problem.parts]
@@ -110,31 +114,31 @@ def feedback_page(assignment: Assignment, student: Student, result: Result) -> s
         "reports/feedback.html.j2",
         title=assignment.title,
         student=student,
-        made_from=made_from(assignment, student, result),
-        obstacle=None if result.obstacle is None else visible(result.obstacle),
-        notes=[visible(note) for note in (*_decisions(result), *result.notes)],
-        marked=_marked(result),
+        made_from=page_fingerprint(assignment, student, result),
+        obstacle=None if result.obstacle is None else make_visible(result.obstacle),
+        notes=[make_visible(note) for note in (*_describe_decisions(result), *result.notes)],
+        marked=_how_much_is_marked(result),
         percent=f"{result.percent:.0f}",
-        score=_points(result.score),
-        max_score=_points(result.max_score),
+        score=result.score,
+        max_score=result.max_score,
         problems=problems,
-        outcomes=[name for name in WORDS if any(part.outcome == name for part in parts)],
+        words=WORDS,
         overview=len(parts) > MANY,
-        kept_back=_kept_back(assignment.feedback, parts),
+        kept_back=_describe_level(assignment.feedback, parts),
     )
 
 
-def _marked(result: Result) -> str:
-    """Return of how much there is a mark: "nothing", "some" parts, or "all"."""
+def _how_much_is_marked(result: Result) -> str:
+    """Return how much has a mark: "nothing", "some" parts, or "all"."""
     points = [part.points for part in result.parts.values()]
     if None not in points or result.override is not None:
         return "all"
     return "some" if any(each is not None for each in points) else "nothing"
 
 
-def _kept_back(level: str, parts: Sequence[PartOnPage]) -> str:
-    """Return what the page does not tell of answers that are not right, for the student; empty where it tells all."""
-    if at_least(level, "values") or not any(part.outcome in NOT_RIGHT for part in parts):
+def _describe_level(level: str, parts: Sequence[PartOnPage]) -> str:
+    """Tell the student what the page does not show of answers that are not right; empty if it shows everything."""
+    if at_least(level, "values") or not any(part.result.outcome in NOT_RIGHT for part in parts):
         return ""
     if at_least(level, "counterexample"):
         return "Where an answer differs is shown with its own value there; what is right is not told."
@@ -143,8 +147,8 @@ def _kept_back(level: str, parts: Sequence[PartOnPage]) -> str:
     return "What came of each part is told, and no more."
 
 
-def _decisions(result: Result) -> list[str]:
-    """Return what decided the points beside the answers: lateness, a total that was set, parts that aren't shown."""
+def _describe_decisions(result: Result) -> list[str]:
+    """Return what decided the points beside the answers: lateness, a total set by a person, parts that aren't shown."""
     notes = []
     late = result.late
     if late is not None:
@@ -161,74 +165,75 @@ def _decisions(result: Result) -> list[str]:
 
 
 def _describe_override(override: AppliedOverride, what: str) -> str:
-    """Return what a person set (`what`: the points of a part, the total) or says, in words for the student."""
+    """Tell the student what a person set (`what`: the points of a part, or the total) or says."""
+    comment = make_visible(override.comment)
     if override.points is None:
-        return f"Your instructor says: {override.comment}"
-    comment = f": {override.comment}" if override.comment else ""
+        return f"Your instructor says: {comment}"
+    comment = f": {comment}" if comment else ""
     return f"{what} set by your instructor to {_points(override.points)}{comment}"
 
 
 def _problems(assignment: Assignment, student: Student, result: Result) -> list[ProblemOnPage]:
     """Return every problem as the template shows it."""
     stored = load_stored_problems(assignment, student.id)
-    shown = []
-    for number, ((slot, problem), came_of) in enumerate(zip(stored.problems, result.problems, strict=True), 1):
-        numbers = {part.name: f"{number}.{index}" for index, part in enumerate(came_of.parts, 1)}
-        parts = []
-        for index, part_result in enumerate(came_of.parts, 1):
-            part = problem[part_result.name]
-            page = _part(problem, part, hold_back(part_result, assignment.feedback), numbers)
-            solution = to_html(worked_solution(problem, part)) if assignment.feedback == "solutions" else None
-            figure, asked = stored.part_figure(slot, problem, part.name), stored.prompt(slot, problem, part.name)
-            parts.append(replace(page, id=f"part-{number}-{index}", asked=asked, figure=figure, solution=solution))
-        shown.append(
-            ProblemOnPage(
-                id=f"problem-{number}",
-                title=f"Problem {number}: {problem.title}",
-                figure=stored.figure(slot, problem),
-                given=_add_caption(stored.statement(slot, problem), problem),
-                parts=tuple(parts),
-                points=_points(sum(part.points or 0.0 for part in came_of.parts)),
-                max_points=_points(sum(part.max_points for part in came_of.parts)),
-            )
+    return [
+        ProblemOnPage(
+            id=f"problem-{number}",
+            title=f"Problem {number}: {problem.title}",
+            figure=stored.figure(slot, problem),
+            given=_add_caption(stored.statement(slot, problem), problem),
+            parts=_parts(stored, number, slot, problem, problem_result.parts, assignment.feedback),
         )
-    return shown
+        for number, ((slot, problem), problem_result) in enumerate(
+            zip(stored.problems, result.problems, strict=True), 1
+        )
+    ]
 
 
 def _add_caption(table: str, problem: Problem) -> str:
-    """Return what is given with a caption for its table, which a screen reader tells before it."""
+    """Return the statement with a caption for its table, which a screen reader reads first."""
     caption = f'<table><caption class="unseen">{convention_of(problem.chain).caption}</caption>'
     return re.sub(r"<th\b(?!ead)", '<th scope="col"', table.replace("<table>", caption))
 
 
-def _part(problem: Problem, part: Part, result: PartResult, numbers: Mapping[str, str]) -> PartOnPage:
-    """Return what is said of a part; other parts are called by their numbers."""
-    outcome, answer = result.outcome, result.answer
-    is_blank = outcome is Outcome.MISSING and _is_blank(answer or "")
-    example = result.certificate and result.certificate.counterexample
-    table = table_of(problem, part, example) if outcome in NOT_RIGHT and example else None
-    return PartOnPage(
-        number=numbers[part.name],
-        title=ASKED[part.kind].title,
-        outcome=outcome,
-        word=WORDS[outcome],
-        points="–" if result.points is None else _points(result.points),
-        max_points=_points(result.max_points),
-        reason=_numbered(_sentence(_reason(result, table is not None)), problem, numbers),
-        advice=_numbered(result.advice, problem, numbers) if result.advice else None,
-        mistake=result.mistake,
-        override=None if result.override is None else visible(_describe_override(result.override, "Points")),
-        sure=_how_sure(result.certificate) if outcome is Outcome.CORRECT else "",
-        answer=None if answer is None or is_blank else answer_of(problem, part, answer),
-        entries=_marks(result.entries, result.follows) if outcome in NOT_RIGHT and result.entries else None,
-        followed_from=numbers.get(result.followed_from or ""),
-        table=table,
-        example=example_svg(problem, part, example, answer) if table is not None and example else "",
-    )
+def _parts(
+    stored: StoredProblems, number: int, slot: str, problem: Problem, results: Sequence[PartResult], feedback: str
+) -> tuple[PartOnPage, ...]:
+    """Return the parts of a problem; other parts are called by their numbers."""
+    numbers = {result.name: f"{number}.{index}" for index, result in enumerate(results, 1)}
+    shown = []
+    for index, result in enumerate((hold_back(result, feedback) for result in results), 1):
+        part, outcome, text = problem[result.name], result.outcome, result.answer
+        is_blank = outcome is Outcome.MISSING and _is_blank(text or "")
+        example = result.certificate and result.certificate.counterexample
+        table = make_counterexample_table(problem, part, example) if outcome in NOT_RIGHT and example else None
+        shown.append(
+            PartOnPage(
+                id=f"part-{number}-{index}",
+                number=numbers[part.name],
+                title=ASKED[part.kind].title,
+                result=result,
+                reason=_number_parts(_capitalize(_reason(result, table is not None)), problem, numbers),
+                advice=_number_parts(result.advice, problem, numbers) if result.advice else None,
+                override=None if result.override is None else _describe_override(result.override, "Points"),
+                sure=_describe_certainty(result.certificate) if outcome is Outcome.CORRECT else "",
+                answer=None if text is None or is_blank else show_answer(problem, part, text),
+                entries=_mark_entries(result.entries, result.follows)
+                if outcome in NOT_RIGHT and result.entries
+                else None,
+                followed_from=numbers.get(result.followed_from or ""),
+                table=table,
+                example=draw_example(problem, part, example, text) if table is not None and example else "",
+                asked=stored.prompt(slot, problem, part.name),
+                figure=stored.part_figure(slot, problem, part.name),
+                solution=to_html(worked_solution(problem, part)) if feedback == "solutions" else None,
+            )
+        )
+    return tuple(shown)
 
 
-def _marks(entries: Entries, follows: Entries | None) -> list[list[str]] | None:
-    """Return of each entry whether it is right, wrong, or follows from a wrong one before; None of one alone."""
+def _mark_entries(entries: Entries, follows: Entries | None) -> list[list[str]] | None:
+    """Return for each entry whether it is right, wrong, or follows from an earlier wrong one; None for a single one."""
     if sum(map(len, entries)) <= 1:
         return None
 
@@ -239,7 +244,7 @@ def _marks(entries: Entries, follows: Entries | None) -> list[list[str]] | None:
     return [list(map(mark, row, following)) for row, following in zip(entries, follows or nothing, strict=True)]
 
 
-def _numbered(text: str, problem: Problem, numbers: Mapping[str, str]) -> str:
+def _number_parts(text: str, problem: Problem, numbers: Mapping[str, str]) -> str:
     """Return a text in which parts of the problem are called by their numbers, as the page does."""
     for part in problem.parts:
         for called in (part.name, ASKED[part.kind].title):
@@ -249,7 +254,7 @@ def _numbered(text: str, problem: Problem, numbers: Mapping[str, str]) -> str:
 
 
 def _is_blank(answer: str) -> bool:
-    """Tell whether nothing was answered; of a vector that was left blank in part, what is there is shown."""
+    """Tell whether nothing was answered; a vector that is only partly blank is an answer."""
     return not re.sub(r"blank|[\s\[\](),]", "", answer)
 
 
@@ -258,16 +263,16 @@ def _points(points: float) -> str:
 
 
 def _reason(part: PartResult, is_short: bool) -> str:
-    """Return why an answer is not right, without the numbers that stand in the table."""
+    """Return why an answer is not right, without the numbers if these are in the table."""
     reason = part.reason
     if is_short:
-        reason = without_numbers(reason)
+        reason = remove_numbers(reason)
         for pattern, words in IN_SHORT.items():
             reason = re.sub(pattern, words, reason)
-    return visible(reason)
+    return make_visible(reason)
 
 
-def _how_sure(certificate: Certificate | None) -> str:
+def _describe_certainty(certificate: Certificate | None) -> str:
     """Return how a right answer was compared, and the chance that a wrong one would have passed."""
     if certificate is None or (certificate.points < 2 and not certificate.bound):
         return ""
@@ -284,6 +289,6 @@ def _how_sure(certificate: Certificate | None) -> str:
     )
 
 
-def _sentence(reason: str) -> str:
+def _capitalize(reason: str) -> str:
     """Return a reason with a capital, if its first word is one of ours: `p1_jacobian` and `a2` are names."""
     return reason[:1].upper() + reason[1:] if re.match(rf"({OURS})\b", reason) else reason

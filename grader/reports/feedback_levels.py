@@ -1,4 +1,4 @@
-"""How much a student is told of a wrong answer: what a level of `feedback` in assignment.toml leaves of a result.
+"""Limit what a student sees of a wrong answer to the level of `feedback` in assignment.toml.
 
 The levels are an outcome, and why an answer could not be read; the mistake, or what to look at, and which entries are
 right; where it differs with its own value there, which is nothing that could be handed in again; what is right there;
@@ -43,12 +43,12 @@ _NAMES = ((r" \(transposed\?\)", ""),)
 
 
 def at_least(level: str, wanted: str) -> bool:
-    """Tell whether a level of feedback tells what another does."""
+    """Tell whether a level of feedback shows at least what another does."""
     return FEEDBACK.index(level) >= FEEDBACK.index(wanted)
 
 
 def hold_back(part: PartResult, level: str) -> PartResult:
-    """Return a part of a result as a student may see it: without what the level of feedback keeps back.
+    """Return a part of a result as a student may see it at this level of feedback.
 
     >>> from qdot import Outcome
     >>> reason = "number 1 is 2, and 0.624 m/s is right"
@@ -58,35 +58,35 @@ def hold_back(part: PartResult, level: str) -> PartResult:
     """
     if part.outcome not in NOT_RIGHT or at_least(level, "values"):
         return part
-    reason, certificate = _cut(part.reason, _RIGHT_VALUES), _without_right(part.certificate)
+    reason, certificate = _replace_patterns(part.reason, _RIGHT_VALUES), _without_right_values(part.certificate)
     if at_least(level, "counterexample"):
         return replace(part, reason=reason, certificate=certificate)
-    reason = _cut(without_numbers(reason), _ALONE) or "it is not what is due"
+    reason = _replace_patterns(remove_numbers(reason), _ALONE) or "it is not what is due"
     certificate = None if part.certificate is None else replace(part.certificate, counterexample=None)
     if at_least(level, "mistake"):
         return replace(part, reason=reason, certificate=certificate)
-    reason = _cut(reason, _NAMES) if certificate is None else ""
+    reason = _replace_patterns(reason, _NAMES) if certificate is None else ""
     nothing = replace(part, mistake=None, advice=None, entries=None, follows=None)
     return replace(nothing, reason=reason, certificate=certificate)
 
 
-def without_numbers(reason: str) -> str:
-    """Return a reason without the numbers of its counterexample, for where they stand in a table.
+def remove_numbers(reason: str) -> str:
+    """Return a reason without the numbers of its counterexample, if a table has them.
 
-    >>> without_numbers("entry 1 differs at a1 = 2: yours 4, expected 2")
+    >>> remove_numbers("entry 1 differs at a1 = 2: yours 4, expected 2")
     'entry 1 differs'
     """
-    return _cut(_cut(reason, _RIGHT_VALUES), _NUMBERS)
+    return _replace_patterns(_replace_patterns(reason, _RIGHT_VALUES), _NUMBERS)
 
 
-def _cut(reason: str, patterns: tuple[tuple[str, str], ...]) -> str:
+def _replace_patterns(reason: str, patterns: tuple[tuple[str, str], ...]) -> str:
     for pattern, left in patterns:
         reason = re.sub(pattern, left, reason)
     return reason
 
 
-def _without_right(certificate: Certificate | None) -> Certificate | None:
-    """Return a certificate whose counterexample tells no value that is right."""
+def _without_right_values(certificate: Certificate | None) -> Certificate | None:
+    """Return a certificate whose counterexample shows no right values."""
     if certificate is None or certificate.counterexample is None:
         return certificate
     example = certificate.counterexample

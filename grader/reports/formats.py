@@ -1,4 +1,4 @@
-"""The results of a class in forms that other programs read: `qdot grade DIR --report FORMAT=PATH`."""
+"""Write the results of a class in formats that other programs read: `qdot grade DIR --report FORMAT=PATH`."""
 
 import json
 import sys
@@ -14,9 +14,9 @@ from qdot.exercises.common.files import write_atomically
 from qdot.exercises.common.json_form import as_json
 from qdot.grader.grading.result import Result
 from qdot.grader.reports import charts, github, gradescope, junit
-from qdot.grader.reports.class_page import class_page
-from qdot.grader.reports.excel import workbook
-from qdot.grader.reports.gradebooks import canvas, moodle, unmarked
+from qdot.grader.reports.class_page import make_class_page
+from qdot.grader.reports.excel import make_workbook
+from qdot.grader.reports.gradebooks import make_canvas_csv, make_moodle_csv, note_unmarked
 from qdot.grader.reports.tables import grades_csv
 
 
@@ -42,11 +42,11 @@ class Format:
     check: Callable[[], None] = lambda: None
 
 
-def _csv(assignment: Assignment, results: Sequence[Result]) -> str:
+def _grades_csv(assignment: Assignment, results: Sequence[Result]) -> str:
     return grades_csv(results, assignment.roster)
 
 
-def _json(_: Assignment, results: Sequence[Result]) -> str:
+def _results_json(_: Assignment, results: Sequence[Result]) -> str:
     return json.dumps([as_json(result) for result in results], ensure_ascii=False, indent=1) + "\n"
 
 
@@ -55,22 +55,22 @@ IMPORTER = "its importer's rules, written anew"
 FORMATS = {
     made.name: made
     for made in (
-        Format("csv", "A row a student, a column a part", "spreadsheets", "Python's csv", _csv),
-        Format("json", "All there is, as one list", "programs", "our JSON Schema", _json),
+        Format("csv", "A row a student, a column a part", "spreadsheets", "Python's csv", _grades_csv),
+        Format("json", "All there is, as one list", "programs", "our JSON Schema", _results_json),
         Format("junit", "A test for every part of every student, in XML", "GitLab, Jenkins, Artemis", "junitparser",
                junit.junit_xml),
         Format("github", "A job summary; annotations go to standard output", "GitHub Actions",
-               "markdown-it, by the rules for workflow commands", github.summary, printed=github.annotations),
+               "markdown-it, by the rules for workflow commands", github.make_summary, printed=github.make_annotations),
         Format("gradescope", "results.json of one student (`--student`)", "Gradescope",
-               "a harness with Gradescope's folders", gradescope.results_json, of_one_student=True),
-        Format("canvas", "Canvas's gradebook, to be imported", "Canvas", IMPORTER, canvas, notes=unmarked),
-        Format("moodle", "Moodle's gradebook, to be imported", "Moodle", IMPORTER, moodle, notes=unmarked),
-        Format("xlsx", "A workbook: grades, and what became of each part", "Excel, LibreOffice", "openpyxl", workbook,
-               check=lambda: need("report", "--report xlsx", "xlsxwriter")),
-        Format(
-            "html", "The class at a glance, a page for the staff", "any browser", "Chromium", class_page, private=True,
-            check=charts.check,
-        ),
+               "a harness with Gradescope's folders", gradescope.make_results_json, of_one_student=True),
+        Format("canvas", "Canvas's gradebook, to be imported", "Canvas", IMPORTER, make_canvas_csv,
+               notes=note_unmarked),
+        Format("moodle", "Moodle's gradebook, to be imported", "Moodle", IMPORTER, make_moodle_csv,
+               notes=note_unmarked),
+        Format("xlsx", "A workbook: grades, and what became of each part", "Excel, LibreOffice", "openpyxl",
+               make_workbook, check=lambda: need("report", "--report xlsx", "xlsxwriter")),
+        Format("html", "The class at a glance, a page for the staff", "any browser", "Chromium",
+               make_class_page, private=True, check=charts.check_library),
     )
 }  # fmt: skip
 """Every format: one line each."""
@@ -95,7 +95,7 @@ def read_reports(asked: Sequence[str], of_one: bool) -> list[tuple[str, str]]:
 
 
 def write_asked(assignment: Assignment, results: Sequence[Result], asked: Sequence[tuple[str, str]]) -> None:
-    """Write the reports that were asked for. Raises QdotError where a file can't be written."""
+    """Write the reports that were asked for. Raises QdotError if a file can't be written."""
     for name, path in asked:
         made = FORMATS[name]
         content = made.make(assignment, results)
@@ -107,7 +107,7 @@ def write_asked(assignment: Assignment, results: Sequence[Result], asked: Sequen
 
 
 def write_out(path: str, content: str | bytes, mode: int = 0o644) -> None:
-    """Write to a path, or to standard output. Raises QdotError where it can't be written."""
+    """Write to a path, or to standard output. Raises QdotError if it can't be written."""
     if path != STDOUT:
         write_atomically(Path(path), content, mode)
     elif isinstance(content, bytes):

@@ -1,23 +1,22 @@
-"""Results for GitHub Actions: a job summary in Markdown, and annotations as workflow commands for standard output.
+"""Report results to GitHub Actions: a job summary in Markdown, and annotations as workflow commands.
 
 GitHub shows ten annotations of a kind for each step and drops the others, and takes no summary above 1 MiB; both are
 kept to. Texts in which students' words may be are written so that they are neither commands nor markup.
 """
 
 import re
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 
 from qdot.exercises.assignment.assignment import Assignment
 from qdot.exercises.writing.render import render
-from qdot.grader.grading.check import Checked
-from qdot.grader.grading.marking import number
+from qdot.grader.grading.check import CheckedNotebook
+from qdot.grader.grading.marking import format_points
 from qdot.grader.grading.result import Result
-from qdot.grader.reports.answer_positions import line_of_answer
-from qdot.grader.reports.answers import visible
-from qdot.grader.reports.rows import Row, lateness, rows_of
-from qdot.grader.reports.tables import NO_MARK, staff_notes, status
+from qdot.grader.reports.answers import make_visible
+from qdot.grader.reports.rows import list_notes, make_rows
+from qdot.grader.reports.tables import NO_MARK, list_staff_notes, status
 
 MOST_ANNOTATIONS = 10
 """Of each kind, for a step."""
@@ -29,133 +28,112 @@ LONGEST_TEXT = 500
 _MARKUP = re.compile(r"([\\`*_{}\[\]()<>#+|~$&!@:])")
 
 
-@dataclass(frozen=True)
-class StudentLine:
-    """A student in the table of the class, in Markdown."""
-
-    id: str
-    score: str
-    max_score: str
-    status: str
-    note: str
-
-
-@dataclass(frozen=True)
-class Section:
-    """The parts of a student, in Markdown; it is `opened` where nobody else is on the page."""
-
-    student: str
-    opened: bool
-    rows: list[Row]
-    notes: list[str]
-    score: str
-    max_score: str
-
-
-def summary(assignment: Assignment, results: Sequence[Result]) -> str:
+def make_summary(assignment: Assignment, results: Sequence[Result]) -> str:
     """Return the job summary: a table of the class, and each student's parts; of one student, the parts alone.
 
-    Where all parts would be too much, those of the first students are shown, and how many are left out.
+    If all parts would be too much, those of the first students are shown, and how many are left out.
     """
-    if len(results) == 1:
-        return _page(assignment, results, [_section(results[0], assignment.feedback, opened=True)], 0)
-    sections = list[Section]()
-    size = len(_page(assignment, results, [], len(results)).encode())
+    students = results if len(results) > 1 else []
+    shown = list[Result]()
+    size = _size(assignment, students, [], len(results))
     if size > LARGEST_SUMMARY:
         return render("reports/github-short.md.j2", title=_markdown(assignment.title), count=len(results))
     for result in results:
-        section = _section(result, assignment.feedback, opened=False)
-        size += len(_page(assignment, [], [section], 0).encode())
+        size += _size(assignment, [result], [result]) - _size(assignment, [result], [])
         if size > LARGEST_SUMMARY:
             break
-        sections.append(section)
-    return _page(assignment, results, sections, len(results) - len(sections))
+        shown.append(result)
+    return _page(assignment, students, shown, len(results) - len(shown))
 
 
-def _page(assignment: Assignment, results: Sequence[Result], sections: list[Section], left_out: int) -> str:
-    students = [
-        StudentLine(
-            _markdown(result.student), number(result.score), number(result.max_score), status(result),
-            _markdown("; ".join(staff_notes(result))),
-        )
-        for result in results
-    ] if len(results) > 1 else []  # fmt: skip
-    title = _markdown(assignment.title)
-    return render("reports/github.md.j2", title=title, students=students, sections=sections, left_out=left_out)
+def _size(assignment: Assignment, students: Sequence[Result], shown: Sequence[Result], left_out: int = 0) -> int:
+    return len(_page(assignment, students, shown, left_out).encode())
 
 
-def _section(result: Result, feedback: str, opened: bool) -> Section:
-    rows = [replace(row, message=_markdown(row.message)) for row in rows_of(result, feedback)]
-    notes = [_markdown(text) for text in (*result.notes, lateness(result)) if text]
-    if result.override is not None:
-        notes.append(_markdown(f"the total was set by your instructor: {result.override.comment}".rstrip(": ")))
-    return Section(
-        _markdown(result.student), opened, rows, notes, number(result.score), number(result.max_score)
-    )  # fmt: skip
+def _page(assignment: Assignment, students: Sequence[Result], shown: Sequence[Result], left_out: int) -> str:
+    """Return the page with a table of `students` (none for one student alone) and the parts of those `shown`."""
+    return render(
+        "reports/github.md.j2",
+        title=assignment.title,
+        students=[(result, status(result), "; ".join(list_staff_notes(result))) for result in students],
+        sections=[(result, make_rows(result, assignment.feedback), list_notes(result)) for result in shown],
+        left_out=left_out,
+        markdown=_markdown,
+        number=format_points,
+    )
 
 
 def _markdown(text: str) -> str:
     """Return a text for a table's cell, in which nothing is markup: neither a link, nor a formula, nor HTML."""
-    line = " ".join(visible(text).split())
-    return _MARKUP.sub(r"\\\1", line if len(line) <= LONGEST_TEXT else f"{line[:LONGEST_TEXT]} …")
+    return _MARKUP.sub(r"\\\1", _cut(" ".join(make_visible(text).split())))
 
 
-def annotations(assignment: Assignment, results: Sequence[Result]) -> str:
+@dataclass(frozen=True)
+class Annotation:
+    """A remark that GitHub shows beside a job, or beside a file: an "error" or a "warning"."""
+
+    kind: str
+    title: str
+    message: str
+    file: str = ""
+
+    @property
+    def command(self) -> str:
+        """The workflow command, a line of standard output."""
+        file = f"file={_property(self.file)}," if self.file else ""
+        return f"::{self.kind} {file}title={_property(self.title)}::{_message(self.message)}\n"
+
+
+def make_annotations(assignment: Assignment, results: Sequence[Result]) -> str:
     """Return workflow commands, a line each: errors for what earned nothing, warnings for what is right in part.
 
-    Of a class there is one for every student who has no marks or whose notebook could not be used.
+    For a class, there is one for each student who has no mark or whose notebook could not be used.
     """
-    notes = list(_of_parts(results[0], assignment.feedback) if len(results) == 1 else _of_class(results))
-    lines = []
-    for kind in ("error", "warning"):
-        of_kind = [(title, message) for each, title, message in notes if each == kind]
-        if len(of_kind) > MOST_ANNOTATIONS:
-            rest = f"and {len(of_kind) - MOST_ANNOTATIONS + 1} more; the job summary has all"
-            of_kind = [*of_kind[: MOST_ANNOTATIONS - 1], (assignment.key, rest)]
-        lines += [f"::{kind} title={_property(title)}::{_message(message)}" for title, message in of_kind]
-    return "".join(f"{line}\n" for line in lines)
+    if len(results) == 1:
+        notes = [
+            Annotation("warning" if row.points else "error", f"{row.part}: {row.earned}", _cut(row.message))
+            for row in make_rows(results[0], assignment.feedback)
+            if not row.passed
+        ]
+    else:
+        states = [(result.student, status(result), list_staff_notes(result)) for result in results]
+        notes = [
+            Annotation("error" if state == "ungraded" else "warning", student, "; ".join(staff_notes))
+            for student, state, staff_notes in states
+            if state in ("unusable", *NO_MARK)
+        ]
+    return "".join(_commands(kind, notes, assignment.key) for kind in ("error", "warning"))
 
 
-def _of_parts(result: Result, feedback: str) -> Iterator[tuple[str, str, str]]:
-    for row in rows_of(result, feedback):
-        if not row.passed:
-            yield "warning" if row.points else "error", f"{row.part}: {row.earned}", _shown(row)
+def _commands(kind: str, notes: Sequence[Annotation], title: str) -> str:
+    """Return the commands of a kind, as many as GitHub shows; the last says under `title` how many are left out."""
+    shown = [note for note in notes if note.kind == kind]
+    if len(shown) > MOST_ANNOTATIONS:
+        left_out = len(shown) - MOST_ANNOTATIONS + 1
+        last = Annotation(kind, title, f"and {left_out} more; the job summary has all")
+        shown = [*shown[: MOST_ANNOTATIONS - 1], last]
+    return "".join(note.command for note in shown)
 
 
-def _shown(row: Row) -> str:
-    return row.message if len(row.message) <= LONGEST_TEXT else f"{row.message[:LONGEST_TEXT]} …"
+def make_check_summary(checked: CheckedNotebook) -> str:
+    """Return the job summary of `qdot check`: what will be read of a notebook."""
+    rows = [{"part": row.part, "readable": row.readable, "message": _markdown(row.message)} for row in checked.rows]
+    return render("reports/github-check.md.j2", rows=rows, notes=[_markdown(note) for note in checked.notes])
 
 
-def _of_class(results: Sequence[Result]) -> Iterator[tuple[str, str, str]]:
-    for result in results:
-        state = status(result)
-        if state in ("unusable", *NO_MARK):
-            yield "error" if state == "ungraded" else "warning", result.student, "; ".join(staff_notes(result))
+def make_check_annotations(path: Path, checked: CheckedNotebook) -> str:
+    """Return a warning for every answer of a notebook that can't be read."""
+    unreadable = [row for row in checked.rows if not row.readable]
+    notes = [Annotation("warning", row.part, row.message, path.as_posix()) for row in unreadable]
+    return _commands("warning", notes, "qdot")
 
 
-# --- what a student can know before handing in: `qdot check` ---
-
-
-def check_summary(checked: Checked) -> str:
-    """Return the job summary of what will be read of a notebook."""
-    rows = [{"part": row.part, "readable": row.readable, "said": _markdown(row.said)} for row in checked.rows]
-    return render("reports/github-check.md.j2", rows=rows, notes=[_markdown(said) for said in checked.notes])
-
-
-def check_annotations(path: Path, checked: Checked) -> str:
-    """Return a warning for every answer that can't be read, at its line in the file, where GitHub shows it."""
-    unreadable, file = [row for row in checked.rows if not row.readable], _property(path.as_posix())
-    commands = [
-        f"::warning file={file},line={line_of_answer(path, row.part)},title={_property(row.part)}::{_message(row.said)}"
-        for row in unreadable[: MOST_ANNOTATIONS if len(unreadable) <= MOST_ANNOTATIONS else MOST_ANNOTATIONS - 1]
-    ]
-    if len(commands) < len(unreadable):
-        commands.append(f"::warning title=qdot::and {len(unreadable) - len(commands)} more; the job summary has all")
-    return "".join(f"{line}\n" for line in commands)
+def _cut(text: str) -> str:
+    return text if len(text) <= LONGEST_TEXT else f"{text[:LONGEST_TEXT]} …"
 
 
 def _message(text: str) -> str:
-    return visible(text).replace("%", "%25").replace("\r", "%0D").replace("\n", "%0A")
+    return make_visible(text).replace("%", "%25").replace("\r", "%0D").replace("\n", "%0A")
 
 
 def _property(text: str) -> str:

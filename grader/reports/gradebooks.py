@@ -1,4 +1,4 @@
-"""Gradebooks that Canvas and Moodle import, as their importers really read them.
+"""Write gradebooks that Canvas and Moodle import, following the code of their importers.
 
 Whose line is whose is said by the platform's own columns, where roster.csv is its export or has such columns; else by
 the roster's identifiers. A cell holds a mark that qdot or a person gave, and nothing else: what was not handed in, not
@@ -14,9 +14,9 @@ from collections.abc import Iterator, Sequence
 from qdot.exercises.assignment.assignment import Assignment, Student
 from qdot.exercises.assignment.gradebook import CANVAS, MOODLE, MOODLE_COLUMNS, MOODLE_KEYS, POINTS, Gradebook
 from qdot.exercises.common.errors import QdotError
-from qdot.grader.grading.marking import number
+from qdot.grader.grading.marking import format_points
 from qdot.grader.grading.result import Result
-from qdot.grader.reports.tables import is_marked, no_formula, status
+from qdot.grader.reports.tables import escape_formula, is_marked, status
 
 RESERVED = tuple(
     f"{when} {what}"
@@ -37,8 +37,8 @@ MOST = 100
 _SIMPLE = re.compile(r"[+-]?[\d .]*")
 
 
-def unmarked(_: Assignment, results: Sequence[Result]) -> list[str]:
-    """Return a note on those whose cell holds no mark, and why."""
+def note_unmarked(_: Assignment, results: Sequence[Result]) -> list[str]:
+    """Return a note on students whose cell holds no mark, and why."""
     without = [f"{result.student} ({status(result)})" for result in results if not is_marked(result)]
     return [f"no mark for {', '.join(without)}"] if without else []
 
@@ -54,10 +54,10 @@ CANVAS_COLUMNS = {
 """Columns of a roster of one's own that Canvas knows; `id` alone may be anybody's number."""
 
 
-def canvas(assignment: Assignment, results: Sequence[Result]) -> str:
-    """Return the CSV that Canvas imports. Raises QdotError where its importer would pass the marks over.
+def make_canvas_csv(assignment: Assignment, results: Sequence[Result]) -> str:
+    """Return the CSV that Canvas imports. Raises QdotError if its importer would ignore the marks.
 
-    An assignment that Canvas has is called as in the export, with its number; what it says of who is excused stays.
+    An assignment that Canvas has is called as in the export, with its number; students who are excused there stay so.
     """
     title = _title(assignment)
     word = next((word for word in RESERVED if word in title), None)
@@ -65,52 +65,58 @@ def canvas(assignment: Assignment, results: Sequence[Result]) -> str:
         raise QdotError(
             f"canvas: Canvas passes over a column whose title holds {word!r}; give the assignment another title"
         )
+    points = format_points(results[0].max_score)
     book = assignment.gradebook
-    if book is None or book.platform != CANVAS:
-        return _canvas_of_roster(assignment, results, title)
-    at = _column_of(book, title)
-    points = number(results[0].max_score)
-    if at is not None and book.points and _number(book.points[at]) not in (None, _number(points)):
-        raise QdotError(
-            f"canvas: {book.header[at]!r} has {book.points[at]} points in Canvas and {points} here; set one like the "
-            "other (`points` in assignment.toml), so that marks mean the same"
-        )
-    whose = book.header[: book.identity]
-    rows = [[*whose, title if at is None else book.header[at]], _points_row(len(whose), points)]
+    if book is not None and book.platform == CANVAS:
+        head, students = _of_export(book, title, points)
+    else:
+        head, students = _of_roster(assignment.roster, title)
+    rows = [head, [f"    {POINTS}", *[""] * (len(head) - 2), points]]
     for result in results:
-        line = book.lines[result.student]
-        before = "" if at is None else line[at].strip()
-        cell = EXCUSED if before.upper() == EXCUSED else _mark(result)
-        rows.append([*_safe(line[: len(whose)]), cell])
-    return _text(rows)
+        identity, before = students[result.student]
+        excused = before.strip().upper() == EXCUSED
+        rows.append([*_escape_cells(identity), EXCUSED if excused else _mark_text(result)])
+    return _csv_text(rows)
 
 
-def _canvas_of_roster(assignment: Assignment, results: Sequence[Result], title: str) -> str:
-    others = {student.id: dict(student.others) for student in assignment.roster}
+Identities = dict[str, tuple[Sequence[str], str]]
+"""By student: the cells by which Canvas knows them, and the cell of the assignment as it was."""
+
+
+def _of_export(book: Gradebook, title: str, points: str) -> tuple[list[str], Identities]:
+    """Return the head of the table and its students as Canvas exported them."""
+    column = _column_of(book, title)
+    if column is not None and book.points and _parse_number(book.points[column]) not in (None, _parse_number(points)):
+        raise QdotError(
+            f"canvas: {book.header[column]!r} has {book.points[column]} points in Canvas and {points} here; set one "
+            "like the other (`points` in assignment.toml), so that marks mean the same"
+        )
+    head = [*book.header[: book.identity], title if column is None else book.header[column]]
+    return head, {
+        student: (line[: book.identity], "" if column is None else line[column]) for student, line in book.lines.items()
+    }
+
+
+def _of_roster(roster: Sequence[Student], title: str) -> tuple[list[str], Identities]:
+    """Return the head of the table and its students by the columns of the roster that Canvas knows."""
+    cells = {student.id: dict(student.others) for student in roster}
     columns = {
-        head: next((name for name in names if any(own.get(name, "").strip() for own in others.values())), "")
+        head: next((name for name in names if any(row.get(name, "").strip() for row in cells.values())), "")
         for head, names in CANVAS_COLUMNS.items()
     }
-    known = any(columns[head] for head in ("ID", "SIS User ID", "SIS Login ID"))
-    by_id = {student.id: student for student in assignment.roster}
-    rows = [["Student", *CANVAS_COLUMNS, title], _points_row(5, number(results[0].max_score))]
-    for result in results:
-        student = by_id[result.student]
-        cells = {head: others[student.id].get(name, "") for head, name in columns.items()}
-        if not known:
-            cells["SIS Login ID"] = student.id
-        excused = next((value for name, value in student.others if name == title.lower()), "")
-        mark = EXCUSED if excused.strip().upper() == EXCUSED else _mark(result)
-        rows.append([*_safe([student.name or student.id, *cells.values()]), mark])
-    return _text(rows)
-
-
-def _points_row(whose: int, points: str) -> list[str]:
-    return [f"    {POINTS}", *[""] * (whose - 1), points]
+    is_known = any(columns[head] for head in ("ID", "SIS User ID", "SIS Login ID"))
+    students: Identities = {}
+    for student in roster:
+        row = cells[student.id]
+        identity = {head: row.get(name, "") for head, name in columns.items()}
+        if not is_known:
+            identity["SIS Login ID"] = student.id
+        students[student.id] = [student.name or student.id, *identity.values()], row.get(title.lower(), "")
+    return ["Student", *CANVAS_COLUMNS, title], students
 
 
 def _column_of(book: Gradebook, title: str) -> int | None:
-    """Return which column of Canvas's is this assignment's: its title, a number in parentheses behind it."""
+    """Return the index of this assignment's column in Canvas: its title, followed by a number in parentheses."""
     pattern = re.compile(rf"{re.escape(title)}( \(\d+\))?", re.IGNORECASE)
     columns = [index for index in range(book.identity, len(book.header)) if pattern.fullmatch(book.header[index])]
     if len(columns) > 1:
@@ -120,7 +126,7 @@ def _column_of(book: Gradebook, title: str) -> int | None:
     return columns[0] if columns else None
 
 
-def _number(text: str) -> float | None:
+def _parse_number(text: str) -> float | None:
     try:
         return float(text.replace(",", "."))
     except ValueError:
@@ -130,7 +136,7 @@ def _number(text: str) -> float | None:
 # --- Moodle ---
 
 
-def moodle(assignment: Assignment, results: Sequence[Result]) -> str:
+def make_moodle_csv(assignment: Assignment, results: Sequence[Result]) -> str:
     """Return the CSV that Moodle imports: who, the points, and per cent of them.
 
     A column that says who is left out unless it is filled in, and with another text, for everybody: with an empty cell
@@ -144,13 +150,13 @@ def moodle(assignment: Assignment, results: Sequence[Result]) -> str:
     for index, result in enumerate(results):
         cells = [NO_GRADE, NO_GRADE]
         if is_marked(result):
-            cells = [number(result.score), number(result.percent)]
-        rows.append([*_safe([values[index] for _, values in columns]), *cells[-len(marks) :]])
-    return _text(rows)
+            cells = [format_points(result.score), format_points(result.percent)]
+        rows.append([*_escape_cells([values[index] for _, values in columns]), *cells[-len(marks) :]])
+    return _csv_text(rows)
 
 
 def _moodle_columns(assignment: Assignment) -> list[tuple[str, list[str]]]:
-    """Return the columns that say who, by what they are called; the students' names among them are for people."""
+    """Return the columns that identify students, by their heads; the names among them are for people."""
     roster, book = assignment.roster, assignment.gradebook
     if book is not None and book.platform == MOODLE:
         heads = {key: [name for name in book.header if name.lower() in MOODLE_COLUMNS[key]] for key in MOODLE_COLUMNS}
@@ -163,7 +169,13 @@ def _moodle_columns(assignment: Assignment) -> list[tuple[str, list[str]]]:
     else:
         names = [("Name", [student.name for student in roster])]
         keys = list(_keys_of_roster(roster))
-    return [*names, *([each for each in keys if _tells_apart(each[1])] or [("student", [one.id for one in roster])])]
+    return [
+        *names,
+        *(
+            [each for each in keys if _identifies_everybody(each[1])]
+            or [("student", [student.id for student in roster])]
+        ),
+    ]
 
 
 def _keys_of_roster(roster: Sequence[Student]) -> Iterator[tuple[str, list[str]]]:
@@ -175,30 +187,30 @@ def _keys_of_roster(roster: Sequence[Student]) -> Iterator[tuple[str, list[str]]
     yield heads["email"], [student.email for student in roster]
 
 
-def _tells_apart(values: Sequence[str]) -> bool:
-    """Tell whether Moodle finds everybody by these; "0" is as good as nothing in PHP."""
-    said = [value.strip() for value in values]
-    return all(value not in ("", "0") for value in said) and len({value.lower() for value in said}) == len(said)
+def _identifies_everybody(values: Sequence[str]) -> bool:
+    """Tell whether Moodle identifies every student by these values; "0" is empty in PHP."""
+    texts = [value.strip() for value in values]
+    return all(value not in ("", "0") for value in texts) and len({value.lower() for value in texts}) == len(texts)
 
 
 # --- both ---
 
 
 def _title(assignment: Assignment) -> str:
-    return no_formula(" ".join(assignment.title.split()))
+    return escape_formula(" ".join(assignment.title.split()))
 
 
-def _mark(result: Result) -> str:
-    return number(result.score) if is_marked(result) else ""
+def _mark_text(result: Result) -> str:
+    return format_points(result.score) if is_marked(result) else ""
 
 
-def _safe(cells: Sequence[str]) -> list[str]:
+def _escape_cells(cells: Sequence[str]) -> list[str]:
     """Return cells that no spreadsheet takes for a formula, nor Canvas for its row of points; +49 170 is a number."""
     texts = [" ".join(cell.split()).replace(POINTS, POINTS.lower()) for cell in cells]
-    return [text if _SIMPLE.fullmatch(text) else no_formula(text) for text in texts]
+    return [text if _SIMPLE.fullmatch(text) else escape_formula(text) for text in texts]
 
 
-def _text(rows: Sequence[Sequence[str]]) -> str:
+def _csv_text(rows: Sequence[Sequence[str]]) -> str:
     """Return CSV: commas, decimal points, no byte order mark, each cell in one line."""
     out = io.StringIO()
     csv.writer(out, lineterminator="\n").writerows(rows)

@@ -1,4 +1,4 @@
-"""A student's result as Gradescope's results.json: a test for every part, with its points and the reason.
+"""Write a student's result as Gradescope's results.json: a test for every part, with its points and the reason.
 
 A hidden test hides the total from students, so there is none: what only staff should know is in `extra_data`, which
 Gradescope shows to nobody but its API.
@@ -11,9 +11,9 @@ from dataclasses import dataclass
 from qdot.exercises.assignment.assignment import Assignment
 from qdot.exercises.common.json_form import as_json
 from qdot.grader.grading.result import Lateness, MadeFrom, Result
-from qdot.grader.reports.answers import visible
-from qdot.grader.reports.rows import Row, lateness, rows_of, the_only
-from qdot.grader.reports.tables import staff_notes
+from qdot.grader.reports.answers import make_visible
+from qdot.grader.reports.rows import Row, list_notes, make_rows, only_result
+from qdot.grader.reports.tables import list_staff_notes
 
 VISIBILITY = ("visible", "after_due_date", "after_published", "hidden")
 """When students see a test, in Gradescope's words."""
@@ -62,37 +62,34 @@ class GradescopeResults:
         return json.dumps(as_json(self), ensure_ascii=False, indent=1) + "\n"
 
 
-def results_json(assignment: Assignment, results: Sequence[Result]) -> str:
+def make_results_json(assignment: Assignment, results: Sequence[Result]) -> str:
     """Return results.json, with every test visible."""
-    return gradescope_results(the_only(results, "gradescope"), assignment.feedback).text
+    return gradescope_results(only_result(results, "gradescope"), assignment.feedback).text
 
 
 def gradescope_results(result: Result, feedback: str, visibility: str = "visible") -> GradescopeResults:
-    """Return what results.json holds, told as the level `feedback` says."""
-    notes = [text for text in (*result.notes, lateness(result)) if text]
-    if result.override is not None:
-        notes.append(f"the total was set by your instructor: {result.override.comment}".rstrip(": "))
+    """Return the contents of results.json at a level of feedback."""
     return GradescopeResults(
         score=result.score,
-        output=visible("\n".join(notes)),
+        output=make_visible("\n".join(list_notes(result))),
         output_format="text",
         visibility=visibility,
         stdout_visibility="hidden",
-        tests=tuple(_test(row, visibility) for row in rows_of(result, feedback)),
+        tests=tuple(_part_test(row, visibility) for row in make_rows(result, feedback)),
         extra_data=ForStaff(
-            result.student, result.assignment, result.made_from, result.late, tuple(staff_notes(result))
+            result.student, result.assignment, result.made_from, result.late, tuple(list_staff_notes(result))
         ),
     )
 
 
-def _test(row: Row, visibility: str) -> PartTest:
+def _part_test(row: Row, visibility: str) -> PartTest:
     return PartTest(
         name=row.title,
         number=row.part,
         score=row.points,
         max_score=row.max_points,
         status="passed" if row.passed else "failed",
-        output=visible(f"{row.outcome}: {row.message}"),
+        output=make_visible(f"{row.outcome}: {row.message}"),
         output_format="text",
         visibility=visibility,
     )

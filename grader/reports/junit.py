@@ -1,4 +1,4 @@
-"""Results as JUnit XML, which GitLab, Jenkins, Artemis and most other CI systems show: a test for every part.
+"""Write results as JUnit XML, which GitLab, Jenkins, Artemis and most other CI systems show: a test for every part.
 
 Every pair of classname and name is there once, as GitLab drops the second: KEY.STUDENT, and "p1.jacobian: title".
 Failed is a part without all of its points, an error one on which qdot itself failed.
@@ -8,15 +8,15 @@ import xml.etree.ElementTree as ET
 from collections.abc import Sequence
 
 from qdot.exercises.assignment.assignment import Assignment
-from qdot.grader.grading.marking import number
+from qdot.grader.grading.marking import format_points
 from qdot.grader.grading.result import Result
-from qdot.grader.reports.answers import visible
-from qdot.grader.reports.rows import Row, rows_of
+from qdot.grader.reports.answers import make_visible
+from qdot.grader.reports.rows import Row, make_rows
 
 
 def junit_xml(assignment: Assignment, results: Sequence[Result]) -> str:
-    """Return the file: a suite for every student."""
-    everything = [(result, rows_of(result)) for result in results]
+    """Return the XML text, with a suite for every student."""
+    everything = [(result, make_rows(result)) for result in results]
     root = ET.Element(
         "testsuites", {"name": assignment.key, **_counts([row for _, rows in everything for row in rows])}
     )
@@ -25,9 +25,9 @@ def junit_xml(assignment: Assignment, results: Sequence[Result]) -> str:
         suite = ET.SubElement(root, "testsuite", {"name": classname, **_counts(rows)})
         properties = ET.SubElement(suite, "properties")
         for name, points in (("score", result.score), ("max_score", result.max_score)):
-            ET.SubElement(properties, "property", {"name": name, "value": number(points)})
+            ET.SubElement(properties, "property", {"name": name, "value": format_points(points)})
         for row in rows:
-            _test(suite, classname, row)
+            _add_test(suite, classname, row)
     ET.indent(root, " ")
     return ET.tostring(root, encoding="unicode", xml_declaration=False) + "\n"
 
@@ -38,10 +38,10 @@ def _counts(rows: Sequence[Row]) -> dict[str, str]:
     return {"tests": str(len(rows)), "failures": str(failures), "errors": str(errors), "skipped": "0"}
 
 
-def _test(suite: ET.Element, classname: str, row: Row) -> None:
+def _add_test(suite: ET.Element, classname: str, row: Row) -> None:
     test = ET.SubElement(suite, "testcase", {"classname": classname, "name": f"{row.part}: {row.title}"})
     if row.passed:
         return
-    message = visible(f"{row.earned} points, {row.outcome}: {row.message}")
+    message = make_visible(f"{row.earned} points, {row.outcome}: {row.message}")
     kind = "error" if row.points is None else "failure"
     ET.SubElement(test, kind, {"message": message[:300], "type": row.outcome}).text = message

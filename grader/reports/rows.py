@@ -1,4 +1,4 @@
-"""A student's result as rows, a part each, as reports for other programs need them."""
+"""Turn a student's result into rows, one for each part, as reports for other programs need them."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from qdot.exercises.assignment.assignment import FEEDBACK
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.quizzes import ASKED
-from qdot.grader.grading.marking import number
+from qdot.grader.grading.marking import format_points
 from qdot.grader.grading.result import PartResult, Result
 from qdot.grader.reports.feedback_levels import hold_back
 from qdot.grader.reports.tables import NO_MARK, status
@@ -17,7 +17,7 @@ LONGEST = 4000
 
 @dataclass(frozen=True)
 class Row:
-    """A part: its name as in "p1.jacobian", its title, what came of it, and what is said of that in one paragraph.
+    """A part: its name as in "p1.jacobian", its title, its outcome and points, and the feedback in one paragraph.
 
     `points` are None where qdot itself failed: that is never a mark.
     """
@@ -37,11 +37,11 @@ class Row:
     @property
     def earned(self) -> str:
         """The points in words, as in "1.5 of 2"."""
-        return f"{'no mark' if self.points is None else number(self.points)} of {number(self.max_points)}"
+        return f"{'no mark' if self.points is None else format_points(self.points)} of {format_points(self.max_points)}"
 
 
-def rows_of(result: Result, feedback: str = FEEDBACK[-1]) -> list[Row]:
-    """Return a row for every part, in the order of the assignment; for students, with what `feedback` tells them."""
+def make_rows(result: Result, feedback: str = FEEDBACK[-1]) -> list[Row]:
+    """Return a row for every part, in the order of the assignment, at a level of feedback."""
     return [
         Row(
             name, ASKED[part.name].title, part.outcome, part.points, part.max_points,
@@ -62,8 +62,8 @@ def _message(part: PartResult) -> str:
     return whole if len(whole) <= LONGEST else f"{whole[:LONGEST]} …"
 
 
-def the_only(results: Sequence[Result], form: str) -> Result:
-    """Return the result of the one student whom a report is of. Raises QdotError; also where a part has no mark."""
+def only_result(results: Sequence[Result], form: str) -> Result:
+    """Return the result of the only student of a report. Raises QdotError, also if a part has no mark."""
     if len(results) != 1:
         raise QdotError(f"--report {form} is of one student: name them with --student ID")
     if (state := status(results[0])) in NO_MARK:
@@ -74,11 +74,12 @@ def the_only(results: Sequence[Result], form: str) -> Result:
     return results[0]
 
 
-def lateness(result: Result) -> str:
-    """Return what is taken off for lateness, in words; empty where nothing is late."""
-    late = result.late
-    if late is None:
-        return ""
-    if not late.penalty:
-        return f"late (due {late.due}), which costs nothing"
-    return f"late (due {late.due}): {100 * late.penalty:g} % of {number(late.points_before)} points taken off"
+def list_notes(result: Result) -> list[str]:
+    """Return the notes for a student on the whole result: also the late penalty, and a total that a person set."""
+    notes, late = [note for note in result.notes if note], result.late
+    if late is not None:
+        share = f"{100 * late.penalty:g} % of {format_points(late.points_before)} points taken off"
+        notes.append(f"late (due {late.due}){f': {share}' if late.penalty else ', which costs nothing'}")
+    if result.override is not None:
+        notes.append(f"the total was set by your instructor: {result.override.comment}".rstrip(": "))
+    return notes

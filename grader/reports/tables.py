@@ -1,4 +1,4 @@
-"""results.jsonl, a line a student, and grades.csv, a table for people."""
+"""Write results.jsonl, with a line for each student, and grades.csv, a table for people."""
 
 import csv
 import io
@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from qdot.exercises.assignment.assignment import Student
 from qdot.exercises.common.console import printable
 from qdot.exercises.common.json_form import as_json
-from qdot.grader.grading.marking import number, total
+from qdot.grader.grading.marking import format_points, sum_points
 from qdot.grader.grading.result import AppliedOverride, Result
 
 SUMS = ("score", "max_score", "percent", "status", "late_penalty", "override", "note")
@@ -18,7 +18,7 @@ FORMULA_BEGINS = tuple("=+-@\uff1d\uff0b\uff0d\uff20")
 
 
 def results_jsonl(results: Sequence[Result]) -> bytes:
-    """Return a JSON object a line, one for each student, in UTF-8: of a large class, that is most of what it takes."""
+    """Return a JSON object for each student, one a line, in UTF-8, which needs the least memory for a large class."""
     out = io.BytesIO()
     for result in results:
         line = printable(json.dumps(as_json(result), ensure_ascii=False, allow_nan=False))
@@ -31,7 +31,7 @@ Cell = str | float | None
 
 
 def grades_csv(results: Sequence[Result], roster: Sequence[Student]) -> str:
-    """Return the table: who, a column a part, score, points to be had, percent, status, late_penalty, override, note.
+    """Return the table: who, a column for each part, score, max_score, percent, status, late_penalty, override, note.
 
     The parts less late_penalty are the score, unless the column override says that a person set the total. Without a
     mark, score and percent are empty.
@@ -40,7 +40,7 @@ def grades_csv(results: Sequence[Result], roster: Sequence[Student]) -> str:
     writer = csv.writer(out, lineterminator="\n")
     header, rows = grades_table(results, roster)
     writer.writerow(header)
-    writer.writerows([_written(name, cell) for name, cell in zip(header, row, strict=True)] for row in rows)
+    writer.writerows([_cell_text(name, cell) for name, cell in zip(header, row, strict=True)] for row in rows)
     return out.getvalue()
 
 
@@ -54,26 +54,26 @@ def grades_table(results: Sequence[Result], roster: Sequence[Student]) -> tuple[
         cells = [student.id, student.name, student.email, *(value for _, value in student.others)]
         points = [part.points for part in result.parts.values()]
         score, percent = (None, None) if status(result) in NO_MARK else (result.score, result.percent)
-        sums = [score, result.max_score, percent, status(result), _penalty(result)]
-        notes = ["; ".join(overrides(result)), "; ".join((*staff_notes(result), *group_notes(result)))]
-        rows.append([*cells, *points, *sums, *notes])
+        sums = [score, result.max_score, percent, status(result), _late_penalty(result)]
+        notes = "; ".join((*list_staff_notes(result), *list_group_notes(result)))
+        rows.append([*cells, *points, *sums, "; ".join(describe_overrides(result)), notes])
     return ["student", "name", "email", *columns, *results[0].parts, *SUMS], rows
 
 
-def _written(column: str, cell: Cell) -> str:
+def _cell_text(column: str, cell: Cell) -> str:
     if isinstance(cell, str):
-        return no_formula(cell)
+        return escape_formula(cell)
     if cell is None:
         return ""
-    return f"{cell:.1f}" if column == "percent" else number(cell)
+    return f"{cell:.1f}" if column == "percent" else format_points(cell)
 
 
 def is_marked(result: Result, *, zero: bool = False) -> bool:
-    """Tell whether a student has a mark for a gradebook: of qdot for work that it could grade, or of a person.
+    """Tell whether a student has a mark for a gradebook: from qdot for work that it could grade, or from a person.
 
     With `zero`, the 0 of what is missing or unusable is a mark, too; what qdot could not grade never has one.
     """
-    by_hand = count_set(result) > 0
+    by_hand = count_overridden(result) > 0
     return (graded := status(result)) in ("graded", "late") or (graded not in NO_MARK and (zero or by_hand))
 
 
@@ -97,26 +97,26 @@ def status(result: Result) -> str:
     return "late" if result.late else "graded"
 
 
-def overrides(result: Result) -> list[str]:
-    """Return what a person set, in words for the staff."""
-    return [_describe(name, override) for name, override in result.overrides.items()]
+def describe_overrides(result: Result) -> list[str]:
+    """Return the points that a person set, in words for the staff."""
+    return [_describe_override(name, override) for name, override in result.overrides.items()]
 
 
-def count_set(result: Result) -> int:
-    """Return how many points a person set: of parts, and in all."""
+def count_overridden(result: Result) -> int:
+    """Return how many marks a person set, of parts and in total."""
     return sum(override.points is not None for override in result.overrides.values())
 
 
-def _describe(name: str, override: AppliedOverride) -> str:
+def _describe_override(name: str, override: AppliedOverride) -> str:
     if override.points is None:
         return f"{name}: {override.comment}"
-    was = "ungraded" if override.was is None else number(override.was)
+    was = "ungraded" if override.was is None else format_points(override.was)
     comment = f", {override.comment}" if override.comment else ""
-    return f"{name}: {number(override.points)} (was {was}){comment}"
+    return f"{name}: {format_points(override.points)} (was {was}){comment}"
 
 
-def group_notes(result: Result) -> list[str]:
-    """Return by which groups of answers a person set or explained parts, in words for the staff."""
+def list_group_notes(result: Result) -> list[str]:
+    """Return the groups of answers for which overrides.csv sets or explains parts, in words for the staff."""
     return [
         f"overrides.csv {'explains' if override.points is None else 'sets'} the group {override.group}"
         for override in result.overrides.values()
@@ -124,23 +124,23 @@ def group_notes(result: Result) -> list[str]:
     ]
 
 
-def _penalty(result: Result) -> float | None:
-    """Return the points taken off for lateness; nothing where none are."""
+def _late_penalty(result: Result) -> float | None:
+    """Return the points taken off for lateness; None if none are."""
     late = result.late
     if late is None or not late.penalty:
         return None
     score = result.score if result.override is None else result.override.was
     assert score is not None
-    return total((late.points_before, -score))
+    return sum_points((late.points_before, -score))
 
 
-def staff_notes(result: Result) -> list[str]:
+def list_staff_notes(result: Result) -> list[str]:
     """Return what the staff should know of a submission: why it is unusable, whose notebook it is, …"""
     unusable = [result.obstacle] if result.obstacle is not None and status(result) == "unusable" else []
     return [*unusable, *result.staff_notes]
 
 
-def no_formula(text: str) -> str:
-    """Keep a spreadsheet from taking a name for a formula, and a terminal from taking it for a command."""
+def escape_formula(text: str) -> str:
+    """Escape a text so that no spreadsheet takes it for a formula, and no terminal for a command."""
     text = printable(text)
     return f"'{text}" if text.lstrip()[:1] in FORMULA_BEGINS else text

@@ -1,4 +1,4 @@
-"""Every report of a graded class, written into graded/, each file at once or not at all; results.jsonl is the last."""
+"""Write the reports of a graded class into graded/, each file whole or not at all; results.jsonl is the last."""
 
 import contextlib
 import os
@@ -13,7 +13,7 @@ from qdot.grader.grading.attempt import describe_error
 from qdot.grader.grading.final_result import ungraded_result
 from qdot.grader.grading.history import keep_earlier, results_path
 from qdot.grader.grading.result import Result
-from qdot.grader.reports.feedback import feedback_page, made_from
+from qdot.grader.reports.feedback import make_feedback_page, page_fingerprint
 from qdot.grader.reports.tables import grades_csv, results_jsonl
 
 BEGINNING = 1000
@@ -26,21 +26,21 @@ ENDING = b"</html>\n"
 def write_reports(
     assignment: Assignment, results: Sequence[Result], jobs: int = 1, each: Callable[[], None] = lambda: None
 ) -> list[Result]:
-    """Write the feedback pages that are not up to date, grades.csv and results.jsonl; `each` is told of every page.
+    """Write the feedback pages that are not up to date, grades.csv and results.jsonl; call `each` for every page.
 
     Returns the results as they are written: a student whose page or line can't be made is UNGRADED. What the run before
     gave goes into the history before it is replaced. Raises QdotError where a file can't be written.
     """
     folder = assignment.folder / "graded"
     by_id = {student.id: student for student in assignment.roster}
-    pages = [(by_id[result.student], _presentable(assignment, result)) for result in results]
+    pages = [(by_id[result.student], _check_writable(assignment, result)) for result in results]
     final = {student.id: result for student, result in pages}
     # Its figures take longer than all the rest of a page: they are drawn on several processes, and only once.
     old = [(student, result) for student, result in pages if not _is_up_to_date(assignment, student, result)]
     unwritten = []
-    lost = _lost if jobs > 1 else None
-    ours = [*(_page(folder, student) for student, _ in pages), results_path(assignment), folder / "grades.csv"]
-    every = ordered_map(_write, old, jobs, _same, (assignment,), lost)
+    lost = _report_lost_page if jobs > 1 else None
+    ours = [*(_page_path(folder, student) for student, _ in pages), results_path(assignment), folder / "grades.csv"]
+    every = ordered_map(_write_or_mark_ungraded, old, jobs, _keep_assignment, (assignment,), lost)
     with clean_up_after(ours):
         with contextlib.closing(every), flush_disk_after(folder) as now_and_then:
             for (student, _), result in zip(old, every, strict=True):
@@ -63,12 +63,12 @@ def write_reports(
     return list(final.values())
 
 
-def _same(assignment: Assignment) -> Assignment:
+def _keep_assignment(assignment: Assignment) -> Assignment:
     return assignment
 
 
-def _presentable(assignment: Assignment, result: Result) -> Result:
-    """Return the result if it can be written as a line of each table, else one that is UNGRADED and says why."""
+def _check_writable(assignment: Assignment, result: Result) -> Result:
+    """Return the result if it can be written as a line of each table, otherwise one that is UNGRADED and says why."""
     try:
         results_jsonl([result])
         grades_csv([result], assignment.roster)
@@ -78,13 +78,13 @@ def _presentable(assignment: Assignment, result: Result) -> Result:
 
 
 def write_page(assignment: Assignment, student: Student, result: Result) -> None:
-    """Write a student's feedback page. Raises QdotError where it can't be written."""
-    page = _page(assignment.folder / "graded", student)
-    write_atomically(page, feedback_page(assignment, student, result), lasting=False)
+    """Write a student's feedback page. Raises QdotError if it can't be written."""
+    page = _page_path(assignment.folder / "graded", student)
+    write_atomically(page, make_feedback_page(assignment, student, result), lasting=False)
 
 
-def _write(assignment: Assignment, about: tuple[Student, Result]) -> Result:
-    """Write a student's page, and return the result that it shows: one that is UNGRADED where it fails on the other."""
+def _write_or_mark_ungraded(assignment: Assignment, about: tuple[Student, Result]) -> Result:
+    """Write a student's page and return the result that it shows, which is UNGRADED if the page can't be made."""
     student, result = about
     try:
         write_page(assignment, student, result)
@@ -97,19 +97,19 @@ def _write(assignment: Assignment, about: tuple[Student, Result]) -> Result:
     return result
 
 
-def _lost(_: tuple[Student, Result]) -> None:
-    """Return nothing, for a student whose page ended every process that was to write it."""
+def _report_lost_page(_: tuple[Student, Result]) -> None:
+    """Return None if every attempt to write the student's page crashed."""
 
 
-def _page(folder: Path, student: Student) -> Path:
+def _page_path(folder: Path, student: Student) -> Path:
     return folder / "feedback" / f"{student.id}.html"
 
 
 def _is_up_to_date(assignment: Assignment, student: Student, result: Result) -> bool:
-    """Tell whether a page is there that says that it was made from the same, and is whole."""
+    """Tell whether there is a whole page that was made from the same result."""
     try:
-        with _page(assignment.folder / "graded", student).open("rb") as page:
-            begins = f'content="{made_from(assignment, student, result)}"'.encode() in page.read(BEGINNING)
+        with _page_path(assignment.folder / "graded", student).open("rb") as page:
+            begins = f'content="{page_fingerprint(assignment, student, result)}"'.encode() in page.read(BEGINNING)
             page.seek(-len(ENDING), os.SEEK_END)
             return begins and page.read() == ENDING
     except OSError:

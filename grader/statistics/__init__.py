@@ -1,8 +1,8 @@
-"""What the class's page is worked out from.
+"""Statistics for the class overview.
 
 It imports results, and what judges answers.
 
-    statistics                  scores, difficulty and discrimination of every part
+    statistics                  discrimination of every part, reliability, permutation tests
     fairness_tests              whether some variants were harder
-    shared_answers              how many of a class share an answer
+    shared_answers              how many students of a class share an answer
 """

@@ -1,4 +1,4 @@
-"""In what the students' problems differ, and whether those with one kind did better: could that be chance?
+"""Test whether students with some variants of a problem did better than others by more than chance.
 
 Students get another arm each, of about the same difficulty. Their arms are grouped by what can be seen of them (the
 kinds of joints, offsets, senses of the axes, …), and a permutation test says how often groups dealt out at random
@@ -37,78 +37,91 @@ class Comparison:
     chance: float
     corrected: float = 1.0
 
+    @property
+    def shares_of_groups(self) -> dict[str, tuple[float, ...]]:
+        """The shares by the name of their group."""
+        return dict(zip(self.groups, self.shares, strict=True))
 
-def _kinds(chain: Chain) -> str:
+    @property
+    def verdict(self) -> str:
+        """What the corrected p-value means, in words."""
+        return describe_chance(self.corrected)
+
+
+def _describe_kinds(chain: Chain) -> str:
     return "".join(joint.kind for joint in chain.joints)
 
 
-def _offsets(chain: Chain) -> str:
+def _describe_offsets(chain: Chain) -> str:
     count = sum(offset != 0 for offset in chain.offsets)
     return f"{count} of {chain.n} joints with an offset"
 
 
-def _senses(chain: Chain) -> str:
+def _describe_senses(chain: Chain) -> str:
     twists = [row.alpha for row in convention_of(chain).rows if row.alpha.is_number]
     turned = sum(bool(twist < 0) or twist == sp.pi for twist in twists)
     return f"{turned} {'twist' if turned == 1 else 'twists'} of 180° or negative"
 
 
-def _base(chain: Chain) -> str:
+def _describe_base(chain: Chain) -> str:
     base = convention_of(chain).base
     if base.is_world:
         return "base at the world frame"
     return "base tilted" if base.tilt != 0 else "base turned" if base.yaw != 0 else "base moved"
 
 
-def _point(chain: Chain) -> str:
+def _describe_point(chain: Chain) -> str:
     place = "at" if convention_of(chain).point.is_origin else "beside"
     return f"P {place} the last frame's origin"
 
 
-def _lengths(chain: Chain) -> str:
+def _describe_lengths(chain: Chain) -> str:
     return f"{len(chain.parameters)} lengths left as symbols"
 
 
-def _difficulty(chain: Chain) -> str:
+def _describe_difficulty(chain: Chain) -> str:
     return f"difficulty {step(chain)}"
 
 
-def _slopes(chain: Chain) -> str:
+def _describe_slopes(chain: Chain) -> str:
     axes = axes_of(chain)[0]
     oblique = sum(sum(entry != 0 for entry in axis.direction) > 1 for axis in axes)
     return f"{oblique} of {chain.n} axes at home along no axis of the space frame"
 
 
-def _senses_at_home(chain: Chain) -> str:
+def _describe_senses_at_home(chain: Chain) -> str:
     axes = axes_of(chain)[0]
     against = sum(any(bool(entry < 0) for entry in axis.direction if entry.is_number) for axis in axes)
     return f"{against} of {chain.n} axes at home with a negative component"
 
 
-FEATURES: Mapping[str, Callable[[Chain], str]] = {"kinds of joints": _kinds, "lengths": _lengths}
+FEATURES: Mapping[str, Callable[[Chain], str]] = {"kinds of joints": _describe_kinds, "lengths": _describe_lengths}
 """What arms of any family may differ in."""
 OF_TABLES: Mapping[str, Callable[[Chain], str]] = {
-    "joint offsets": _offsets, "senses of the axes": _senses, "base": _base, "point of interest": _point,
-}  # fmt: skip
-"""The same of arms that are told by a table, in the frames of that table."""
-OF_AXES: Mapping[str, Callable[[Chain], str]] = {
-    "directions of the axes": _slopes,
-    "senses of the axes": _senses_at_home,
+    "joint offsets": _describe_offsets,
+    "senses of the axes": _describe_senses,
+    "base": _describe_base,
+    "point of interest": _describe_point,
 }
-"""The same of arms that are told by their axes, and have no frames."""
-OF_STRUCTURES: Mapping[str, Callable[[Chain], str]] = {"difficulty": _difficulty}
+"""The same for arms that are described by a table, in the frames of that table."""
+OF_AXES: Mapping[str, Callable[[Chain], str]] = {
+    "directions of the axes": _describe_slopes,
+    "senses of the axes": _describe_senses_at_home,
+}
+"""The same for arms that are described by their axes, and have no frames."""
+OF_STRUCTURES: Mapping[str, Callable[[Chain], str]] = {"difficulty": _describe_difficulty}
 """What only families that draw the structure itself differ in; it takes time to work out."""
 
 
 def compare(
     slot: str, chains: Sequence[Chain], shares: Sequence[float], seed: str, *, varied: bool
 ) -> list[Comparison]:
-    """Return a comparison for every feature in which the arms of a place of the assignment differ.
+    """Return a comparison for every feature in which the arms of a slot of the assignment differ.
 
     `shares` are per cent, one a student. Groups of fewer than three students are put together as "others".
     """
     comparisons = []
-    for feature, of in {**FEATURES, **_of_convention(chains), **(OF_STRUCTURES if varied else {})}.items():
+    for feature, of in {**FEATURES, **_features_of_convention(chains), **(OF_STRUCTURES if varied else {})}.items():
         names = [of(chain) for chain in chains]
         count = Counter(names)
         small = {name for name, many in count.items() if many < LEAST_IN_GROUP}
@@ -117,29 +130,31 @@ def compare(
         if len(groups) < 2 or sum(name == OTHERS for name in names) in (1, 2) or len(set(shares)) < 2:
             continue
         chance = chance_of_groups(shares, names, f"{seed}/{slot}/{feature}")
-        own = tuple(tuple(s for s, name in zip(shares, names, strict=True) if name == group) for group in groups)
+        group_shares = tuple(
+            tuple(s for s, name in zip(shares, names, strict=True) if name == group) for group in groups
+        )
         assert chance is not None
-        comparisons.append(Comparison(slot, feature, tuple(groups), own, chance))
+        comparisons.append(Comparison(slot, feature, tuple(groups), group_shares, chance))
     return comparisons
 
 
-def _of_convention(chains: Sequence[Chain]) -> Mapping[str, Callable[[Chain], str]]:
-    """Return what arms may differ in that are all told in one way; of several ways there is nothing to compare."""
+def _features_of_convention(chains: Sequence[Chain]) -> Mapping[str, Callable[[Chain], str]]:
+    """Return the features of arms that are all described in one way; of several ways there is nothing to compare."""
     have_frames = {convention_of(chain).has_frames for chain in chains}
     return {} if len(have_frames) != 1 else OF_TABLES if have_frames == {True} else OF_AXES
 
 
-def corrected(comparisons: Sequence[Comparison]) -> list[Comparison]:
+def correct_for_number(comparisons: Sequence[Comparison]) -> list[Comparison]:
     """Return the comparisons with their corrected p-values, the least likely ones first."""
     values = holm([each.chance for each in comparisons])
     made = [replace(each, corrected=value) for each, value in zip(comparisons, values, strict=True)]
     return sorted(made, key=lambda each: (each.corrected, each.chance, each.slot, each.feature))
 
 
-def in_words(chance: float) -> str:
+def describe_chance(chance: float) -> str:
     """Return what a p-value means, plainly.
 
-    >>> in_words(0.34), in_words(0.0002)
+    >>> describe_chance(0.34), describe_chance(0.0002)
     ('could be chance: p = 0.34', 'hardly chance: p < 0.001')
     """
     p = "p < 0.001" if chance < 0.001 else f"p = {chance:.3f}" if chance < 0.1 else f"p = {chance:.2f}"

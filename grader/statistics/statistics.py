@@ -1,10 +1,11 @@
-"""Statistics of a class, as plain functions of plain numbers: difficulty, discrimination, reliability, chance.
+"""Compute statistics of a class from plain numbers: discrimination, reliability, chance.
 
-Where there are too few numbers for a statement, there is none: None. Notation: n students, k parts, r a correlation.
+If there are too few numbers for a statement, there is none: None. Notation: n students, k parts, r a correlation.
 """
 
 import math
-from collections.abc import Hashable, Sequence
+import statistics
+from collections.abc import Hashable, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -29,63 +30,21 @@ class Interval:
     high: float
 
 
-def mean(values: Numbers) -> float | None:
-    """Return the mean, without rounding on the way."""
-    return math.fsum(values) / len(values) if values else None
-
-
-def median(values: Numbers) -> float | None:
-    """Return the value in the middle, or halfway between the two.
-
-    >>> median([3, 1, 2]), median([4, 1, 2, 3])
-    (2, 2.5)
-    """
-    ordered = sorted(values)
-    half = len(ordered) // 2
-    if not ordered:
-        return None
-    return ordered[half] if len(ordered) % 2 else (ordered[half - 1] + ordered[half]) / 2
-
-
-def variance(values: Numbers) -> float | None:
-    """Return the sample's variance, with n − 1 below; None for fewer than two values."""
-    middle = mean(values)
-    if middle is None or len(values) < 2:
-        return None
-    return math.fsum((value - middle) ** 2 for value in values) / (len(values) - 1)
-
-
-def deviation(values: Numbers) -> float | None:
-    """Return the sample's standard deviation.
-
-    >>> deviation([2, 4, 4, 4, 5, 5, 7, 9])
-    2.138...
-    """
-    square = variance(values)
-    return None if square is None else math.sqrt(square)
-
-
-def correlation(one: Numbers, other: Numbers) -> float | None:
-    """Return Pearson's correlation; None where either does not vary.
+def correlation(first: Numbers, second: Numbers) -> float | None:
+    """Return Pearson's correlation; None if either does not vary, but for rounding.
 
     >>> correlation([1, 2, 3], [2, 4, 6])
     1.0
     """
-    first, second = mean(one), mean(other)
-    if first is None or second is None:
-        return None
-    left, right = [value - first for value in one], [value - second for value in other]
-    below = math.sqrt(math.fsum(x * x for x in left) * math.fsum(y * y for y in right))
-    if below <= _ALIKE:
-        return None
-    return max(-1.0, min(1.0, math.fsum(x * y for x, y in zip(left, right, strict=True)) / below))
+    left, right = (np.array(values) - statistics.fmean(values) for values in (first, second))
+    scale = math.sqrt((left @ left) * (right @ right))
+    return None if scale <= _ALIKE else max(-1.0, min(1.0, float(left @ right) / scale))
 
 
 def discrimination(rows: Sequence[Numbers], part: int) -> Interval | None:
-    """Return the corrected item-total correlation of a part: with the sum of the others, as it would else be in both.
+    """Return the corrected item-total correlation of a part: with the sum of the other parts.
 
-    `rows` hold the points of a student each. The interval is Fisher's, r = tanh(atanh r ± 1.96 / √(n − 3)), which takes
-    the marks for normal: it is a rough one. None for fewer than `LEAST` students, one part, or where nothing varies.
+    `rows` hold the points of a student each. None for fewer than `LEAST` students, one part, or if nothing varies.
     """
     if len(rows) < LEAST or len(rows[0]) < 2:
         return None
@@ -94,7 +53,9 @@ def discrimination(rows: Sequence[Numbers], part: int) -> Interval | None:
 
 
 def fisher(r: float, n: int) -> Interval:
-    """Return the interval of 95 % of a correlation.
+    """Return Fisher's interval of 95 % of a correlation, tanh(atanh r ± 1.96 / √(n − 3)).
+
+    It is a rough one, because it assumes that marks are normally distributed.
 
     >>> [round(bound, 3) for bound in (fisher(0.5, 28).low, fisher(0.5, 28).high)]
     [0.156, 0.736]
@@ -108,9 +69,9 @@ def reliability(rows: Sequence[Numbers]) -> float | None:
     if len(rows) < LEAST or len(rows[0]) < 2:
         return None
     k = len(rows[0])
-    parts = [variance([row[part] for row in rows]) or 0.0 for part in range(k)]
-    whole = variance([math.fsum(row) for row in rows])
-    return None if not whole or whole <= _ALIKE else k / (k - 1) * (1 - math.fsum(parts) / whole)
+    of_parts = math.fsum(statistics.variance(points) for points in zip(*rows, strict=True))
+    of_totals = statistics.variance([math.fsum(row) for row in rows])
+    return None if of_totals <= _ALIKE else k / (k - 1) * (1 - of_parts / of_totals)
 
 
 # --- chance ---
@@ -134,17 +95,18 @@ def chance_of_groups(values: Numbers, groups: Sequence[Hashable], seed: str) -> 
 
     observed = float(between(numbers))
     scale = max(float((numbers**2).sum()), _ALIKE)
-    as_large = 0
-    for dealt in _dealt(len(numbers), seed):
-        as_large += int((between(numbers[dealt]) >= observed - _ALIKE * scale).sum())
+    as_large = sum(
+        int((between(numbers[order]) >= observed - _ALIKE * scale).sum()) for order in _permutations(len(numbers), seed)
+    )
     return (1 + as_large) / (1 + PERMUTATIONS)
 
 
-def _dealt(n: int, seed: str, at_once: int = 500) -> "list[np.ndarray]":
-    """Return permutations of n, some hundred at once: ranks of the bits of PCG64, which stay the same for good."""
+def _permutations(n: int, seed: str, at_once: int = 500) -> Iterator[np.ndarray]:
+    """Yield permutations of n, some hundred at once: ranks of the bits of PCG64, which never change."""
     bits = np.random.PCG64(Stream(seed).below(1 << 62))
-    sizes = [at_once] * (PERMUTATIONS // at_once) + [PERMUTATIONS % at_once]
-    return [np.argsort(bits.random_raw((size, n)), axis=1, kind="stable") for size in sizes if size]
+    for begun in range(0, PERMUTATIONS, at_once):
+        size = min(at_once, PERMUTATIONS - begun)
+        yield np.argsort(bits.random_raw((size, n)), axis=1, kind="stable")
 
 
 def holm(chances: Numbers) -> list[float]:

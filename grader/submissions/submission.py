@@ -148,18 +148,6 @@ def _find_root(students: "Sequence[Student]", root: Path) -> tuple[Path, Callabl
     return inner, owner_of
 
 
-def find_paths_of_student(students: "Sequence[Student]", root: Path, student: str) -> tuple[list[Path], list[Path]]:
-    """Return the files and folders of a student, and those that may be the student's or not."""
-    inner, find_owner = _find_root(students, root)
-    sure, unsure = list[Path](), list[Path]()
-    for submitted in find_submitted_paths(inner):
-        with contextlib.suppress(Exception):  # as in find_submissions: it has no owner
-            owner = find_owner(submitted)
-            if student in owner.students:
-                (sure if owner.is_certain else unsure).append(submitted.path)
-    return sure, unsure
-
-
 def _read_not_fetched(table: Path) -> dict[str, StudentFiles]:
     """Return the students whose work could not be fetched, by the table of the fetching program. Raises QdotError."""
     if not table.exists():

@@ -10,7 +10,7 @@ from qdot.exercises.generation import applicable_questions, questions_of, sample
 from qdot.exercises.problem.problem import ProblemId
 from qdot.exercises.questions import QUESTIONS
 from qdot.exercises.quizzes import QUIZZES
-from qdot.grader.grading.certify import failures_of
+from qdot.grader.grading.certify import find_failures
 
 PUMA_560 = "puma-560"
 FAMILIES = ("elbow-3r", "planar-2r", "planar-3r", "polar-rp", "scara", PUMA_560)
@@ -34,7 +34,7 @@ def assignment(folder: Path, which: str) -> Assignment:
 
 def order(folder: Path, which: str, variants: int = 1) -> Order:
     """Return the order of such an export."""
-    return Order(assignment(folder, which), failures_of, variants=variants, solutions=True)
+    return Order(assignment(folder, which), find_failures, variants=variants, solutions=True)
 
 
 def _puma() -> str:

@@ -14,7 +14,7 @@ from typing import Any
 
 from qdot.exercises.assignment.assignment import Student
 from qdot.exercises.exports.otter import parts_of
-from qdot.grader.reports.rows import rows_of
+from qdot.grader.reports.rows import make_rows
 from tests.platforms.notebooks import BLANK, KEY, MISTAKEN, RIGHT, WRONG, Ours, a_class, answered, exported, hold
 from tests.platforms.records import Counts, Record, today
 
@@ -153,7 +153,7 @@ def _hold(ours: Ours, results: Any, counts: Counts) -> None:
     counts.add("fields as documented", not named, f"{ours.student}: {named}")
     total = results["score"]
     counts.add("total as ours", abs(total - ours.result["score"]) < 1e-6, f"{ours.student}: {total}")
-    rows = {row.part: row for row in rows_of(ours.result, ours.assignment.feedback)}
+    rows = {row.part: row for row in make_rows(ours.result, ours.assignment.feedback)}
     for part, _, points, title in parts_of(ours.assignment):
         test = tests.get(part, {})
         shown = (test.get("name"), test.get("max_score")) == (title, points) and rows[part].message in test["output"]

@@ -19,8 +19,8 @@ from qdot.exercises.exports.known_wrong import known_wrong
 from qdot.exercises.exports.registry import EXPORT_FORMATS
 from qdot.exercises.notebook.notebook import notebook_text, solution_notebook
 from qdot.exercises.problem.problem import Part, Problem, variable
-from qdot.grader.grading.certify import failures_of
-from qdot.grader.grading.one_student import found_of_one, grade_one, limits_of, student_named
+from qdot.grader.grading.batch import files_of_one, grade_one, limits_of, student_named
+from qdot.grader.grading.certify import find_failures
 from qdot.grader.sandbox.sandbox import Limits
 from tests.platforms.given import SECRET
 from tests.platforms.records import Counts
@@ -40,7 +40,7 @@ def a_class(folder: Path, *students: str) -> Assignment:
 
 def exported(assignment: Assignment, outlet: str, to: Path) -> Path:
     """Export an assignment into a folder, and return it."""
-    for file in EXPORT_FORMATS[outlet].files(Order(assignment, failures_of)):
+    for file in EXPORT_FORMATS[outlet].files(Order(assignment, find_failures)):
         path = to / file.path
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_bytes(file.content if isinstance(file.content, bytes) else file.content.encode())
@@ -125,7 +125,7 @@ class Ours:
     @cached_property
     def result(self) -> Any:
         """Its result, as in results.jsonl."""
-        found = found_of_one(self.assignment, self.notebook)
+        found = files_of_one(self.assignment, self.notebook)
         return grade_one(
             self.assignment, student_named(self.assignment, self.student), found, limits_of(Limits.seconds)
         )

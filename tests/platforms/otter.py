@@ -12,7 +12,7 @@ from typing import Any
 
 from qdot.exercises.exports.nbgrader import grade_id
 from qdot.exercises.exports.otter import parts_of
-from qdot.grader.reports.rows import rows_of
+from qdot.grader.reports.rows import make_rows
 from tests.platforms.notebooks import (
     BLANK,
     KEY,
@@ -75,7 +75,7 @@ def _hold(ours: Ours, results: Any, counts: Counts) -> None:
     """Hold a student's results.json: what is shown of every test, and what it earns."""
     tests = {test["name"]: test for test in results["tests"]}
     assignment = ours.assignment
-    said = {row.part: row.message for row in rows_of(ours.result, assignment.feedback)}
+    said = {row.part: row.message for row in make_rows(ours.result, assignment.feedback)}
     for part, name, points, _ in parts_of(assignment):
         test = tests.get(name, {})
         is_full = ours.parts[part]["points"] == points

@@ -39,7 +39,7 @@ from qdot.exercises.exports.registry import EXPORT_FORMATS
 from qdot.exercises.formula.text import rows_of_text
 from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.quizzes import ASKED
-from qdot.grader.grading.marking import mark
+from qdot.grader.grading.marking import MarkingRules, mark
 from tests.platforms.given import EVERYTHING, order
 from tests.platforms.records import Counts, Record, today
 from tests.support.elements import filled, left_blank
@@ -438,12 +438,8 @@ def _see_clean(page: str, name: str, counts: Counts) -> None:
 def _marks(problem: Problem, made: Order, texts: Mapping[str, str]) -> dict[str, float]:
     """Return what we give for answers, by part."""
     assignment = made.assignment
-    verdicts = mark(
-        problem,
-        texts,
-        secret=assignment.secret,
-        credit=assignment.follow_through,
-    )
+    rules = MarkingRules(assignment.follow_through)
+    verdicts = mark(problem, texts, secret=assignment.secret, rules=rules)
     return {
         part.name: -1 if verdict.points is None else verdict.points
         for part, verdict in zip(problem.parts, verdicts, strict=True)

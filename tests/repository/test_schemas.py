@@ -11,7 +11,7 @@ from jsonschema import Draft202012Validator
 from qdot.exercises.assignment.assignment import Student
 from qdot.exercises.site.bank import write_bank
 from qdot.exercises.site.supply import QUIZ, BankProblem
-from qdot.grader.grading.certify import failures_of
+from qdot.grader.grading.certify import find_failures
 from tests.support import ROOT
 from tests.support.command import run
 from tests.support.handing_in import a_class, hand_in, right
@@ -115,7 +115,7 @@ def test_certificates(tmp_path: Path) -> None:
 def test_problems_of_the_sites_bank(tmp_path: Path) -> None:
     asked = ("position", "singular-angles", "rank", "lost-direction", "joint-rates", "singularity-type")
     wanted = [BankProblem("planar-2r", "001", 1, asked), BankProblem("planar-2r", "001-quiz", 1, (QUIZ,))]
-    for wish in write_bank(tmp_path, wanted, failures_of, 1, lambda: None, lambda _: None):
+    for wish in write_bank(tmp_path, wanted, find_failures, 1, lambda: None, lambda _: None):
         content = json.loads((tmp_path / "bank" / "planar-2r" / f"{wish['key']}.json").read_text())
         assert errors("bank-problem", content) == []
         assert errors("bank-problem", {**content, "said": [["only one"]]})

@@ -54,7 +54,7 @@ def one_process() -> Iterator[None]:
     with (
         patch("qdot.exercises.common.parallel._run_pool", _done_here),
         patch("qdot.grader.grading.batch.Sandbox", _sandbox),
-        patch("qdot.grader.grading.batch._Context.close", lambda _: None),
+        patch("qdot.grader.grading.batch._Worker.close", lambda _: None),
     ):  # fmt: skip
         yield
 

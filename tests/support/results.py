@@ -7,7 +7,7 @@ from typing import Any
 
 from qdot.exercises.assignment.assignment import Assignment
 from qdot.exercises.common.json_form import from_json
-from qdot.grader.grading.marking import total
+from qdot.grader.grading.marking import sum_points
 from qdot.grader.grading.result import CountingSubmission, PartResult, ProblemResult, Result
 from qdot.grader.judging.verdict import Outcome
 
@@ -48,8 +48,8 @@ def result(
         student=student,
         assignment=assignment.key,
         submission=CountingSubmission(f"{student}.ipynb", "0", None) if outcomes else None,
-        score=total(each.points for each in parts),
-        max_score=total(each.max_points for each in parts),
+        score=sum_points(each.points for each in parts),
+        max_score=sum_points(each.max_points for each in parts),
         late=None,
         obstacle=None if outcomes else "nothing was handed in",
         problems=problems,

@@ -39,7 +39,7 @@ from qdot.exercises.generation import sample_chain
 from qdot.exercises.problem.problem import ProblemId
 from qdot.exercises.solve.time_limited import write_solution
 from qdot.exercises.verify.appearance import holds, is_of_kind
-from qdot.exercises.writing.worked import SingularComponent
+from qdot.exercises.writing.solution_steps import SingularComponent
 
 FAMILIES = ("random-2", "random-3", "random-4")
 LENGTHS = ("1/5", "1/5", "3/10", "1/2", "7/10")

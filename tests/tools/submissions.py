@@ -30,7 +30,7 @@ from qdot.exercises.common.stream import Stream
 from qdot.grader.grading.batch import grade_class
 from qdot.grader.grading.result import Result
 from qdot.grader.reports.tables import status
-from qdot.grader.reports.write import write_page, write_reports
+from qdot.grader.reports.write import write_reports
 from qdot.grader.sandbox.contained import folders
 from qdot.grader.sandbox.sandbox import Limits
 from qdot.grader.submissions.submission import find_submissions, open_submissions
@@ -107,7 +107,7 @@ class Class:
         """Grade in this process; return what the command would say of the folder."""
         with open_submissions(source) as root, one_process():
             looked = find_submissions(self.assignment, root)
-            results = grade_class(self.assignment, looked.by_student, 0, LIMITS, lambda _: None, write_page=write_page)
+            results = grade_class(self.assignment, looked.by_student, 0, LIMITS)
             results = write_reports(self.assignment, results)
         if _results(self.graded) != results:
             raise Find("results.jsonl is not what was graded")

@@ -47,7 +47,7 @@ def test_an_arm_without_falsehoods() -> None:
 def test_a_falsehood_is_found(monkeypatch: pytest.MonkeyPatch, told: tuple[Component, ...], said: str) -> None:
     """A singular set that is wrong, for an arm that nothing is kept of."""
     monkeypatch.setattr("qdot.exercises.solve.solver.singular_set", lambda _: told)
-    monkeypatch.setattr("qdot.exercises.writing.worked.singular_set", lambda _: told)
+    monkeypatch.setattr("qdot.exercises.writing.solution_steps.singular_set", lambda _: told)
     monkeypatch.setattr("qdot.exercises.solve.solver._describe_doubts", lambda *_: "")  # it would be told
     chain = replace(TWO_R, name=f"two {said[:9]}", title=said[:9])
     assert any(said in one for one in outcome(Robot(chain), SECONDS).false)

@@ -1,9 +1,8 @@
 """The code of the process in which students' notebooks run: nothing else of qdot, and no reference.
 
-`sandbox` starts this folder as a program, so that its modules are the separate package `contained`. Each file, what it
-does, and what it defends against:
+`sandbox` starts this folder as a program, which loads this folder alone, as the package `contained`: no module of qdot
+or of a student can take the place of ours. Each file, what it does, and what it defends against:
 
-    __main__             loads this folder alone: against modules of qdot, or of students, in the place of ours
     kernel               Linux's system calls for isolation; decides nothing
     calls                the filter of system calls: against starting programs, sockets, other processes, mounts
     confine              the measures, each tried separately: against reading and writing files of the machine, the
@@ -16,6 +15,6 @@ does, and what it defends against:
     runner               runs the cells: against endless cells, and exceptions and answers that break the report
     session, ipython     Jupyter's variables and syntax by our own rules: against commands, and waiting for input
     standins             in the place of libraries that only display something: against failing without them
-    printing, values,    answers as text: against objects that pretend to be something else
-    callables
+    printing, values     answers as text: against objects that pretend to be something else
+    callables            answers that are functions: against code that waits to be called by the grader
 """

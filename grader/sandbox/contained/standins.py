@@ -1,8 +1,8 @@
-"""What stands for libraries that only show something: nothing is displayed where a notebook is graded.
+"""Stand-ins for libraries that only display something, because nothing is displayed while a notebook is graded.
 
-Jupyter's own (IPython, ipywidgets) talk to a front end, of which there is none, and are always stood for; the others
-only where they are not installed. Whatever is done with a stand-in gives the stand-in again, and does nothing. It is
-for what is seen: a library that computes (SciPy) has none, for a formula made with it would be another one.
+Jupyter's own libraries (IPython, ipywidgets) talk to a front end, which is missing, and are always replaced; the others
+only if they are not installed. Any operation on a stand-in returns the stand-in, and does nothing. Libraries that
+compute, such as SciPy, have no stand-in, because formulas made with it would be wrong.
 """
 
 import sys
@@ -14,7 +14,7 @@ from typing import Any
 import numpy
 
 JUPYTER = ("IPython", "ipywidgets", "ipympl")
-SHOWING = (
+DISPLAYING = (
     "matplotlib", "mpl_toolkits", "plotly", "seaborn", "bokeh", "altair", "k3d", "pythreejs", "vpython", "graphviz",
     "google.colab",
 )  # fmt: skip
@@ -26,75 +26,65 @@ STARRED = {
         grid hist imshow legend pause plot quiver savefig scatter show subplot subplots suptitle text tight_layout title
         xlabel xlim ylabel ylim""",
 }  # fmt: skip
-"""What `from … import *` takes of a stand-in."""
+"""The names that `from … import *` takes from a stand-in."""
+
+
+def _attribute(_holder: object, name: str) -> Any:
+    if name.startswith("__") and name.endswith("__"):
+        raise AttributeError(name)
+    return _limits if name in LIMITS else NOTHING
 
 
 class _Kind(type):
-    """What stands for a class has whatever attribute is asked for, too."""
+    """The kind of a class that is a stand-in: it has every attribute, too."""
 
-    def __getattr__(cls, name: str) -> Any:
-        return _attribute(name)
+    __getattr__ = _attribute
 
 
 class StandIn(metaclass=_Kind):
-    """A figure, a widget, a function that shows something: whatever is done with it gives it again."""
+    """A figure, a widget, or a function that displays something."""
+
+    __getattr__ = _attribute
 
     def __init__(self, *_args: Any, **_options: Any) -> None:
-        """Take anything."""
-
-    def __getattr__(self, name: str) -> Any:
-        return _attribute(name)
+        """Take any arguments."""
 
     def __setattr__(self, name: str, value: object) -> None:
-        """Keep nothing."""
+        """Store nothing."""
 
     def __call__(self, *args: Any, **_options: Any) -> Any:
-        """Give a function back that was decorated, as by `@interact`."""
+        """Return a decorated function unchanged, as for `@interact`."""
         return args[0] if len(args) == 1 and isinstance(args[0], types.FunctionType) else self
 
-    def __getitem__(self, _key: object) -> Any:
-        return self
-
     def __setitem__(self, _key: object, _value: object) -> None:
-        """Keep nothing."""
+        """Store nothing."""
 
     def __iter__(self) -> Iterator[Any]:
-        return iter((self,))  # one, as in `line, = ax.plot(x, y)`
-
-    def __enter__(self) -> Any:
-        return self
+        return iter((self,))  # a single item, as in `line, = ax.plot(x, y)`
 
     def __exit__(self, *_error: object) -> None:
         """End nothing."""
 
+    def _return_itself(self, *_values: object) -> "StandIn":
+        return self
 
-def _itself(self: StandIn, *_others: object) -> StandIn:
-    return self
+    __enter__ = __getitem__ = _return_itself
+    __add__ = __radd__ = __sub__ = __rsub__ = __mul__ = __rmul__ = __truediv__ = __rtruediv__ = _return_itself
+    __or__ = __ror__ = _return_itself
 
-
-for _operator in ("add", "sub", "mul", "truediv", "or"):
-    setattr(StandIn, f"__{_operator}__", _itself)
-    setattr(StandIn, f"__r{_operator}__", _itself)
 
 NOTHING = StandIn()
+
+LIMITS = ("get_xlim", "get_ylim", "get_zlim", "xlim", "ylim")
+"""Functions that return numbers, with which a notebook may compute."""
 
 
 def _limits(*_args: Any, **_options: Any) -> tuple[float, float]:
     return 0.0, 1.0
 
 
-LIMITS = ("get_xlim", "get_ylim", "get_zlim", "xlim", "ylim")
-"""What returns numbers, with which something may be computed."""
-
-
-def _attribute(name: str) -> Any:
-    if name.startswith("__") and name.endswith("__"):
-        raise AttributeError(name)
-    return _limits if name in LIMITS else NOTHING
-
-
 def _subplots(nrows: int = 1, ncols: int = 1, **_options: Any) -> tuple[Any, Any]:
-    """Return a figure and its axes in the shape in which matplotlib has them."""
+    """Return a figure and its axes in the shape that matplotlib returns."""
     axes = numpy.empty((nrows, ncols), object)
     axes[...] = NOTHING
     return NOTHING, axes.item() if axes.size == 1 else axes.squeeze()
@@ -102,11 +92,11 @@ def _subplots(nrows: int = 1, ncols: int = 1, **_options: Any) -> tuple[Any, Any
 
 class _Module(types.ModuleType):
     def __getattr__(self, name: str) -> Any:
-        return StandIn if name[:1].isupper() else _attribute(name)  # a class, as go.Figure, or a function
+        return StandIn if name[:1].isupper() else _attribute(self, name)  # a class, as go.Figure, or a function
 
 
 class Finder:
-    """Finds stand-ins by the beginnings of modules' names; `contents` are names that modules really have."""
+    """Finds stand-ins by the beginnings of modules' names; `contents` are real attributes of some of them."""
 
     def __init__(self, beginnings: Sequence[str], contents: dict[str, dict[str, Any]]) -> None:
         self._beginnings = {f"{beginning}." for beginning in beginnings}
@@ -122,20 +112,20 @@ class Finder:
 
     def create_module(self, spec: ModuleSpec) -> types.ModuleType:
         """Return the stand-in for a module."""
-        return _Module(spec.name, "It stands for a library that shows something, and does nothing.")
+        return _Module(spec.name, "A stand-in for a library that displays something; it does nothing.")
 
     def exec_module(self, module: types.ModuleType) -> None:
-        """Give a stand-in what its module is sure to be asked for."""
+        """Give a stand-in the attributes that notebooks are sure to use."""
         content = {"__version__": "9.9.0", "version_info": (9, 9, 0), **self._contents.get(module.__name__, {})}
         vars(module).update(content, __all__=STARRED.get(module.__name__, "").split())
 
 
 def install(get_ipython: Callable[[], Any]) -> None:
-    """Have imports find stand-ins from now on."""
+    """Let imports find stand-ins from now on."""
     sys.meta_path.insert(0, Finder(JUPYTER, {"IPython": {"get_ipython": get_ipython}}))
-    sys.meta_path.append(Finder(SHOWING, {"matplotlib.pyplot": {"subplots": _subplots}}))
+    sys.meta_path.append(Finder(DISPLAYING, {"matplotlib.pyplot": {"subplots": _subplots}}))
 
 
 def stands_for(name: str) -> bool:
-    """Tell whether there is a stand-in for a module, be it because that one is there and can't be loaded."""
-    return any(f"{name}.".startswith(f"{known}.") for known in (*JUPYTER, *SHOWING))
+    """Whether there is a stand-in for a module, such as for one that is installed and can't be loaded."""
+    return any(f"{name}.".startswith(f"{known}.") for known in (*JUPYTER, *DISPLAYING))

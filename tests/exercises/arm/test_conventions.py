@@ -19,7 +19,7 @@ from qdot.exercises.arm.robot_text import robot_text
 from qdot.exercises.arm.standard_table import TABLES, axes_of
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.common.stream import Stream
-from qdot.exercises.families.own import own_family
+from qdot.exercises.families.own import read_robot_family
 from qdot.exercises.generation import sample_chain
 from qdot.exercises.mistakes.catalogue import CATALOGUE
 from qdot.exercises.problem.problem import ProblemId
@@ -170,7 +170,7 @@ def test_points_on_axes_stay_those_of_the_file(tmp_path: Path) -> None:
     # Where lengths are put in, they are in the points, too; what lies on no axis any more is not told.
     path = tmp_path / "drawn.toml"
     path.write_text(BY_AXES + "[draw]\na2 = [0.3, 0.9]\n")
-    drawn = own_family(path).sample(Stream("drawn"), ("lengths",))
+    drawn = read_robot_family(path).sample(Stream("drawn"), ("lengths",))
     (length,) = (axes_of(drawn)[0][1].point - sp.Matrix([0, 0, R("0.3")]))[2:]
     assert R("0.3") <= length <= R("0.9") and axes_of(drawn)[0][3].point[1] == length
     elsewhere = replace(plain, base=Base((R(1), R(0), R(0)), sp.S.Zero, sp.S.Zero))

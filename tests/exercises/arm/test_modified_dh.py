@@ -10,7 +10,7 @@ import sympy as sp
 from qdot.exercises.arm.chain import Base, Chain, Joint
 from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.arm.conventions.modified_dh import ModifiedDh
-from qdot.exercises.arm.derivation import derive, structure
+from qdot.exercises.arm.derivation import derive
 from qdot.exercises.arm.kinematics import NumericChain, link_frames
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.common.stream import Stream
@@ -21,10 +21,7 @@ from qdot.exercises.generation import generate, questions_of, sample_chain
 from qdot.exercises.problem.problem import Problem, ProblemId
 from qdot.exercises.verify import certify
 from qdot.exercises.verify.numeric_reference import modified_frames
-from qdot.exercises.writing.expansion import frames_to_see_from, seen_for_minors
 from qdot.exercises.writing.statement import hints, prompt, statement, worked_solutions
-from tests.exercises.arm.sets import rows_of
-from tests.support.problems import LONG_ARMS
 from tests.support.suites import few_families, of_families, several
 
 MODIFIED = "modified-dh"
@@ -103,32 +100,6 @@ def test_no_text_speaks_of_the_frames_of_the_standard_table(family: str) -> None
     texts |= {f"{name}, solution": text for name, text in worked_solutions(problem).items()}
     wrong = re.compile(r"(?:z|p\^\*)_\{?0\b|p\^\*_\{i-1\} *\$|z_\{i-1\} \\times|R_z\(\\theta_i\)\\, T_z\(d_i\)\\, T_x")
     assert not {name: found[0] for name, text in texts.items() if (found := wrong.search(text))}
-
-
-@of_families([name for name in FIXED if name not in LONG_ARMS])
-def test_a_jacobian_that_is_seen_from_a_frame_is_seen_from_that_frame(family: str) -> None:
-    generic = structure(modified(family)).chain
-    lengths, poses = at_random(generic, 1)
-    frames, jacobian = modified_frames(generic, lengths, poses)[0], NumericChain(generic, lengths).jacobian(poses[0])
-    rows = rows_of(generic)
-    for k, seen in frames_to_see_from(generic):
-        turn = np.kron(np.eye(2), frames[k, :3, :3].T)
-        assert np.allclose(values(generic, seen, lengths, poses[0]), (turn @ jacobian)[rows], atol=1e-9)
-
-
-@of_families(LONG_ARMS)
-def test_a_jacobian_about_the_origin_of_a_frame_is_about_that_of_the_told_one(family: str) -> None:
-    generic = structure(modified(family, variation="chapter")).chain
-    matrix, step, _ = seen_for_minors(generic)
-    if step is None or not step.moved:
-        pytest.skip("this arm's Jacobian is shown as it is")
-    lengths, (q,) = at_random(generic, 1)
-    pose = modified_frames(generic, lengths, q[None])[0, step.number]
-    arm = NumericChain(generic, lengths)
-    jacobian = arm.jacobian(q)
-    carried = jacobian[:3] + np.cross(jacobian[3:].T, pose[:3, 3] - arm.point(q)).T
-    turn = pose[:3, :3].T
-    assert np.allclose(values(generic, matrix, lengths, q), np.vstack([turn @ carried, turn @ jacobian[3:]]), atol=1e-9)
 
 
 @of_families(FIXED)

@@ -16,7 +16,7 @@ from qdot.exercises.arm.singularity import singular_set
 from qdot.exercises.arm.trigonometry import Factored
 from qdot.exercises.docs.shipped import lines, results_of
 from qdot.exercises.families import FAMILIES
-from qdot.exercises.families.structures import chain_of, clean_structures
+from qdot.exercises.families.structures import build_arm, read_clean_structures
 from qdot.exercises.generation import generate, questions_of, sample_chain
 from qdot.exercises.notebook.notebook import notebook_text, solution_notebook
 from qdot.exercises.problem.problem import ProblemId
@@ -49,9 +49,9 @@ def nothing_shipped(monkeypatch: pytest.MonkeyPatch) -> Iterator[Callable[[], No
 
 def arms(family: str) -> list[Chain]:
     if FAMILIES[family].varied:
-        clean = clean_structures()[int(family.removeprefix("random-"))]
+        clean = read_clean_structures()[int(family.removeprefix("random-"))]
         every = clean[:: len(clean) // several(2, 20)]
-        return [chain_of(one.rows, one.task, family) for one in every]
+        return [build_arm(one.rows, one.task, family) for one in every]
     return [sample_chain(ProblemId.parse(f"{family}/{name}")) for name in ("1", "1@screws", "1@full")]
 
 

@@ -34,7 +34,7 @@ from qdot.exercises.formula.trees import names
 from qdot.exercises.questions import QUESTIONS
 from qdot.exercises.solve.solver import Solution, solve
 from qdot.exercises.verify.singular import NEAR
-from qdot.exercises.writing.worked import SingularComponent
+from qdot.exercises.writing.solution_steps import SingularComponent
 from tests.exercises.arm.poses import exponential
 from tests.exercises.arm.sets import assert_is_book, claimed, compared, rank_ratios, read_pieces, search
 from tests.support import DATA

@@ -15,7 +15,7 @@ from qdot.exercises.assignment.assignment import Assignment, Student, load_assig
 from qdot.exercises.assignment.release import init_assignment, release
 from qdot.exercises.figure import figure_svg, part_svg
 from qdot.exercises.problem.record import digests
-from qdot.exercises.writing.render import CompiledBeside
+from qdot.exercises.writing.render import TemplateCache
 from qdot.grader.grading.certify import CERTIFIER
 
 STUDENTS = [Student("ada"), Student("bob")]
@@ -131,7 +131,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 def greeted(folder: Path) -> str:
     """Return what a new environment makes of the template."""
-    made = jinja2.Environment(loader=jinja2.FileSystemLoader(folder), bytecode_cache=CompiledBeside(folder))
+    made = jinja2.Environment(loader=jinja2.FileSystemLoader(folder), bytecode_cache=TemplateCache(folder))
     return made.get_template("greeting.j2").render(name="Ada")
 
 

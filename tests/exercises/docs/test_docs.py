@@ -14,10 +14,9 @@ import pytest
 
 from qdot.exercises import docs
 from qdot.exercises.common.variation import STEPS
-from qdot.exercises.docs import corrections, documents, listing_text, structures, thumbnails, write
+from qdot.exercises.docs import corrections, documents, listing_text, thumbnails, write
 from qdot.exercises.families import FAMILIES
 from qdot.exercises.families.listing import LISTING, listing
-from qdot.exercises.families.structures import regular_forms
 from qdot.exercises.generation import find_out, questions_of
 from qdot.exercises.questions import QUESTIONS
 from qdot.exercises.quizzes import ASKED
@@ -27,7 +26,6 @@ from tests.support.suites import families_for
 DOCS = ROOT / "docs"
 together = pytest.mark.xdist_group("docs")
 """In one process, which makes the pages once; families have groups of their own."""
-STRUCTURES = (DOCS / "structures.md").read_text(encoding="utf-8")
 
 
 def kept_thumbnails(family: str) -> tuple[dict[str, str], dict[str, str]]:
@@ -45,7 +43,6 @@ def _kept() -> Iterator[None]:
     """Pages are made from what is kept."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(docs, "list_families", listing)
-        patch.setattr(docs, "structures_page", lambda: STRUCTURES)
         patch.setattr(docs, "thumbnails", kept_thumbnails)
         documents.cache_clear()
         yield
@@ -78,26 +75,6 @@ SLOW = ("lbr-7r", "random-3", "random-4")
 def test_what_is_listed_of_a_family_is_what_its_arms_show(family: str) -> None:
     """Where this fails, run: python -m qdot.exercises.docs"""
     assert listing()[family] == find_out(FAMILIES[family])
-
-
-def test_the_page_of_structures_is_up_to_date_but_for_what_takes_long(monkeypatch: pytest.MonkeyPatch) -> None:
-    """All but how many forms of four joints are regular, and the singular sets of three."""
-    monkeypatch.setattr(structures, "regular_forms", lambda n: regular_forms(n) if n < 4 else {})
-    monkeypatch.setattr(structures, "singular_sets", lambda _: set())
-
-    def shortened(text: str) -> str:
-        text, rows = re.subn(r"(?m)^(\| 4 (?:\| \d+ ){2})\| \d+ ", r"\1| … ", text)
-        text, sentences = re.subn(r"have \d+ different singular sets (.*); \d+ of", r"have … sets \1; … of", text)
-        assert rows == sentences == 1
-        return text
-
-    assert shortened(structures.structures_page()) == shortened(STRUCTURES)
-
-
-@pytest.mark.whole
-def test_the_page_of_structures_is_up_to_date() -> None:
-    """Where this fails, run: python -m qdot.exercises.docs"""
-    assert structures.structures_page() == STRUCTURES
 
 
 @together

@@ -19,7 +19,7 @@ from qdot.exercises.problem.problem import Problem
 from qdot.exercises.problem.record import digests
 from qdot.exercises.verify import certify
 from qdot.grader.cli.reference_pages import outlets_page
-from qdot.grader.grading.certify import failures_of
+from qdot.grader.grading.certify import find_failures
 from qdot.grader.reports.formats import FORMATS
 from tests.support import ROOT
 from tests.support.command import fails, run
@@ -32,7 +32,7 @@ DOCS = ROOT / "docs"
 
 @pytest.fixture(scope="module")
 def order(tmp_path_factory: pytest.TempPathFactory) -> Order:
-    return Order(a_class(tmp_path_factory.mktemp("bank") / "hw", [Student("ada")]), failures_of, variants=4)
+    return Order(a_class(tmp_path_factory.mktemp("bank") / "hw", [Student("ada")]), find_failures, variants=4)
 
 
 def test_a_bank_is_of_certified_problems_that_differ_and_begins_like_a_longer_one(order: Order) -> None:
@@ -68,7 +68,7 @@ def test_a_robot_of_fixed_lengths_is_told_to_be_the_same_for_all(tmp_path: Path)
     (tmp_path / "assignment.toml").write_text(f'title = "T"\nkey = "hw"\n{asked}')
     assignment = load_assignment(tmp_path)
     notes: list[str] = []
-    assert len(list(bank(Order(assignment, failures_of, variants=3, note=notes.append)))) == 1
+    assert len(list(bank(Order(assignment, find_failures, variants=3, note=notes.append)))) == 1
     assert len(notes) == 1 and notes[0].startswith("p1: scorbot") and "variation" not in notes[0]
 
 
@@ -145,7 +145,7 @@ def certified(order: Order) -> Order:
     def failures(problem: Problem) -> Sequence[str]:
         name = str(problem.id)
         if name not in known:
-            known[name] = failures_of(problem)
+            known[name] = find_failures(problem)
         return known[name]
 
     return replace(order, variants=several(1, 2), solutions=True, failures=failures)

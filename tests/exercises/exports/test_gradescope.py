@@ -13,7 +13,7 @@ import pytest
 from qdot.exercises.assignment.assignment import Assignment, Student, load_assignment
 from qdot.exercises.assignment.attempt_policy import AttemptPolicy
 from qdot.grader.grading.result import MadeFrom
-from qdot.grader.integrations.gradescope import best_of, due_of, main, results_of
+from qdot.grader.integrations.gradescope import apply_attempt_policy, find_due_date, main, results_of
 from qdot.grader.reports.gradescope import ForStaff, GradescopeResults
 from tests.support.ci import Machine, write_json
 from tests.support.command import run
@@ -99,7 +99,7 @@ def test_late_by_gradescopes_clock_and_due_by_its_extension(assignment: Assignme
     assert {test.visibility for test in results.tests} == {"after_due_date"}
     write_json(root / "submission_metadata.json", {"users": [own], **late})
     assert results_of(root).score == pytest.approx(4 * 0.9)
-    assert due_of({"users": [ADA]}) is due_of({"assignment": {"due_date": "not a time"}}) is None
+    assert find_due_date({"users": [ADA]}) is find_due_date({"assignment": {"due_date": "not a time"}}) is None
 
 
 def test_whose_it_is_and_no_mark_where_that_is_not_known(
@@ -120,7 +120,7 @@ def test_whose_it_is_and_no_mark_where_that_is_not_known(
 
 def test_the_best_attempt_is_read_from_the_metadata_and_attempts_have_a_limit() -> None:
     def best(results: GradescopeResults, most: int, earlier: list[Any], **metadata: str) -> GradescopeResults:
-        return best_of(results, {"previous_submissions": earlier, **metadata}, AttemptPolicy(most))
+        return apply_attempt_policy(results, {"previous_submissions": earlier, **metadata}, AttemptPolicy(most))
 
     for_staff = ForStaff("ada", "hw", MadeFrom(), None, ())
     two, hour = GradescopeResults(2.0, "", "text", "visible", "hidden", (), for_staff), "2027-01-09T{:02}:00:00Z"

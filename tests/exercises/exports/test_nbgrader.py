@@ -20,7 +20,7 @@ from qdot.exercises.common.errors import QdotError
 from qdot.exercises.exports.export_format import Order
 from qdot.exercises.exports.nbgrader import SIGN, checksum, nbgrader
 from qdot.exercises.problem.problem import variable
-from qdot.grader.integrations.nbgrader_cells import WIDTH, fill_in, made_whole, outputs
+from qdot.grader.integrations.nbgrader_cells import WIDTH, fill_in, make_outputs, restore_cells
 from qdot.grader.reports.rows import Row
 from tests.support.command import run
 from tests.support.handing_in import TOML, a_class, grade
@@ -230,16 +230,16 @@ def test_students_notebooks_are_valid_and_hold_no_secret(assignment: Assignment)
 
 
 def test_a_notebook_is_made_whole_whatever_was_done_to_it(assignment: Assignment) -> None:
-    untouched = made_whole(handout(assignment, "late")["cells"], POINTS)
+    untouched = restore_cells(handout(assignment, "late")["cells"], POINTS)
     assert [cell["id"] for cell in untouched] == [cell["id"] for cell in handout(assignment, "late")["cells"]]
-    cells = made_whole(json.loads(answered(assignment, "meddles", meddles))["cells"], POINTS)
+    cells = restore_cells(json.loads(answered(assignment, "meddles", meddles))["cells"], POINTS)
     named = [cell["metadata"]["nbgrader"] for cell in cells if "nbgrader" in cell["metadata"]]
     assert sorted(one["grade_id"] for one in named if one["grade"]) == sorted(NAMES)
     assert {one["grade_id"]: one["points"] for one in named if one["grade"]} == dict(zip(NAMES, (1, 2, 1), strict=True))
     assert len({cell["id"] for cell in cells}) == len(cells)
     assert [cell["source"] for cell in cells].count("1.0") == 2  # what was written stays to be read
     assert sum(one["solution"] for one in named) == 3
-    assert len(made_whole([], POINTS)) == 3
+    assert len(restore_cells([], POINTS)) == 3
 
 
 def row(part: str, points: float | None, outcome: str = "partial") -> Row:
@@ -247,20 +247,20 @@ def row(part: str, points: float | None, outcome: str = "partial") -> Row:
 
 
 def test_outputs_that_nbgrader_scores_with_the_points() -> None:
-    stream, value = outputs(row("p1.jacobian", 1.5))
+    stream, value = make_outputs(row("p1.jacobian", 1.5))
     assert (stream["name"], stream["text"]) == ("stdout", "partial: a reason\n")
     assert value["data"] == {"text/plain": "1.5"}
-    assert outputs(row("p1.jacobian", 5))[1]["data"] == {"text/plain": "2.0"}
+    assert make_outputs(row("p1.jacobian", 5))[1]["data"] == {"text/plain": "2.0"}
     long = Row("p1.jacobian", "Title", "partial", 1.5, 2.0, "a reason " * 30)
-    assert max(map(len, outputs(long)[0]["text"].splitlines())) <= WIDTH
-    (error,) = outputs(row("p1.jacobian", 0, "wrong"))
+    assert max(map(len, make_outputs(long)[0]["text"].splitlines())) <= WIDTH
+    (error,) = make_outputs(row("p1.jacobian", 0, "wrong"))
     assert (error["output_type"], error["ename"], error["evalue"]) == ("error", "wrong", "a reason")
     assert all(word in " ".join(error["traceback"]) for word in ("Title", "0 of 2", "wrong", "a reason"))
 
 
 def test_no_mark_where_there_can_be_none() -> None:
     rows = [row(part, 1.0) for part in POINTS]
-    cells = made_whole([], POINTS)
+    cells = restore_cells([], POINTS)
     fill_in(cells, rows)
     assert all(cell["outputs"] for cell in cells)
     for points, marked, said in (
@@ -270,7 +270,7 @@ def test_no_mark_where_there_can_be_none() -> None:
         ({"p1.jacobian": 2.0, "p1.determinant": 1.0}, rows, "p1-position: "),
     ):
         with pytest.raises(QdotError, match=said):
-            fill_in(made_whole([], points), marked)
+            fill_in(restore_cells([], points), marked)
 
 
 def test_an_answer_that_is_still_blank_is_one_that_was_not_changed() -> None:
@@ -278,7 +278,7 @@ def test_an_answer_that_is_still_blank_is_one_that_was_not_changed() -> None:
         {"cell_type": "code", "id": name, "metadata": {"qdot": {"part": f"p1.{name}"}}, "source": source}
         for name, source in (("position", "p1_position = blank"), ("jacobian", "p1_jacobian = ("))
     ]
-    cells = made_whole(notebook, POINTS)
+    cells = restore_cells(notebook, POINTS)
     fill_in(cells, [row("p1.position", 0, "missing"), row("p1.jacobian", 0, "missing"), row("p1.determinant", 1)])
     by_id = {cell["id"]: cell["metadata"]["nbgrader"] for cell in cells}
     assert by_id["position"]["checksum"] == checksum(cells[0])

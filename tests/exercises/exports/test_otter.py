@@ -18,7 +18,7 @@ from qdot.exercises.common.errors import QdotError
 from qdot.exercises.common.json_form import as_json
 from qdot.exercises.exports.otter import PLUGIN, parts_of
 from qdot.exercises.problem.problem import variable
-from qdot.grader.integrations.otter_marks import code_of_marks, hold, marks_of, results_for
+from qdot.grader.integrations.otter_marks import code_of_marks, marks_of, require_full_points, results_for
 from tests.support.command import run
 from tests.support.handing_in import TOML, a_class
 from tests.support.programs import reader
@@ -87,12 +87,12 @@ def test_marks_are_handed_over_as_data(assignment: Assignment, tmp_path: Path) -
     made: dict[str, Any] = {}
     exec(code_of_marks(marks), made)  # as Otter's kernel does
     assert made["qdot_marks"] == as_json(marks)
-    hold(made["qdot_marks"], "p1.jacobian")
+    require_full_points(made["qdot_marks"], "p1.jacobian")
     for part, said in (("p1.position", "wrong"), ("p1.determinant", "sign"), ("p1.nothing", "has not marked")):
         with pytest.raises(AssertionError, match=said):
-            hold(made["qdot_marks"], part)
+            require_full_points(made["qdot_marks"], part)
     with pytest.raises(AssertionError, match="has not marked"):
-        hold(None, "p1.jacobian")
+        require_full_points(None, "p1.jacobian")
 
 
 def test_whose_it_is_is_said_by_gradescope_else_by_the_notebook(assignment: Assignment, tmp_path: Path) -> None:
@@ -140,7 +140,7 @@ def test_what_comes_with_a_notebook_is_neither_imported_nor_read(
     code = (
         f"import os, pathlib, sys\nwith open({str(ran)!r}, 'a') as out:\n"
         "    print(__name__, os.getcwd(), sys.argv, list(pathlib.Path('..').rglob('secret.txt')), file=out)\n"
-        "def hold(*_): pass\n"
+        "def require_full_points(*_): pass\n"
     )
     folder.mkdir()
     handed_in(assignment, folder, wrong)

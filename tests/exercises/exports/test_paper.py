@@ -28,12 +28,12 @@ from qdot.exercises.formula.printers.typst import typst_string
 from qdot.exercises.generation import generate
 from qdot.exercises.notebook.notebook import solution_figure
 from qdot.exercises.problem.problem import Problem, ProblemId
-from qdot.exercises.writing.markup import parsed_markdown, to_latex
+from qdot.exercises.writing.markup import parse_markdown, to_latex
 from qdot.exercises.writing.on_paper import on_paper
 from qdot.exercises.writing.short_answer import short_answer
 from qdot.exercises.writing.statement import hints, prompt, statement, worked_solution
 from qdot.exercises.writing.typst import ROOM, to_typst, typst_escaped
-from qdot.grader.grading.certify import failures_of
+from qdot.grader.grading.certify import find_failures
 from qdot.grader.grading.marking import share_earned
 from tests.grader.reports.test_feedback import Page
 from tests.support.command import fails
@@ -67,7 +67,7 @@ def order(tmp_path_factory: pytest.TempPathFactory) -> Order:
     folder = tmp_path_factory.mktemp("paper") / "hw"
     a_class(folder, CLASS)
     (folder / "assignment.toml").write_text(TOML, encoding="utf-8")
-    return Order(load_assignment(folder), failures_of)
+    return Order(load_assignment(folder), find_failures)
 
 
 def files(order: Order, outlet: str) -> dict[str, File]:
@@ -103,7 +103,7 @@ def test_every_formula_compiles_and_fits_and_has_words(problem: Problem) -> None
         texts.append(short_answer(problem, part))
     new: list[str] = []
     for text in texts:
-        for latex, block in parsed_markdown(text)[1]:
+        for latex, block in parse_markdown(text)[1]:
             said = speak(parse_latex(latex))
             assert said and "\\" not in said and "  " not in said
             shape = f"{block}{re.sub(r'[0-9]', '1', latex)}"
@@ -419,7 +419,7 @@ def test_latex_compiles(order: Order, asked: dict[str, Any], tmp_path: Path) -> 
 @pytest.mark.parametrize("convention", ["screws", "dh"])
 def test_a_table_of_oblique_axes_keeps_within_the_page(convention: str, tmp_path: Path) -> None:
     """It is too wide to stand beside the figure; that of a DH table isn't."""
-    order = Order(a_class(tmp_path / "hw", [Student("ada")]), failures_of)
+    order = Order(a_class(tmp_path / "hw", [Student("ada")]), find_failures)
     asked = '[[problem]]\nfamily = "planar-3r"\nvariation = "full"\nquestions = ["position"]\n'
     text = f'title = "T"\nkey = "hw"\n{asked}convention = "{convention}"\n'
     (order.assignment.folder / "assignment.toml").write_text(text)

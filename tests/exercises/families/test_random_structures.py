@@ -15,33 +15,35 @@ from qdot.exercises.arm.vectors import rot_x, rot_z
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.common.variation import AXES
-from qdot.exercises.docs.structures import regular_tables
 from qdot.exercises.families import FAMILIES
-from qdot.exercises.families.classes import Key, class_key
 from qdot.exercises.families.random_n import _order_structures as order
 from qdot.exercises.families.random_n import _sample_arm as arm_of
 from qdot.exercises.families.structures import (
     Structure,
     StructureRow,
-    chain_of,
-    clean_classes,
-    clean_structures,
-    count_tables,
-    find_clean_structures,
+    build_arm,
+    group_clean_structures,
     is_clean,
-    normal_form,
+    read_clean_structures,
     read_rows,
-    regular_forms,
-    regular_tasks,
-    tables,
 )
 from qdot.exercises.generation import generate, sample_chain
 from qdot.exercises.problem.problem import ProblemId
 from qdot.exercises.questions import QUESTIONS
-from qdot.grader.grading.certify import failures_of
+from qdot.grader.grading.certify import find_failures
 from tests.support.problems import as_table
 from tests.support.problems import drawn as drawn_once
 from tests.support.suites import few_of, several
+from tests.tools.structures import (
+    Key,
+    class_key,
+    count_tables,
+    find_clean_structures,
+    normal_form,
+    regular_forms,
+    regular_tasks,
+    tables,
+)
 
 RANDOM = ("random-2", "random-3", "random-4")
 
@@ -49,22 +51,24 @@ RANDOM = ("random-2", "random-3", "random-4")
 def test_the_numbers_of_tables_are_those_that_were_counted_before() -> None:
     """Counts of the shared mathematics: tables, and those of three joints that are regular in some task."""
     assert (count_tables(2, False), count_tables(3, False), count_tables(3, True)) == (108, 1944, 4608)
-    assert (regular_tables(False), regular_tables(True)) == (1024, 2504)
+    forms = regular_forms(3)
+    regular = [[rows for rows in tables(3, angles) if normal_form(rows) in forms] for angles in (False, True)]
+    assert [sum(2 ** sum(row.twist for row in rows) for rows in each) for each in regular] == [1024, 2504]
 
 
 @pytest.mark.parametrize("n", several([2], [2, 3]))
 def test_the_table_holds_all_clean_structures(n: int) -> None:
-    assert tuple(find_clean_structures(n)) == clean_structures()[n]
+    assert tuple(find_clean_structures(n)) == read_clean_structures()[n]
 
 
 @pytest.mark.parametrize(("n", "each"), several([(3, 8)], [(4, 25)]))
 def test_the_table_holds_the_clean_ones_of_a_sample(n: int, each: int) -> None:
-    known = {(structure.rows, structure.task) for structure in clean_structures()[n]}
+    known = {(structure.rows, structure.task) for structure in read_clean_structures()[n]}
     forms = regular_forms(n)
     assert {rows for rows, _ in known} <= set(forms)
     for rows, tasks in islice(forms.items(), 0, None, each):
         for task in tasks:
-            assert ((rows, task) in known) == is_clean(chain_of(rows, task)), rows
+            assert ((rows, task) in known) == is_clean(build_arm(rows, task)), rows
 
 
 @pytest.mark.parametrize("n", [2, 3])
@@ -81,13 +85,13 @@ def test_a_normal_form_and_a_class_are_regular_in_as_many_tasks_as_their_tables(
 
 @pytest.mark.parametrize("n", [2, 3])
 def test_the_same_joints_are_in_the_conditions_of_all_clean_structures_of_a_class(n: int) -> None:
-    for alike in islice(clean_classes(n), 0, None, several(2, 1)):
+    for alike in islice(group_clean_structures(n), 0, None, several(2, 1)):
         assert len({conditions_of(structure) for structure in alike}) == 1, alike
 
 
 def conditions_of(structure: Structure) -> tuple[tuple[str, ...], ...]:
     """The joints in each condition; slides that follow each other count as one."""
-    chain = chain_of(structure.rows, structure.task)
+    chain = build_arm(structure.rows, structure.task)
     kinds = [row.kind for row in structure.rows]
     place = {q: sum(kinds[:i].count(k) for k in "R") if kinds[i] == "P" else -i for i, q in enumerate(chain.q)}
     found = [c for component in singular_set(chain) or () for c in component.conditions]
@@ -115,12 +119,12 @@ def arm(family: str, seed: str) -> Chain:
 
 @pytest.mark.whole
 def test_an_arm_is_of_the_structure_that_is_drawn_first_and_all_classes_are_reached_as_often() -> None:
-    firsts = [order(list(clean_classes(2)), Stream(f"reached/{seed}"))[0] for seed in range(900)]
+    firsts = [order(list(group_clean_structures(2)), Stream(f"reached/{seed}"))[0] for seed in range(900)]
     for seed in range(several(30, 900)):
         assert drawn(arm("random-2", f"reached/{seed}")) == (firsts[seed].rows, firsts[seed].task)
-    assert {(first.rows, first.task) for first in firsts} == {(s.rows, s.task) for s in clean_structures()[2]}
+    assert {(first.rows, first.task) for first in firsts} == {(s.rows, s.task) for s in read_clean_structures()[2]}
     often = Counter(class_key(first.rows, first.task) for first in firsts)
-    assert len(often) == len(clean_classes(2))
+    assert len(often) == len(group_clean_structures(2))
     assert max(often.values()) < 2 * min(often.values())
 
 
@@ -130,7 +134,7 @@ def test_numbers_are_found_for_every_class(n: int) -> None:
 
     In `make test`, of each third class of three joints, and of each eighth of four.
     """
-    for alike in islice(clean_classes(n), 0, None, several({3: 3, 4: 8}[n], 1)):
+    for alike in islice(group_clean_structures(n), 0, None, several({3: 3, 4: 8}[n], 1)):
         chain = arm_of(alike[0], Stream("numbers"), AXES)
         assert chain is not None and is_clean(chain), alike[0]
         assert class_key(*drawn(chain)) == class_key(alike[0].rows, alike[0].task)
@@ -186,7 +190,7 @@ def test_every_arm_is_clean_and_all_its_conditions_can_hold(family: str, seeds: 
         lengths = [joint.a for joint in chain.joints if joint.a.is_number and joint.a != 0]
         assert all(abs(a - b) >= sp.Rational(5, 100) for i, a in enumerate(lengths) for b in lengths[:i])
     for seed in seeds[: several(1, 4)]:
-        assert failures_of(drawn_once(family, seed)) == []
+        assert find_failures(drawn_once(family, seed)) == []
     assert pickle.loads(pickle.dumps(FAMILIES[family])).name == family
 
 

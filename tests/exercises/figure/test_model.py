@@ -9,10 +9,9 @@ import sympy as sp
 from qdot.exercises import figure
 from qdot.exercises.arm.chain import Base, Chain, Joint
 from qdot.exercises.figure import arm_figure, figure_pose, small
-from qdot.exercises.figure.ink import Ink, Line, samples
 from qdot.exercises.figure.labels import Layout, Request
 from qdot.exercises.figure.model import model_of
-from qdot.exercises.figure.places import Places
+from qdot.exercises.figure.places import Ink, Line, Places, samples
 from qdot.exercises.figure.pose import DEFAULT_LENGTH, candidates, entries_of_pose
 from qdot.exercises.figure.shapes import Box, Circle, Figure, Glyph, Polyline, Shape, extent, move_shape, symbol
 from qdot.exercises.generation import sample_chain

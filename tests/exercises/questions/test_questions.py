@@ -24,7 +24,7 @@ from qdot.exercises.problem.problem import ENGINE, Part, Problem, ProblemId
 from qdot.exercises.problem.record import to_plain_data
 from qdot.exercises.questions import QUESTIONS
 from qdot.exercises.writing.statement import prompt, worked_solution
-from qdot.grader.grading.certify import failures_of
+from qdot.grader.grading.certify import find_failures
 from tests.support import DATA, SNAPSHOTS
 from tests.support.problems import drawn
 from tests.support.suites import few_of, several
@@ -115,7 +115,7 @@ def test_arms_of_the_books_pass_certificate_and_grader(name: str, textbook_arms:
             answer, details = question.ask(chain, Stream(f"{chain.name}/{name}"))
             part = Part(name, name, answer, question.points, (), details)
             problem = Problem(ProblemId("textbook", 1, (name,)), chain, (part,))
-            assert failures_of(problem) == [], chain.name
+            assert find_failures(problem) == [], chain.name
             assert "None" not in prompt(problem, part) + worked_solution(problem, part), chain.name
             taken += 1
     assert taken

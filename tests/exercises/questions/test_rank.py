@@ -24,10 +24,10 @@ from qdot.exercises.questions.geometry import (
     branches,
     jacobian_at,
     nearest_integer,
-    part_at_values,
     precise_lost_direction,
-    regular_pose,
-    singular_pose,
+    restrict,
+    sample_regular_pose,
+    sample_singular_pose,
 )
 from qdot.exercises.questions.rank import OfMotion, OfRank
 from qdot.exercises.verify import certify
@@ -58,7 +58,7 @@ def test_lost_direction_of_the_chapters_arms(textbook_arms: dict[str, Any]) -> N
     for name, vector in expected.items():
         generic = structure(textbook_arms[name].chain).chain
         component = (singular_set(generic) or ())[0]
-        formula = lost_formula(generic, part_at_values(component, value_sets(component)[0]))
+        formula = lost_formula(generic, restrict(component, value_sets(component)[0]))
         assert formula is not None
         assert formula.direction == sp.Matrix(vector)
 
@@ -85,7 +85,7 @@ def test_precise_direction() -> None:
     """It is perpendicular to every column, and a unit vector, to many digits."""
     chain = generate(ProblemId("elbow-3r", 5, ("rank",))).chain
     for component in singular_set(chain) or ():
-        pose = singular_pose(chain, (component,), Stream("precise"), 2)
+        pose = sample_singular_pose(chain, (component,), Stream("precise"), 1)
         assert pose is not None
         u = np.array(precise_lost_direction(chain, pose).tolist(), dtype=float)[:, 0]
         other = lost_direction(jacobian_at(chain, pose))
@@ -98,12 +98,12 @@ def test_poses_are_what_they_are_said_to_be(textbook_arms: dict[str, Any]) -> No
     for name in ("elbow_RRR", "orthogonal_3R", "PUMA560", "spherical_RRP", "Scorbot_5R_full_6x5"):
         chain = textbook_arms[name].chain
         full = min(len(chain.task), chain.n)
-        regular = regular_pose(chain, Stream(name))
+        regular = sample_regular_pose(chain, Stream(name))
         assert regular is not None
         assert clear_rank(jacobian_at(chain, regular)) == full
         for component in singular_set(chain) or ():
             if len(component.conditions) == 1:
-                pose = singular_pose(chain, (component,), Stream(name))
+                pose = sample_singular_pose(chain, (component,), Stream(name))
                 assert pose is not None
                 assert clear_rank(jacobian_at(chain, pose)) in range(full)
                 assert len(set(pose.lengths.values())) == len(pose.lengths)

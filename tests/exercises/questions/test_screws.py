@@ -18,7 +18,7 @@ from qdot.exercises.arm.standard_table import axes_of
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.families import FAMILIES
 from qdot.exercises.families.base import Family
-from qdot.exercises.families.own import own_family
+from qdot.exercises.families.own import read_robot_family
 from qdot.exercises.generation import applicable_questions, generate, sample_chain
 from qdot.exercises.mistakes.catalogue import CATALOGUE, SECTIONS, mistaken_answers
 from qdot.exercises.problem.problem import ProblemId
@@ -37,7 +37,7 @@ from qdot.exercises.quizzes.choice import AboutSubject
 from qdot.exercises.solve.solver import Ready, text_stages
 from qdot.exercises.verify import certify
 from qdot.exercises.writing.markup import to_text
-from qdot.exercises.writing.statement import hints, prompt, statement, worked_solution, worked_steps
+from qdot.exercises.writing.statement import hints, prompt, solution_steps, statement, worked_solution
 from tests.support.suites import FEW, WHOLE, few_families, of_families, several
 
 FIXED = [name for name, family in FAMILIES.items() if not family.varied]
@@ -229,7 +229,7 @@ def test_an_own_arm_is_told_by_the_points_of_its_file_and_without_brackets(tmp_p
     axes, home = axes_of(chain)
     q, lengths = np.array([0.3, -0.4, 1.1]), {sp.Symbol("a2"): 0.7}
     values = lengths | dict(zip(chain.q, q, strict=True))
-    for joint, place in worked_steps(chain).moved_points:
+    for joint, place in solution_steps(chain).moved_points:
         moved = np.where(np.arange(1, 4) < joint, 0, q)
         assert np.allclose(_floats(place, values), reached(axes, home, moved, lengths))
     _, details = next(question for question in QUESTIONS if question.name == "space-jacobian").ask(chain, Stream("x"))
@@ -255,7 +255,7 @@ def test_a_point_on_an_inner_link_is_certified_by_the_axes_before_it() -> None:
 def test_a_length_of_an_arm_told_by_axes_may_be_called_as_one_of_the_table_that_is_not_told(tmp_path: Path) -> None:
     """Joint 1 has the length 0.3 in that table, where a1 would be looked for."""
     joints = ("[0, 0, 1] at [0, 0, 0]", "[0, 0, 1] at [0.3, 0, 0]")
-    family = own_family(robot_of(tmp_path / "arm.toml", '["a1 + 0.3", 0, 0]', *joints))
+    family = read_robot_family(robot_of(tmp_path / "arm.toml", '["a1 + 0.3", 0, 0]', *joints))
     certificate = certify(generate(ProblemId(family.name, 1, ("position", "determinant")), family=family))
     assert certificate.passed, certificate.failures
 

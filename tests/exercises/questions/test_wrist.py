@@ -14,7 +14,7 @@ from qdot.exercises.problem.problem import Part, Problem, ProblemId
 from qdot.exercises.questions import QUESTIONS
 from qdot.exercises.questions.wrist import blocks
 from qdot.exercises.writing.statement import worked_solution
-from qdot.grader.grading.certify import failures_of
+from qdot.grader.grading.certify import find_failures
 from tests.support.problems import drawn
 from tests.support.suites import few_of
 
@@ -60,7 +60,7 @@ def test_textbook_arms_fall_into_blocks_wherever_the_wrist_centre_is_named(
     assert are_identical(sp.expand(arm * wrist), sp.expand(expected))
     assert are_identical(wrist, sp.sin(sp.Symbol("theta5"))) or are_identical(wrist, -sp.sin(sp.Symbol("theta5")))
     problem = problem_of(chain)
-    assert failures_of(problem) == []
+    assert find_failures(problem) == []
     assert all(worked_solution(problem, part) for part in problem.parts)
 
 
@@ -71,7 +71,7 @@ def test_a_stanford_arm_of_our_own() -> None:
         arm, wrist = determinants(chain)
         assert are_identical(sp.expand(arm), sp.expand(-(d3**2) * sp.sin(theta2)))
         assert are_identical(wrist, -sp.sin(theta5))
-        assert failures_of(problem_of(chain)) == []
+        assert find_failures(problem_of(chain)) == []
 
 
 @pytest.mark.parametrize(
@@ -111,5 +111,5 @@ def test_a_wrist_with_odd_twists_is_singular_where_its_axes_are_in_one_plane() -
     found = blocks(chain)
     assert not found.in_line
     problem = problem_of(chain)
-    assert failures_of(problem) == []
+    assert find_failures(problem) == []
     assert "axes of joints 4, 5 and 6 lie in one plane" in worked_solution(problem, problem.parts[2])

@@ -7,7 +7,7 @@ from qdot.exercises.common.stream import Stream
 from qdot.exercises.mistakes.catalogue import CATALOGUE
 from qdot.exercises.problem.problem import Problem
 from qdot.exercises.quizzes import QUIZZES
-from qdot.exercises.quizzes.option_mistakes import blames_for
+from qdot.exercises.quizzes.option_mistakes import explain_options
 from tests.exercises.quizzes.test_quizzes import of_small, small
 from tests.support.problems import drawn
 from tests.support.suites import few_of
@@ -21,7 +21,7 @@ def named(problem: Problem) -> set[str]:
     found = set()
     for part in problem.parts:
         if isinstance(part.answer, Letters):
-            for index, blames in enumerate(blames_for(problem, part, Stream("behind"))):
+            for index, blames in enumerate(explain_options(problem, part, Stream("behind"))):
                 is_silent = index in part.answer.right and not part.answer.matched
                 assert bool(blames) != is_silent, (problem.id, part.name, index)
                 assert all(blame.sentence and blame.mistake in CATALOGUE for blame in blames)

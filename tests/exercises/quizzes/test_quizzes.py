@@ -25,11 +25,11 @@ from qdot.exercises.notebook.notebook import solution_notebook, student_notebook
 from qdot.exercises.problem.problem import Part, Problem, ProblemId
 from qdot.exercises.problem.record import digests
 from qdot.exercises.quizzes import ASKED, QUIZZES
-from qdot.exercises.quizzes.options import Places, blames_of
+from qdot.exercises.quizzes.options import Places, list_blames
 from qdot.exercises.verify import certify
 from qdot.exercises.writing.statement import hints, option_text, prompt, worked_solution
 from qdot.grader.cli.main import app
-from qdot.grader.grading.certify import failures_of
+from qdot.grader.grading.certify import find_failures
 from qdot.grader.judging.judge import judge
 from qdot.grader.judging.verdict import Outcome
 from tests.exercises.writing.test_statement import _is_clean
@@ -91,7 +91,7 @@ def test_each_short_question_passes_its_certificate_which_fails_for_other_option
 
 def _is_certified_and_marked(problem: Problem) -> None:
     (part,) = problem.parts
-    assert failures_of(problem) == [], part.name
+    assert find_failures(problem) == [], part.name
     assert judge(problem, part, part.answer.as_typed(), "seed").outcome is Outcome.CORRECT, part.name
     _is_clean(prompt(problem, part))
     _is_clean(worked_solution(problem, part))
@@ -135,7 +135,7 @@ def _wrong_letters_are_wrong(problem: Problem, part: Part) -> None:
                 letter = "ABCDEFGH"[index]
                 assert judge(problem, part, letter, "seed").outcome is Outcome.WRONG
                 named = diagnose(problem, part, letter, "seed")
-                blames = blames_of(part, index)
+                blames = list_blames(part, index)
                 assert named is None or named.mistakes == tuple(dict.fromkeys(blame.mistake for blame in blames))
                 assert blames == () or named is not None
     if isinstance(answer, Selection):

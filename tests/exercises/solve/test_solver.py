@@ -21,12 +21,9 @@ from qdot.exercises.arm.entry import to_sympy
 from qdot.exercises.arm.robot_file import read_robot_file
 from qdot.exercises.arm.singularity import Component
 from qdot.exercises.common.errors import QdotError
-from qdot.exercises.families.own import own_family
 from qdot.exercises.formula.conditions import Space, compare_sets
 from qdot.exercises.formula.expression import read
 from qdot.exercises.formula.set_parser import parse_pieces
-from qdot.exercises.generation import generate
-from qdot.exercises.problem.problem import ProblemId
 from qdot.exercises.questions import QUESTIONS
 from qdot.exercises.solve.solver import (
     Ready,
@@ -42,8 +39,8 @@ from qdot.exercises.solve.solver import (
 from qdot.exercises.solve.special_lengths import _normalize_condition
 from qdot.exercises.solve.time_limited import write_solution
 from qdot.exercises.writing.markup import to_text
-from qdot.exercises.writing.statement import worked_solution, worked_steps
-from qdot.exercises.writing.worked import SingularComponent, Worked
+from qdot.exercises.writing.solution_steps import SingularComponent, SolutionSteps
+from qdot.exercises.writing.statement import solution_steps
 from tests.repository.test_schemas import errors
 from tests.support import DATA
 from tests.support.command import fails, run
@@ -107,7 +104,7 @@ def test_the_pose_at_home_of_oblique_axes_is_what_the_file_says(tmp_path: Path) 
     axes = TURN % ("[0, 0, 1]", "[0, 0, 0]") + TURN % ("[1, 1, 0]", '["a1", 0, 0.2]') + SLIDE % "[0, 3, 4]"
     chain = _read(tmp_path, 'name = "Oblique"\nconvention = "screws"\npoint = ["a1 + a2", 0, "1/4"]\n' + axes)
     (a1, a2, d3), share = sp.symbols("a1 a2 d3"), sp.Rational(1, 5)
-    steps = Worked(chain)
+    steps = SolutionSteps(chain)
     assert list(steps.point_at_home) == [a1 + a2, 0, sp.Rational(1, 4)]
     assert list(steps.axis_at_home(3)) == [0, 3 * share, 4 * share]
     (_, place), *_ = steps.moved_points
@@ -176,20 +173,6 @@ def test_scorbot_arm_has_the_shoulder_that_the_book_leaves_out(folder: Path) -> 
     assert shoulder["condition"] == "a1 + a2*cos(theta2) + a3*cos(theta2 + theta3)"
     assert (shoulder["solutions"], shoulder["type"], shoulder["uniform"]) == (None, "internal", True)
     assert "somewhere only if a₁ ≤ a₂ + a₃" in " ".join(solution_text(solution).split())
-
-
-@pytest.mark.whole
-def test_what_the_chapter_has_otherwise_is_said_of_its_own_arm_only(tmp_path: Path) -> None:
-    """Not of a file's arm of the same shape, whatever it and its file are called."""
-    family = generate(ProblemId("elbow-3r", 0, ("singular-angles",), variation="chapter"))
-    assert "printed chapter" in worked_solution(family, family.parts[0])
-    path = tmp_path / "elbow-3r.toml"
-    rows = (("theta1", '"d1"', '"a1"', '"pi/2"'), ("theta2", 0, '"a2"', 0), ("theta3", 0, '"a3"', 0))
-    path.write_text('name = "elbow-3r"\n' + "".join(ROW % row for row in rows))
-    assert Worked(family.chain).is_elbow and Worked(read_robot(path)).is_elbow
-    assert "printed chapter" not in solution_text(solve(read_robot(path)))
-    own = generate(ProblemId("elbow-3r", 0, ("singular-angles",)), family=own_family(path))
-    assert "printed chapter" not in worked_solution(own, own.parts[0])
 
 
 @pytest.mark.parametrize("name", WRITTEN)
@@ -475,7 +458,10 @@ def test_links_of_one_length_fold_back_onto_the_base_which_is_no_boundary(
     (special,) = data["special_lengths"]
     assert special["lengths"] == relation and special["singular"][0]["uniform"] is False
     said = " ".join(solution_text(solution).split())
-    assert "At θ₂ = 180°: P lies on the axis of joint 1, which then does not move it, an internal singularity" in said
+    assert (
+        "At θ₂ = 180°: P lies on the axis of joint 1, which then does not move it. This is an internal singularity."
+        in said
+    )
     assert "Looked at were these relations of lengths: a₁ =" in said
     given = _read(tmp_path, (EQUAL_LINKS % second).replace('"a1"', "0.4").replace('"a2"', "0.7"))
     assert "special_lengths" not in solution_data(solve(given))
@@ -516,11 +502,11 @@ def test_what_a_test_in_numbers_finds_amiss_is_told(
     components = tuple(Component((condition,), None) for condition in conditions)
     shown = [SingularComponent(one.conditions, None, Kind("", False, "x")) for one in components]
     monkeypatch.setattr("qdot.exercises.solve.solver.singular_set", lambda _: components)
-    monkeypatch.setattr(Worked, "found", shown)
+    monkeypatch.setattr(SolutionSteps, "singular_components", shown)
     solution = solve(chain)
     assert said in (solution.note or "") and (said == "") == (solution.note is None)
-    monkeypatch.setattr(Worked, "found", [])
-    worked_steps.cache_clear()
+    monkeypatch.setattr(SolutionSteps, "singular_components", [])
+    solution_steps.cache_clear()
     note = solve(chain).note
     assert note is not None and "60 ended in configurations that none of these conditions" in note
 

@@ -27,9 +27,9 @@ from qdot.exercises.solve.locus import GRID, Map, check_map, singular_map, write
 from qdot.exercises.solve.solver import Singularities, singular_stages, solution_data, solution_text, solve
 from qdot.exercises.solve.special_lengths import relations
 from qdot.exercises.verify.appearance import places_on
-from qdot.exercises.writing import worked
-from qdot.exercises.writing.statement import worked_steps
-from qdot.exercises.writing.worked import SingularComponent
+from qdot.exercises.writing import solution_steps as steps_module
+from qdot.exercises.writing.solution_steps import SingularComponent
+from qdot.exercises.writing.statement import solution_steps
 from tests.support.suites import of_families
 
 A1, A2, A3, D4 = sp.symbols("a1 a2 a3 d4")
@@ -150,11 +150,11 @@ def test_what_is_said_of_a_part_of_a_task_is_so_of_that_part(
     "false", [Kind("boundary", True, "arm folded back"), Kind("internal", True, "arm stretched out or folded back")]
 )
 def test_a_false_look_or_kind_is_not_told(false: Kind, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(worked, "classify", lambda *_: false)
-    worked_steps.cache_clear()
+    monkeypatch.setattr(steps_module, "classify", lambda *_: false)
+    solution_steps.cache_clear()
     solution = solve(Chain("mine", PLANAR, ("vx", "vy")))
     (found,) = solution_data(solution)["singular"]
-    worked_steps.cache_clear()
+    solution_steps.cache_clear()
     if false.kind == "internal":
         assert (found["meaning"], found["uniform"]) == (false.meaning, False)
     else:
@@ -163,7 +163,7 @@ def test_a_false_look_or_kind_is_not_told(false: Kind, monkeypatch: pytest.Monke
 
 def test_words_are_sound_where_they_are_so_of_every_configuration() -> None:
     chain = Chain("mine", PLANAR, ("vx", "vy"))
-    (component,) = worked_steps(chain).components
+    (component,) = solution_steps(chain).components
     samples = places_on(chain, component)
     assert certified_words(chain, "arm stretched out or folded back", samples)
     assert certified_words(chain, "arm stretched out", samples) == ""

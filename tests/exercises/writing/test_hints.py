@@ -23,8 +23,8 @@ from qdot.exercises.questions import QUESTIONS
 from qdot.exercises.writing.angles import AngleNames
 from qdot.exercises.writing.hint_context import Entry, HintContext
 from qdot.exercises.writing.latex import tex, tex_angle
+from qdot.exercises.writing.solution_steps import SolutionSteps
 from qdot.exercises.writing.statement import hints, prompt
-from qdot.exercises.writing.worked import Worked
 from qdot.grader.cli.main import app
 from qdot.grader.grading.certify import CERTIFIER
 from tests.support.problems import asked
@@ -118,7 +118,7 @@ def _cells(text: str) -> set[str]:
 
 @cache
 def _angles(chain: Chain) -> AngleNames:
-    return Worked(chain).angles
+    return SolutionSteps(chain).angles
 
 
 @cache
@@ -176,19 +176,19 @@ def test_arms_of_one_joint_are_given_a_method_where_a_step_would_be_the_answer(c
 
 
 def test_what_a_hint_shows_is_true(problem: Problem) -> None:
-    chain, steps = problem.chain, Worked(problem.chain)
+    chain, steps = problem.chain, SolutionSteps(problem.chain)
     values = {symbol: sp.Float(0.37 + 0.21 * i, 30) for i, symbol in enumerate((*chain.q, *chain.parameters))}
     shown = []  # pairs that are equal
-    if len(chain.task) == chain.n and (turned := steps.hint_context.turned_back):
-        shown.append((turned[1], steps.d.jacobian.xreplace({chain.q[0]: turned[0]})))
-        shown.append((sp.Matrix([turned[1].xreplace(values).det()]), sp.Matrix([steps.d.determinant])))
+    if len(chain.task) == chain.n and (short := steps.jacobian_at_joint_1) is not None:
+        shown.append((short, steps.d.jacobian.xreplace({chain.q[0]: steps.joint_1_value})))
+        shown.append((sp.Matrix([short.xreplace(values).det()]), sp.Matrix([steps.d.determinant])))
     if last := steps.last_way:
         shown.append((steps.origins[last[0]] + last[1], steps.d.position))
     for component in singular_set(chain) or ():
         if component.solutions and chain.n <= 3:
             place = [(joint, found[0]) for joint, found in component.solutions]
-            if (there := steps.hint_context.jacobian_at(place)) is not None:
-                shown.append((there, steps.d.jacobian.xreplace(dict(place))))
+            if (lost := steps.lost_where(tuple(place))) is not None:
+                shown.append((lost[0].jacobian, steps.d.jacobian.xreplace(dict(place))))
     for matrix, other in shown:
         assert all(abs(entry) < 1e-12 for entry in (matrix - other).xreplace(values).evalf(20))
 

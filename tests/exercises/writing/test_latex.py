@@ -12,15 +12,17 @@ from qdot import generate
 from qdot.exercises.answers import ConditionSet, Expression, Matrix
 from qdot.exercises.arm.derivation import derive
 from qdot.exercises.formula.expression import read
+from qdot.exercises.formula.latex import parse_latex
 from qdot.exercises.formula.printers.latex import latex
 from qdot.exercises.formula.printers.mathml import mathml
 from qdot.exercises.formula.trees import Node
 from qdot.exercises.problem.problem import Problem
 from qdot.exercises.writing.angles import AngleNames, angle_names, link_angles
+from qdot.exercises.writing.fit import width
 from qdot.exercises.writing.latex import LINE, lengths_of, symbol_latex, tex, tex_angle, tex_length, tex_lines
+from qdot.exercises.writing.solution_steps import SolutionSteps
 from qdot.exercises.writing.statement import answer_code, worked_solution, worked_solutions
 from qdot.exercises.writing.typeset import TooDeep, typeset
-from qdot.exercises.writing.worked import Worked
 from qdot.grader.judging.judge import judge
 from qdot.grader.judging.verdict import Outcome
 
@@ -128,19 +130,19 @@ def _entries(problem: Problem) -> list[sp.Expr]:
 def test_printed_formulas_break_between_their_terms(problem: Problem) -> None:
     for entry in set(_entries(problem)):
         shown, lines = tex(entry, problem.chain), tex_lines(entry, problem.chain).split(r" \\ & \quad ")
-        assert " ".join(lines) == shown and (len(lines) == 1 or len(shown) > LINE)
+        assert " ".join(lines) == shown and (len(lines) == 1 or width(parse_latex(shown)) > LINE)
         assert all(line.startswith(("+ ", "- ")) and line.count("{") == line.count("}") for line in lines[1:])
 
 
 def test_named_angles_are_the_links_own(problem: Problem) -> None:
-    links, names = link_angles(problem.chain), Worked(problem.chain).angles
+    links, names = link_angles(problem.chain), SolutionSteps(problem.chain).angles
     if problem.id.family in CHAPTER:  # where a slide lies between parallel axes, their angles add up beside the links'
         derivation = derive(problem.chain)
-        used = (names.put_into(derivation.position.row_join(derivation.linear))).free_symbols & set(names.meanings)
+        used = (names.rename(derivation.position.row_join(derivation.linear))).free_symbols & set(names.meanings)
         assert all(any(sp.expand(names.meanings[name] - link) == 0 for link in links) for name in used)
     for entry in set(_entries(problem)):
         values = {s: sp.Float(0.3 + 0.17 * i) for i, s in enumerate(sorted(entry.free_symbols, key=str))}
-        back = names.put_into(entry).subs(names.meanings)
+        back = names.rename(entry).subs(names.meanings)
         assert abs(float((back - entry).xreplace(values))) < 1e-9
 
 

@@ -17,7 +17,7 @@ from qdot.exercises.assignment.sets import DEFAULT_SET, SETS
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.common.variation import axes_of
 from qdot.exercises.families import FAMILIES
-from qdot.exercises.families.own import own_family
+from qdot.exercises.families.own import read_robot_family
 from qdot.exercises.generation import check_questions, listing_of, sample_chain
 from qdot.exercises.problem.problem import ProblemId
 from qdot.exercises.questions import QUESTIONS
@@ -75,8 +75,8 @@ def test_a_robot_that_is_taken_for_a_family_is_told_as_what_it_is() -> None:
 
 
 def test_what_a_robot_can_not_be_asked_points_to_what_it_can() -> None:
-    scorbot = own_family(robot_path("scorbot"))
-    for family, command in ((scorbot, "scorbot"), (own_family(robot_path("scorbot", Path("x/.."))), "scorbot"),
+    scorbot = read_robot_family(robot_path("scorbot"))
+    for family, command in ((scorbot, "scorbot"), (read_robot_family(robot_path("scorbot", Path("x/.."))), "scorbot"),
                             ("planar-3r", "planar-3r")):  # fmt: skip
         with pytest.raises(QdotError, match=f"`qdot families {command}`"):
             check_questions(family, ["determinant"])

@@ -292,7 +292,7 @@ def test_every_mistake_has_a_sentence_without_formulas_and_a_place_in_the_chapte
 
 def test_the_right_answer_comes_out_of_every_working(family: str) -> None:
     """Numbers and formulas of `mistakes` are a third derivation: they must give the references."""
-    for problem, part in problems(family, 0, tuple(name for name, question in QUESTIONS.items() if question.result)):
+    for problem, part in problems(family, 0, tuple(name for name, question in QUESTIONS.items() if question.formula)):
         if isinstance(part.answer, (Expression, Matrix)):
             values = sample_configurations(problem.chain, part, problem.domain(), 3, Stream("right"))
             found = result(numbers(problem.chain, values), part)

@@ -20,7 +20,7 @@ from qdot.exercises.problem.problem import Part, Problem, ProblemId
 from qdot.exercises.questions import QUESTIONS
 from qdot.exercises.questions.results import is_derived, result
 from qdot.grader.diagnosis.follow_through import earlier
-from qdot.grader.grading.marking import mark, points_of, total
+from qdot.grader.grading.marking import MarkingRules, mark, share_of_points, sum_points
 from qdot.grader.judging.verdict import Outcome, Verdict
 from tests.support.suites import few_families, few_of, several
 
@@ -40,7 +40,7 @@ def problem_of(chain: Chain, names: tuple[str, ...] = ASKED) -> Problem:
 
 
 def marked(problem: Problem, answers: dict[str, str], credit: Fraction = Fraction(4, 5)) -> dict[str, Verdict]:
-    return {verdict.part: verdict for verdict in mark(problem, answers, secret="secret", credit=credit)}
+    return {verdict.part: verdict for verdict in mark(problem, answers, secret="secret", rules=MarkingRules(credit))}
 
 
 def written(part: Part, w: Working) -> str:
@@ -67,7 +67,7 @@ def test_one_mistake_at_the_start_costs_its_own_part_and_a_fifth_of_the_others()
     assert (first.points, first.judgement.outcome, first.followed_from) == (0.5, Outcome.PARTIAL, None)
     assert first.diagnosis is not None and first.diagnosis.mistakes == ("relative-angle",)
     for verdict in verdicts.values():
-        assert verdict.points == points_of(verdict.max_points, 1.0, Fraction(4, 5)), verdict
+        assert verdict.points == share_of_points(verdict.max_points, 1.0, Fraction(4, 5)), verdict
         assert verdict.judgement.outcome is Outcome.PARTIAL
         assert verdict.followed_from in ASKED and "80%" in verdict.judgement.reason
     assert verdicts["jacobian"].followed_from == "position"
@@ -292,10 +292,10 @@ def _sources_wrong(part: Part, verdicts: dict[str, Verdict]) -> bool:
 
 
 def test_points_are_exact_and_add_up() -> None:
-    assert total([0.1, 0.2, None]) == 0.3
-    assert [points_of(3, k / 7) for k in range(8)] == [0.0, 0.4286, 0.8571, 1.2857, 1.7143, 2.1429, 2.5714, 3.0]
-    assert str(total(points_of(0.7, 1 / 3) for _ in range(3))) == "0.6999"
-    assert points_of(1.1, 1.0) == 1.1
+    assert sum_points([0.1, 0.2, None]) == 0.3
+    assert [share_of_points(3, k / 7) for k in range(8)] == [0.0, 0.4286, 0.8571, 1.2857, 1.7143, 2.1429, 2.5714, 3.0]
+    assert str(sum_points(share_of_points(0.7, 1 / 3) for _ in range(3))) == "0.6999"
+    assert share_of_points(1.1, 1.0) == 1.1
 
 
 OWN: dict[str, Callable[[np.ndarray, np.ndarray], np.ndarray]] = {

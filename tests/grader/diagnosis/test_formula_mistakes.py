@@ -1,6 +1,7 @@
 """Slips in finished formulas are named with their place, and what follows from a mistake has no second name."""
 
 import re
+from fractions import Fraction
 
 import numpy as np
 import pytest
@@ -17,7 +18,7 @@ from qdot.exercises.mistakes.finished import edits, edits_throughout
 from qdot.exercises.problem.problem import Part
 from qdot.exercises.questions.results import result
 from qdot.grader.diagnosis.formula_mistakes import in_words
-from qdot.grader.grading.marking import mark
+from qdot.grader.grading.marking import MarkingRules, mark
 from tests.support.judging import diagnose
 from tests.support.problems import asked, drawn
 from tests.support.suites import few_families
@@ -162,7 +163,9 @@ def test_a_mistake_that_later_parts_inherit_is_named_once() -> None:
     for name, part in parts.items():
         matrix = as_formulas(result(wrong, part))
         answers[name] = str(matrix[0, 0]) if part.shape is None else str(matrix.tolist())
-    verdicts = {verdict.part: verdict for verdict in mark(problem, answers, secret="s", credit=None)}  # type: ignore[arg-type]
+    verdicts = {
+        verdict.part: verdict for verdict in mark(problem, answers, secret="s", rules=MarkingRules(Fraction(0)))
+    }
     told = {name: verdicts[name].diagnosis for name in names if name in parts}
     named = [name for name, diagnosis in told.items() if diagnosis is not None and diagnosis.mistakes]
     assert len(named) == 1, told

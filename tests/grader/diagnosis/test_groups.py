@@ -20,15 +20,15 @@ from qdot.grader.grading.attempt import part_result
 from qdot.grader.grading.final_result import Graded, settle
 from qdot.grader.grading.history import describe_moves
 from qdot.grader.grading.marking import mark
-from qdot.grader.grading.overrides import Override, Overrides, read_overrides, without_answers
+from qdot.grader.grading.overrides import Override, Overrides, note_unused_groups, read_overrides
 from qdot.grader.grading.result import AppliedOverride, CountingSubmission, MadeFrom, Marked, PartResult, Result
 from qdot.grader.judging.answer_parser import read_answer
 from qdot.grader.judging.verdict import Outcome
-from qdot.grader.reports.class_page import class_page
-from qdot.grader.reports.class_view import groups
-from qdot.grader.reports.feedback import feedback_page
-from qdot.grader.reports.rows import rows_of
-from qdot.grader.reports.tables import count_set, grades_csv, is_marked
+from qdot.grader.reports.class_page import make_class_page
+from qdot.grader.reports.class_view import group_wrong_answers
+from qdot.grader.reports.feedback import make_feedback_page
+from qdot.grader.reports.rows import make_rows
+from qdot.grader.reports.tables import count_overridden, grades_csv, is_marked
 from tests.support.command import runner
 from tests.support.handing_in import a_class, grade, hand_in, one_process, right
 from tests.support.results import change, read_results, result
@@ -231,7 +231,7 @@ def test_a_line_marks_and_explains_a_group_also_for_who_comes_later(assignment: 
         assert (part.points, part.outcome, results[name].score) == (0.5, "wrong", 3.5)
     assert determinant(results["di"]).override is None
 
-    assert "theta1, again?" in feedback_page(assignment, assignment.roster[0], results["ada"])
+    assert "theta1, again?" in make_feedback_page(assignment, assignment.roster[0], results["ada"])
     ordered = [results[name] for name in NAMES]
     row = next(csv.DictReader(grades_csv(ordered, assignment.roster).splitlines()))
     assert row["override"] == "p1.determinant: 0.5 (was 0), theta1, again?" and group in row["note"]
@@ -255,20 +255,20 @@ def test_a_comment_alone_leaves_the_points(assignment: Assignment) -> None:
     part = determinant(results["ada"])
     assert (part.points, part.override) == (0.0, AppliedOverride(None, "look at θ1", 0.0, group))
     assert determinant(results["bo"]).override == AppliedOverride(1.0, "", 0.0), "a student's own line"
-    page = feedback_page(assignment, assignment.roster[0], results["ada"])
+    page = make_feedback_page(assignment, assignment.roster[0], results["ada"])
     assert "look at θ1</strong>" in page and "set by your instructor" not in page
-    assert rows_of(results["ada"])[2].message.endswith("look at θ1")
-    assert (count_set(results["ada"]), count_set(results["bo"])) == (0, 1)
+    assert make_rows(results["ada"])[2].message.endswith("look at θ1")
+    assert (count_overridden(results["ada"]), count_overridden(results["bo"])) == (0, 1)
     assert not is_marked(replace(results["ada"], submission=None))
     ordered = [results[name] for name in NAMES]
-    comment, nothing = describe_moves({**first, "bo": results["bo"]}, ordered).splitlines()
-    assert comment.startswith(f"{group}: 2 students") and describe_moves(results, ordered) == nothing
+    assert describe_moves({**first, "bo": results["bo"]}, ordered) == describe_moves(results, ordered)
 
 
 def test_what_qdot_failed_on_has_no_group_and_old_results_have_none(assignment: Assignment) -> None:
     made = result(assignment, "ada", ["correct", "correct", "wrong"])
     marked = Marked(sha256="0", made_from=MadeFrom(), problems=made.problems)
-    one = settle(assignment, assignment.roster[0], [Graded(marked=marked)], {}, {"p1.position/bcdfgh": Override(0)})
+    overrides = Overrides(of_groups={"p1.position/bcdfgh": Override(0)})
+    one = settle(assignment, assignment.roster[0], [Graded(marked=marked)], overrides)
     assert one.score == 3
 
 
@@ -298,12 +298,12 @@ def test_a_group_that_nobody_is_in_is_told_with_those_that_there_are(assignment:
     group, typed, empty = "p1.determinant/kqvxwz", "p1.determinant/kqvxwb", "p1.position/bcdfgh"
     of_groups = {typed: Override(1.0, "", typed), empty: Override(1.0, "", empty)}
     overrides = Overrides(of_groups=of_groups, lines={typed: 2, empty: 3})
-    first, other = without_answers(assignment, overrides, [group, "p1.determinant/zzzzzz"])
+    first, other = note_unused_groups(assignment, overrides, [group, "p1.determinant/zzzzzz"])
     where = assignment.folder / "overrides.csv"
     assert first.startswith(f"{where}: line 2: ") and f"{typed!r} (did you mean {group!r}?)" in first
     assert first.endswith(f"{group}, p1.determinant/zzzzzz")
     assert other.startswith(f"{where}: line 3: ") and repr(empty) in other and "p1.determinant" not in other
-    assert without_answers(assignment, overrides, list(of_groups)) == []
+    assert note_unused_groups(assignment, overrides, list(of_groups)) == []
 
 
 @pytest.mark.whole
@@ -317,14 +317,14 @@ def test_the_page_shows_groups_with_their_key_and_the_command_tells_an_unknown_o
 
     errors, results = settled("1", "x", "p1.determinant/bcdfgh")
     assert "line 2: " in errors and "'p1.determinant/bcdfgh'" in errors
-    first, other = groups(results)
+    first, other = group_wrong_answers(results)
     assert (first.students, other.students) == (("ada", "bo", "cy"), ("di",))
     assert (first.part, first.earned, first.max_points) == ("p1.determinant", (0.0, 0.0), 1.0)
     assert first.mistake == "Extra term"
-    page = class_page(assignment, results)
+    page = make_class_page(assignment, results)
     assert f'<code class="key">{first.key}</code> <strong>3 students</strong>, earned 0 of 1' in page
     assert page.index(first.key) < page.index("1 of one student alone") < page.index(other.key)
     _, results = settled("1", "fine", first.key)
-    page = class_page(assignment, results)
-    assert "<strong>set to 1</strong>" in page and "fine" in page and page == class_page(assignment, results)
+    page = make_class_page(assignment, results)
+    assert "<strong>set to 1</strong>" in page and "fine" in page and page == make_class_page(assignment, results)
     assert "line 2: points = 2: " in settled("2", "fine", first.key)[0]

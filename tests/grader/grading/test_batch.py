@@ -9,18 +9,18 @@ from pathlib import Path
 
 import pytest
 
-from qdot.exercises.assignment.assignment import Assignment, Student, load_assignment
+from qdot.exercises.assignment.assignment import Assignment, load_assignment
 from qdot.exercises.assignment.release import init_assignment, release
 from qdot.exercises.assignment.store import load_stored_problems
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.problem.problem import Part
 from qdot.grader.cli.demo import fill_in_answers
-from qdot.grader.grading.batch import WritePage, alone, grade_class
+from qdot.grader.grading.batch import alone, grade_class
 from qdot.grader.grading.result import Result
 from qdot.grader.judging import judge as judging
-from qdot.grader.reports.feedback import feedback_page
+from qdot.grader.reports.feedback import make_feedback_page
 from qdot.grader.reports.tables import grades_csv, results_jsonl, status
-from qdot.grader.reports.write import write_page, write_reports
+from qdot.grader.reports.write import write_reports
 from qdot.grader.sandbox.sandbox import Limits
 from qdot.grader.submissions.submission import OTHER_EDITION, find_submissions
 from tests.support.handing_in import UNCERTIFIED, one_process
@@ -104,7 +104,7 @@ def test_every_kind_of_submission_in_one_class(assignment: Assignment) -> None:
     assert all(part.followed_from is None for part in graded["s04"].parts.values())
     assert "handed out to 's01'" in graded["s04"].staff_notes[0]
     assert "somebody else" in graded["s04"].notes[0]
-    assert "s01" not in feedback_page(assignment, assignment.roster[3], graded["s04"])
+    assert "s01" not in make_feedback_page(assignment, assignment.roster[3], graded["s04"])
     for student, words in {"s05": "(line", "s06": "empty", "s07": "'other'", "s10": "text", "s11": "notes.txt"}.items():
         assert words in (graded[student].obstacle or "") and status(graded[student]) == "unusable"
     assert {part.outcome for part in graded["s08"].parts.values()} == {"missing"}
@@ -162,41 +162,6 @@ def test_what_a_dead_worker_or_grader_had_begun_is_gone_when_the_run_is_over(ass
     assert not list(graded.rglob("*.tmp"))
     write_reports(assignment, results, each=lambda: dies(page, grades))
     assert not list(graded.rglob("*.tmp"))
-
-
-@pytest.mark.parametrize("jobs", [0, 2])
-def test_who_marks_a_notebook_writes_its_page(assignment: Assignment, jobs: int) -> None:
-    """The pages are those of `write_reports`, which has nothing left to do; what was kept or fails is left to it."""
-    for student in ("s01", "s02", "s03"):
-        hand_in(assignment, f"{student}.ipynb", right(assignment, student))
-    (assignment.folder / "overrides.csv").write_text("student,part,points,comment\ns02,,1,by hand\n")
-    found = find_submissions(assignment, assignment.folder / "submitted").by_student
-
-    def again(write: WritePage) -> list[Result]:
-        return grade_class(assignment, found, jobs, Limits(), lambda _: None, write_page=write)
-
-    def pages() -> dict[str, tuple[str, int]]:
-        folder = assignment.folder / "graded" / "feedback"
-        return {page.stem: (page.read_text(), page.stat().st_mtime_ns) for page in folder.glob("*")}
-
-    results = again(fails_on_the_third)
-    first = pages()
-    assert first.keys() == {*STUDENTS} - {"s03"} and "by hand" in first["s02"][0]
-    again(write_page)  # all marks are kept: no page is tried
-    assert pages() == first
-    write_reports(assignment, results)
-    made = pages()
-    assert made.keys() == {*STUDENTS} and made.items() >= first.items()
-    for page in (assignment.folder / "graded" / "feedback").iterdir():
-        page.unlink()
-    write_reports(assignment, results)
-    assert {name: text for name, (text, _) in pages().items()} == {name: text for name, (text, _) in made.items()}
-
-
-def fails_on_the_third(assignment: Assignment, student: Student, result: Result) -> None:
-    if student.id == "s03":
-        raise MemoryError
-    write_page(assignment, student, result)
 
 
 def test_nothing_follows_from_answers_that_are_right_for_somebody_else(assignment: Assignment) -> None:

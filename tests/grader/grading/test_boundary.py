@@ -20,7 +20,7 @@ from qdot.grader.grading.batch import grade_class
 from qdot.grader.grading.result import Result
 from qdot.grader.reports import write
 from qdot.grader.reports.tables import status
-from qdot.grader.reports.write import write_page, write_reports
+from qdot.grader.reports.write import write_reports
 from qdot.grader.sandbox.contained import folders
 from qdot.grader.sandbox.sandbox import Limits, Sandbox
 from qdot.grader.submissions import submission
@@ -45,7 +45,7 @@ def graded(assignment: Assignment) -> dict[str, Result]:
     """Grade the class and write its reports; return the results as they stand in results.jsonl."""
     with one_process():
         found = find_submissions(assignment, assignment.folder / "submitted").by_student
-        results = grade_class(assignment, found, 0, Limits(seconds=20), lambda _: None, write_page=write_page)
+        results = grade_class(assignment, found, 0, Limits(seconds=20))
         results = write_reports(assignment, results)
     assert list(read_results(assignment.folder).values()) == results
     with (assignment.folder / "graded" / "grades.csv").open() as table:
@@ -68,18 +68,18 @@ STEPS: dict[str, tuple[object, str]] = {
     "looked into": (submission, "_files_in"),
     "ranked": (submission, "sort_candidates"),
     "read": (attempt, "read_submission"),
-    "taken from what is kept": (batch._Shelf, "take"),
+    "taken from what is kept": (batch._Worker, "take"),
     "regenerated": (attempt, "load_stored_problems"),
     "compared with the assignment": (attempt, "explain_wrong_assignment"),
     "run": (Sandbox, "run"),
     "found among what was run": (attempt, "find_answers"),
     "marked": (attempt, "mark"),
     "judged": (marking, "judge_given"),
-    "kept": (batch._Shelf, "put"),
+    "kept": (batch._Worker, "put"),
     "settled": (batch, "settle"),
     "made a line": (write, "results_jsonl"),
     "made a row": (write, "grades_csv"),
-    "made a page": (write, "feedback_page"),
+    "made a page": (write, "make_feedback_page"),
 }
 """Every step of a submission, by the function that does it."""
 

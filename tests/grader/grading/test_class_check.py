@@ -8,7 +8,7 @@ import pytest
 from qdot.exercises.assignment.assignment import Assignment, Student, load_assignment
 from qdot.exercises.assignment.release import release
 from qdot.grader.grading.certify import CERTIFIER
-from qdot.grader.grading.class_check import LARGEST, read_some
+from qdot.grader.grading.class_check import LARGEST, read_sample
 from qdot.grader.submissions.submission import find_submissions
 from tests.support.command import fails, run
 from tests.support.handing_in import a_class, contents
@@ -164,4 +164,4 @@ def test_only_notebooks_of_usual_size_are_opened_before_grading(handed_out: Assi
     (folder / "submitted" / IDS[0] / "hw.ipynb").write_bytes(b" " * (LARGEST + 1))
     (folder / "submitted" / IDS[1] / "hw.ipynb").rename(folder / "submitted" / IDS[1] / "hw.py")
     found = find_submissions(handed_out, folder / "submitted").by_student
-    assert [student for student, _ in read_some(handed_out, found, IDS)] == [IDS[2]]
+    assert [student for student, _ in read_sample(handed_out, found, IDS)] == [IDS[2]]

@@ -18,6 +18,7 @@ import time
 from collections.abc import Iterator
 from dataclasses import fields
 from pathlib import Path
+from typing import Any
 
 import pytest
 from typer.testing import CliRunner
@@ -27,9 +28,9 @@ from qdot.exercises.assignment.release import init_assignment, release
 from qdot.exercises.common.json_form import from_json
 from qdot.grader.cli.demo import fill_in_answers
 from qdot.grader.cli.main import app
-from qdot.grader.grading.attempt import grade_attempt, read_attempts
+from qdot.grader.grading.attempt import Grader, grade_attempt, read_attempts
 from qdot.grader.grading.batch import grade_class
-from qdot.grader.grading.copied_answers import Copies
+from qdot.grader.grading.copied_answers import ClassAnswers
 from qdot.grader.grading.result import Result
 from qdot.grader.reports.tables import status
 from qdot.grader.sandbox.sandbox import Limits, Run, Sandbox
@@ -277,13 +278,17 @@ class LosingSandbox(Sandbox):
 )  # fmt: skip
 def test_a_notebook_answers_for_its_process_only_if_it_is_lost_twice(handed_in: Path, ends: str, is_told: bool) -> None:
     assignment = load_assignment(handed_in)
+
+    def grader(sandbox: Any) -> Grader:
+        return Grader(assignment, sandbox, ClassAnswers(assignment))
+
     attempt = read_attempts(StudentFiles((handed_in / "submitted" / "s00" / "hw.ipynb",)), "hw")[0]
-    marked = grade_attempt(assignment, "s00", attempt, LosingSandbox(*ends.split()), Copies(assignment))
+    marked = grade_attempt(grader(LosingSandbox(*ends.split())), "s00", attempt)
     assert marked.is_graded
     assert ("killed" in "".join(marked.notes), bool(marked.notes)) == (is_told, is_told)
     for always in ("lost", "unbegun"):
         with pytest.raises(RuntimeError, match="ends by itself"):
-            grade_attempt(assignment, "s00", attempt, LosingSandbox(*[always] * 9), Copies(assignment))
+            grade_attempt(grader(LosingSandbox(*[always] * 9)), "s00", attempt)
 
 
 # --- disks ---

@@ -19,7 +19,7 @@ from qdot.grader.cli.demo import fill_in_answers
 from qdot.grader.grading.final_result import Graded, settle
 from qdot.grader.grading.overrides import Override, Overrides, read_overrides
 from qdot.grader.grading.result import AppliedOverride, Lateness, MadeFrom, Marked, ProblemResult, Result
-from qdot.grader.reports.feedback import feedback_page
+from qdot.grader.reports.feedback import make_feedback_page
 from qdot.grader.reports.tables import SUMS, grades_csv, status
 from tests.support import command
 from tests.support.handing_in import UNCERTIFIED, one_process
@@ -60,7 +60,8 @@ def marked(*points: float | None) -> Marked:
 def one(assignment: Assignment, hours: float, *points: float | None, **overrides: Override) -> Result:
     handed_in = [Graded("hw.ipynb", DUE + hours * HOUR, marked(*points))]
     named = {{"total": ""}.get(name, f"p1.{name}"): override for name, override in overrides.items()}
-    return settle(assignment, assignment.roster[0], handed_in, named)
+    student = assignment.roster[0]
+    return settle(assignment, student, handed_in, Overrides({student.id: named}))
 
 
 @pytest.mark.parametrize(
@@ -171,7 +172,7 @@ def test_an_extension_is_a_time_of_the_students_own(folder: Path) -> None:
     scores = []
     for student, hours in itertools.product(assignment.roster, (24, 24.5, 250)):
         handed_in = [Graded("hw.ipynb", DUE + hours * HOUR, marked(2.0, 0.7))]
-        scores.append(settle(assignment, student, handed_in, {}).score)
+        scores.append(settle(assignment, student, handed_in).score)
     assert scores == [2.7, 2.43, 1.35, 2.7, 2.7, 1.35, 2.43, 2.16, 0.0]
     for wrong in ("2027-01-16", "16.1.2027", "Friday"):
         (folder / "roster.csv").write_text(f"student,due\ns1,{wrong}\n")
@@ -218,7 +219,8 @@ def test_many_notebooks_in_a_folder_are_one_attempt_and_attempts_have_a_limit(fo
 
 def best(assignment: Assignment, *handed_in: Graded, **overrides: Override) -> Result:
     named = {f"p1.{name}": override for name, override in overrides.items()}
-    return settle(replace(assignment, attempts=AttemptPolicy(5)), assignment.roster[0], handed_in, named)
+    student = assignment.roster[0]
+    return settle(replace(assignment, attempts=AttemptPolicy(5)), student, handed_in, Overrides({student.id: named}))
 
 
 def test_the_best_counts_after_what_lateness_takes_off(folder: Path) -> None:
@@ -323,7 +325,7 @@ def test_an_override_survives_every_regrade_and_is_in_every_report(folder: Path,
 def test_a_comment_is_no_formula_and_no_markup(folder: Path) -> None:
     assignment = load_assignment(folder)
     result = one(assignment, -1, 0.0, 0.7, total=Override(1, "=1+1 <b>\x07"))
-    page = feedback_page(assignment, assignment.roster[0], replace(result, obstacle="it can't be read"))
+    page = make_feedback_page(assignment, assignment.roster[0], replace(result, obstacle="it can't be read"))
     assert "=1+1 &lt;b&gt;␇" in page
     result = replace(result, override=AppliedOverride(1, "", 0.7))
     (row,) = csv.DictReader(grades_csv([result], assignment.roster).splitlines())

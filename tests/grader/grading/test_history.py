@@ -15,7 +15,7 @@ from qdot.exercises.common.files import write_atomically
 from qdot.exercises.common.json_form import as_json
 from qdot.grader.grading import history
 from qdot.grader.grading.attempt import GRADER
-from qdot.grader.grading.history import describe_moves, earlier_results, keep_earlier, moves, results_path
+from qdot.grader.grading.history import describe_moves, earlier_results, find_moves, keep_earlier, results_path
 from qdot.grader.grading.result import CountingSubmission, Lateness, ProblemResult, ReadNotebook, Result
 from qdot.grader.reports.tables import results_jsonl
 from qdot.grader.reports.write import write_reports
@@ -148,7 +148,7 @@ def line(score: float) -> str:
 
 
 def why(was: Result, now: Result) -> list[str]:
-    return [f"{move.part}: {move.why}" for move in moves({"s1": was}, [now])]
+    return [f"{move.part}: {move.why}" for move in find_moves({"s1": was}, [now])]
 
 
 def test_reasons_that_are_rare() -> None:
@@ -165,7 +165,7 @@ def test_reasons_that_are_rare() -> None:
         assert why(was, now) == [f"p1.position: {expected}", f": {expected}"]
     assert why(result(1), late) == [": received at another time"]
     failed = change(result(0), "p1.position", points=None)
-    assert moves({"s1": failed}, [result(1)])[0].was == "ungraded"
+    assert find_moves({"s1": failed}, [result(1)])[0].was == "ungraded"
     assert describe_moves({"s1": result(1)}, [result(2)]).endswith("1 → 2 (+1)")
 
 

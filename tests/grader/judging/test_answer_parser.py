@@ -21,7 +21,7 @@ from qdot.exercises.notebook.notebook import claims, notebook_text, student_note
 from qdot.exercises.problem.problem import Problem, ProblemId
 from qdot.exercises.quizzes import ASKED
 from qdot.grader.grading import check
-from qdot.grader.grading.check import check_notebook, due_claimed
+from qdot.grader.grading.check import check_notebook, claimed_form
 from qdot.grader.grading.marking import mark
 from qdot.grader.judging.answer import OR
 from qdot.grader.judging.answer_parser import ExpectedForm, expected_form, read_answer, read_as
@@ -112,7 +112,7 @@ def test_check_says_of_every_answer_what_the_grader_says_of_its_form(tmp_path: P
     rows = check_notebook(hand_in(assignment, "b.ipynb", right(assignment, "ada", change))).rows
     assert len(rows) == 3
     for row in rows:
-        assert not row.readable and typed[row.part.removeprefix("p1.")][1] in row.said, row
+        assert not row.readable and typed[row.part.removeprefix("p1.")][1] in row.message, row
 
 
 @pytest.mark.parametrize(
@@ -124,8 +124,8 @@ def test_check_says_of_every_answer_what_the_grader_says_of_its_form(tmp_path: P
 )  # fmt: skip
 def test_check_says_how_a_comma_between_conditions_on_other_joints_is_read(text: str, is_said: bool) -> None:
     due = ExpectedForm(ConditionSet(()), Domain({"theta1": "angle", "theta3": "angle"}), ("theta1", "theta3"))
-    row = check._row("p1.singular-angles", text, due)
-    assert row.readable and row.said == text + (f" ({OR})" if is_said else "")
+    row = check._check_answer("p1.singular-angles", text, due)
+    assert row.readable and row.message == text + (f" ({OR})" if is_said else "")
 
 
 LENGTHS_WITH_COMMAS = (
@@ -153,7 +153,7 @@ def test_check_knows_the_symbols_of_the_students_own_problem(tmp_path: Path) -> 
         if claimed is not None:
             made["metadata"]["qdot"]["symbols"] = claimed
         rows = check_notebook(hand_in(assignment, "a/hw.ipynb", json.dumps(made))).rows
-        return next((row.readable, row.said) for row in rows if row.part == "p1.jacobian")
+        return next((row.readable, row.message) for row in rows if row.part == "p1.jacobian")
 
     wrong = "[[x*cos(theta1), a2], [a1, a2*lamda]]"
     readable, reason = checked(wrong)
@@ -203,8 +203,8 @@ def test_check_knows_which_component_of_a_velocity_the_student_is_asked(tmp_path
         file.write_text(notebook_text(notebook), encoding="utf-8")
         (row,) = check_notebook(file).rows
         assert row.readable == (given.refusal is None) == (meant == asked)
-        assert given.refusal is None or (asked in row.said and row.said == given.refusal.reason)
-        assert given.refusal is not None or row.said == answer
+        assert given.refusal is None or (asked in row.message and row.message == given.refusal.reason)
+        assert given.refusal is not None or row.message == answer
 
 
 def test_a_notebook_says_in_which_form_its_answers_are_due_as_the_grader_knows_it(problem: Problem) -> None:
@@ -220,7 +220,7 @@ def says_its_forms(problem: Problem) -> None:
     """Of arms that are drawn with their structure and of own ones, too: nothing is known but what the notebook says."""
     said = json.loads(json.dumps(claims("student", "hw", "ada", [("p1", problem)])))
     for part in problem.parts:
-        due, claimed = expected_form(problem, part), due_claimed(said, "p1", part.name)
+        due, claimed = expected_form(problem, part), claimed_form(said, "p1", part.name)
         if part.answer.offered:
             assert claimed is None
             continue
@@ -242,11 +242,11 @@ UNTOLD: tuple[object, ...] = (
 @pytest.mark.parametrize("form", UNTOLD, ids=str)
 def test_what_a_notebook_says_of_forms_may_be_anything(form: object) -> None:
     said: dict[str, object] = {"symbols": {"p1": ["theta1"]}, "joints": {"p1": ["theta1"]}}
-    assert due_claimed(said | {"answers": {"p1": {"jacobian": FORMS}}}, "p1", "jacobian") is not None
-    assert due_claimed(said | {"answers": {"p1": {"jacobian": form}}}, "p1", "jacobian") is None
+    assert claimed_form(said | {"answers": {"p1": {"jacobian": FORMS}}}, "p1", "jacobian") is not None
+    assert claimed_form(said | {"answers": {"p1": {"jacobian": form}}}, "p1", "jacobian") is None
     for key in ("symbols", "joints"):
         for claim in (5, {}, {"p1": 5}, {"p1": [3]}):
-            assert due_claimed(said | {"answers": {"p1": {"jacobian": FORMS}}, key: claim}, "p1", "jacobian") is None
+            assert claimed_form(said | {"answers": {"p1": {"jacobian": FORMS}}, key: claim}, "p1", "jacobian") is None
 
 
 NAMED_VECTORS = (

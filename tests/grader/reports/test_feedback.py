@@ -22,13 +22,13 @@ from qdot.exercises.writing.markup import to_html
 from qdot.exercises.writing.render import template_folder
 from qdot.exercises.writing.statement import prompt
 from qdot.grader.grading.attempt import part_result
-from qdot.grader.grading.marking import NOT_RIGHT, mark, total
+from qdot.grader.grading.marking import NOT_RIGHT, mark, sum_points
 from qdot.grader.grading.result import CountingSubmission, ProblemResult, Result
 from qdot.grader.judging.functions import SHOWN
 from qdot.grader.judging.verdict import Outcome
-from qdot.grader.reports.answers import answer_of
-from qdot.grader.reports.differs import decimal, table_of
-from qdot.grader.reports.feedback import feedback_page, made_from
+from qdot.grader.reports.answers import show_answer
+from qdot.grader.reports.differs import format_decimal, make_counterexample_table
+from qdot.grader.reports.feedback import make_feedback_page, page_fingerprint
 from qdot.grader.reports.tables import status
 from qdot.grader.reports.write import write_reports
 from qdot.grader.sandbox.contained.callables import TABLE
@@ -119,7 +119,7 @@ def result_of(assignment: Assignment, answers: Answers = lambda slot, part, code
     every = [part for problem in marked for part in problem.parts]
     return Result(
         student="s1", assignment="hw", submission=CountingSubmission("hw.ipynb", "0", None), late=None,
-        score=total(part.points for part in every), max_score=total(part.max_points for part in every),
+        score=sum_points(part.points for part in every), max_score=sum_points(part.max_points for part in every),
         notes=("<i>told</i>",), problems=tuple(marked),
     )  # fmt: skip
 
@@ -146,7 +146,7 @@ def mix(assignment: Assignment) -> Result:
 
 
 def page_of(assignment: Assignment, result: Result) -> tuple[str, Page]:
-    text = feedback_page(assignment, assignment.roster[0], result)
+    text = make_feedback_page(assignment, assignment.roster[0], result)
     return text, Page(text)
 
 
@@ -212,9 +212,9 @@ def test_the_table_holds_what_the_certificate_does_and_the_reason_does_not_repea
         for at in (example.missing, example.surplus) if isinstance(example, SetDifference) else (example.at,):
             for name, value in (at or {}).items():
                 unit = {"t": " rad", "q": ""}.get(name[0], " m")
-                assert f"{decimal(value if abs(value) > 1e-12 else 0.0)}{unit}" in table, (table, name)
+                assert f"{format_decimal(value if abs(value) > 1e-12 else 0.0)}{unit}" in table, (table, name)
         for number in () if isinstance(example, SetDifference) else (example.yours, example.expected):
-            assert number is None or isinstance(number, str) or decimal(number) in table
+            assert number is None or isinstance(number, str) or format_decimal(number) in table
     reasons = re.findall(r'<article class="part (?:wrong|partial)".*?</details>\n<p>(.*?)</p>', text, re.DOTALL)
     assert len(reasons) >= 5
     assert not [reason for reason in reasons if re.search(r"yours|expected|= -?\d", reason)]
@@ -228,7 +228,7 @@ def test_two_values_are_shown_with_the_digits_that_tell_them_apart(assignment: A
 
     def shown(yours: float | str, expected: float | str) -> tuple[str, ...]:
         example = EntryDifference(0, {"theta1": 0.5}, yours, expected)
-        table = table_of(problem, part, example)
+        table = make_counterexample_table(problem, part, example)
         assert table is not None
         assert table.symbols[0].cells == ("0.5 rad (28.65°)",)
         return tuple(row.cells[0] for row in table.results)
@@ -240,7 +240,7 @@ def test_two_values_are_shown_with_the_digits_that_tell_them_apart(assignment: A
     assert shown("not a finite number", 1.0) == ("not a finite number", "1")
     assert shown("3.14159265358979", "3.14159265358980") == ("3.14159265358979", "3.14159265358980")
     assert shown("blank", 0.0) == ("left blank", "0")
-    assert table_of(problem, part, EntryDifference(0, {"k": 1.0}, 1.0, None)) is None
+    assert make_counterexample_table(problem, part, EntryDifference(0, {"k": 1.0}, 1.0, None)) is None
 
 
 def test_sets_have_a_column_for_each_way_in_which_they_differ(assignment: Assignment) -> None:
@@ -253,7 +253,7 @@ def test_sets_have_a_column_for_each_way_in_which_they_differ(assignment: Assign
         ({}, None, 0),
         ({"x": 1}, {}, 0),
     ):
-        table = table_of(problem, problem["singular-angles"], SetDifference(missing, surplus))
+        table = make_counterexample_table(problem, problem["singular-angles"], SetDifference(missing, surplus))
         assert (len(table.columns) - 1 if table else 0) == columns
         assert table is None or [len(row.cells) for row in table.symbols] == [columns] * 2
         assert columns != 2 or (table and table.symbols[1].cells[1].startswith("0 rad"))
@@ -350,7 +350,7 @@ def test_whatever_was_typed_is_shown_safely_and_soon(assignment: Assignment, tex
     start = time.process_time()
     for _, problem in assignment.problems("s1"):
         for part in problem.parts:
-            answer = answer_of(problem, part, text)
+            answer = show_answer(problem, part, text)
             answer.text.encode("utf-8")
             assert not set(answer.text) & set(map(chr, (*range(9), *range(11, 32))))
             if answer.shown:
@@ -372,7 +372,7 @@ def test_a_page_of_hostile_answers_and_reasons(assignment: Assignment, mix: Resu
 def test_a_reference_of_every_type_is_set(problem: Problem) -> None:
     for part in problem.parts:
         text = right(problem, part.name)
-        answer = answer_of(problem, part, text)
+        answer = show_answer(problem, part, text)
         if len(text) <= 3000:
             assert answer.shown, (part.name, text)
             ET.fromstring(answer.shown.strip() if part.type != "choice" else f"<div>{answer.shown}</div>")
@@ -383,16 +383,16 @@ def test_a_reference_of_every_type_is_set(problem: Problem) -> None:
 def test_what_is_set_and_what_stands_there_as_text(assignment: Assignment) -> None:
     problem = assignment.problems("s1")[0][1]
     part = problem.parts[2]
-    formula = answer_of(problem, part, "a1*sin(theta2)").shown
+    formula = show_answer(problem, part, "a1*sin(theta2)").shown
     assert "xmlns" not in formula and "&#x" not in formula  # a page holds many: each is set in few characters
     tree = ET.fromstring(formula)
     assert not [row for row in tree.iter("mrow") if len(row) == 1 and row[0].tag in ("mi", "mn", "mo")]
     assert "".join(tree.itertext()).replace("\u2061", "").replace(" ", "") == "a1s2"
     for text in ("sin(", "a1+" * 1400 + "a1", "(-" * 40 + "1" + ")" * 40):
-        answer = answer_of(problem, part, text)
+        answer = show_answer(problem, part, text)
         assert not answer.shown and answer.is_text and answer.text.startswith(text[:1000])
-    assert not answer_of(problem, part, SHOWN).is_text
-    assert "0.5" in answer_of(problem, part, "0,5").shown
+    assert not show_answer(problem, part, SHOWN).is_text
+    assert "0.5" in show_answer(problem, part, "0,5").shown
 
 
 def test_a_page_is_written_again_only_if_it_says_something_else(assignment: Assignment, mix: Result) -> None:
@@ -411,4 +411,6 @@ def test_a_page_is_written_again_only_if_it_says_something_else(assignment: Assi
     assert write([mix, other]) == first
     changed = write([replace(mix, notes=("another",)), other])
     assert changed["s1"] > first["s1"] and changed["s2"] == first["s2"]
-    assert made_from(assignment, assignment.roster[0], mix) != made_from(assignment, assignment.roster[0], other)
+    assert page_fingerprint(assignment, assignment.roster[0], mix) != page_fingerprint(
+        assignment, assignment.roster[0], other
+    )

@@ -13,9 +13,9 @@ import pytest
 from qdot.exercises.assignment.assignment import Assignment, Student, load_assignment
 from qdot.exercises.common.errors import QdotError
 from qdot.grader.grading.result import AppliedOverride, Result
-from qdot.grader.reports.excel import workbook
+from qdot.grader.reports.excel import make_workbook
 from qdot.grader.reports.formats import write_asked
-from qdot.grader.reports.gradebooks import RESERVED, canvas, moodle
+from qdot.grader.reports.gradebooks import RESERVED, make_canvas_csv, make_moodle_csv
 from qdot.grader.reports.tables import grades_csv
 from tests.support.command import fails, run
 from tests.support.handing_in import TOML, a_class
@@ -87,7 +87,7 @@ def test_canvas_export_is_a_roster_however_it_is_written(make: Make, export: str
     ]  # fmt: skip
     others = {"sis user id": "S-1", "sis login id": "ada", "section": "Monday"}
     assert dict(assignment.roster[0].others) == others
-    header, *rows = csv.reader(io.StringIO(moodle(assignment, three(assignment))))
+    header, *rows = csv.reader(io.StringIO(make_moodle_csv(assignment, three(assignment))))
     assert header[0] == "Name" and [row[0] for row in rows] == [student.name for student in assignment.roster]
 
 
@@ -98,7 +98,7 @@ def column(text: str, key: str, name: str) -> dict[str, str]:
 
 def test_canvas_takes_its_own_columns_back(make: Make) -> None:
     assignment = make(CANVAS_EXPORT)
-    text = canvas(assignment, three(assignment))
+    text = make_canvas_csv(assignment, three(assignment))
     rows = list(csv.reader(io.StringIO(text)))
     assert rows[0] == ["Student", "ID", "SIS User ID", "SIS Login ID", "Section", "T (12)"]
     assert rows[1] == ["    Points Possible", "", "", "", "", "4"]
@@ -106,12 +106,12 @@ def test_canvas_takes_its_own_columns_back(make: Make) -> None:
     # Who is excused stays so; what was not handed in or not graded is empty, and never 0.
     assert column(text, "ID", "T (12)") == {"101": "2.6667", "102": "EX", "103": ""}
     assignment = make(CANVAS_EXPORT.replace("T (12)", "Other (12)"))  # a new assignment
-    assert column(canvas(assignment, three(assignment)), "ID", "T") == {"101": "2.6667", "102": "", "103": ""}
+    assert column(make_canvas_csv(assignment, three(assignment)), "ID", "T") == {"101": "2.6667", "102": "", "103": ""}
 
 
 def test_canvas_by_a_roster_of_ones_own(make: Make) -> None:
     assignment = make("student,name,email,sis user id,section\na,Ada Lovelace,,S-1,Mon\nb,=cmd|x,,S-2,\nc,Emmy,,,\n")
-    text = canvas(assignment, three(assignment))
+    text = make_canvas_csv(assignment, three(assignment))
     assert column(text, "Student", "T") == {
         "    Points Possible": "4",
         "Ada Lovelace": "2.6667",
@@ -120,10 +120,10 @@ def test_canvas_by_a_roster_of_ones_own(make: Make) -> None:
     }
     assert column(text, "SIS User ID", "T") == {"S-1": "2.6667", "S-2": ""}
     bare = make("student\nada\npaul@example.org\nemmy\n")
-    assert set(column(canvas(bare, three(bare)), "SIS Login ID", "T")) == {"ada", "paul@example.org", "emmy"}
+    assert set(column(make_canvas_csv(bare, three(bare)), "SIS Login ID", "T")) == {"ada", "paul@example.org", "emmy"}
     excused = make("student;T\nada;ex\npaul@example.org;\nemmy;\n")
     marks = {"ada": "EX", "paul@example.org": "", "emmy": ""}
-    assert column(canvas(excused, three(excused)), "SIS Login ID", "T") == marks
+    assert column(make_canvas_csv(excused, three(excused)), "SIS Login ID", "T") == marks
 
 
 @pytest.mark.parametrize(
@@ -139,16 +139,16 @@ def test_what_canvas_would_take_for_something_else_is_refused(
 ) -> None:
     assignment = make(CANVAS_EXPORT.replace(old, new) if old else CANVAS_EXPORT, title)
     with pytest.raises(QdotError, match=why):
-        canvas(assignment, three(assignment))
+        make_canvas_csv(assignment, three(assignment))
     decimals = make(CANVAS_EXPORT.replace(",5,4,", ',5,"4,00",'))
-    assert "T (12)" in canvas(decimals, three(decimals)) and set(RESERVED) == set(STRIPPED)
+    assert "T (12)" in make_canvas_csv(decimals, three(decimals)) and set(RESERVED) == set(STRIPPED)
 
 
 def test_no_name_hides_a_line_from_canvas_or_steers_a_spreadsheet(make: Make) -> None:
     """Canvas passes over every line whose first cell holds "Points Possible"."""
     export = CANVAS_EXPORT.replace("Lovelace, Ada", "Points Possible, Ada").replace("Erdős, Paul", "=1+1")
     assignment = make(export.replace("S-2", "+49 170 1"))
-    text = canvas(assignment, three(assignment))
+    text = make_canvas_csv(assignment, three(assignment))
     first = [row[0] for row in csv.reader(io.StringIO(text))]
     assert sum("Points Possible" in cell for cell in first) == 1 and first[3] == "'=1+1" and len(first) == 5
     assert "+49 170 1,paul" in text  # a number as it stands
@@ -157,11 +157,11 @@ def test_no_name_hides_a_line_from_canvas_or_steers_a_spreadsheet(make: Make) ->
 def test_a_title_with_a_semicolon_or_a_line_break(make: Make) -> None:
     """Canvas takes semicolons for what separates only where all of three lines have as many."""
     assignment = make(CANVAS_EXPORT.replace("T (12)", "A; b; c (12)"), "A; b; c")
-    text = canvas(assignment, three(assignment))
+    text = make_canvas_csv(assignment, three(assignment))
     assert column(text, "ID", "A; b; c (12)")["101"] == "2.6667"
     assert len({len(next(csv.reader([line], delimiter=";"))) for line in text.splitlines()[:3]}) > 1
     broken = replace(assignment, title="A\nB", gradebook=None)
-    assert "A B" in canvas(broken, three(broken)).splitlines()[0]
+    assert "A B" in make_canvas_csv(broken, three(broken)).splitlines()[0]
 
 
 def test_a_line_without_canvas_number_is_told(make: Make) -> None:
@@ -186,7 +186,7 @@ def test_moodle_export_is_a_roster(make: Make) -> None:
 def test_moodle_takes_it_back(make: Make) -> None:
     """An empty cell would be 0 to Moodle's newer importer: what is no mark is a dash."""
     assignment = make(MOODLE_EXPORT)
-    text = moodle(assignment, three(assignment))
+    text = make_moodle_csv(assignment, three(assignment))
     for item, mark in (("T", "2.6667"), ("T (percent)", "66.6675")):
         assert column(text, "ID number", item) == {"0042": mark, "0043": "-", "0044": "-"}
         emails = {f"{name}@example.org": "-" for name in ("ada", "paul", "emmy")}
@@ -195,18 +195,20 @@ def test_moodle_takes_it_back(make: Make) -> None:
 
 def test_a_column_that_would_give_a_mark_to_the_line_above_is_left_out(make: Make) -> None:
     assignment = make(MOODLE_EXPORT.replace("paul@example.org", ""))
-    assert moodle(assignment, three(assignment)).splitlines()[0] == "First name,Last name,ID number,T,T (percent)"
+    assert (
+        make_moodle_csv(assignment, three(assignment)).splitlines()[0] == "First name,Last name,ID number,T,T (percent)"
+    )
     own = make("student,name,email,username\na,Ada,ada@x.org,0\nb,Paul,ADA@x.org,paul\nc,Emmy,e@x.org,emmy\n")
-    lines = moodle(own, three(own)).splitlines()
+    lines = make_moodle_csv(own, three(own)).splitlines()
     assert lines[:2] == ["Name,student,T,T (percent)", "Ada,a,2.6667,66.6675"]  # "0" is nothing to PHP; ada@ twice
     full = make("student,name,email,idnumber\na,Ada,ada@x.org,1\nb,Paul,p@x.org,2\nc,Emmy,e@x.org,3\n")
-    assert moodle(full, three(full)).splitlines()[1] == "Ada,1,ada@x.org,2.6667,66.6675"
+    assert make_moodle_csv(full, three(full)).splitlines()[1] == "Ada,1,ada@x.org,2.6667,66.6675"
 
 
 def test_more_than_a_hundred_points_go_to_moodle_as_per_cent_alone(make: Make) -> None:
     assignment = make(MOODLE_EXPORT)
     results = [replace(each, max_score=120.0, score=115.0) for each in three(assignment)]
-    text = moodle(assignment, results)
+    text = make_moodle_csv(assignment, results)
     assert text.splitlines()[0].endswith("Email address,T (percent)")
     assert column(text, "ID number", "T (percent)")["0042"] == "95.8333"
 
@@ -220,7 +222,7 @@ def test_what_a_person_set_is_a_mark_and_what_could_not_be_read_is_none(make: Ma
         replace(second, override=override, score=0.0),
         replace(third, override=override),
     ]
-    assert column(moodle(assignment, results), "ID number", "T") == {"0042": "-", "0043": "0", "0044": "0"}
+    assert column(make_moodle_csv(assignment, results), "ID number", "T") == {"0042": "-", "0043": "0", "0044": "0"}
 
 
 def test_who_has_no_mark_is_told(make: Make, capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
@@ -235,8 +237,8 @@ def test_who_has_no_mark_is_told(make: Make, capsys: pytest.CaptureFixture[str],
 def test_workbook_as_openpyxl_reads_it(make: Make) -> None:
     assignment = make("student,name,email\na,=HYPERLINK(1),\nb,https://example.org,\nc,Emmy\u202e,\n")
     results = three(assignment)
-    data = workbook(assignment, results)
-    assert data == workbook(assignment, results)
+    data = make_workbook(assignment, results)
+    assert data == make_workbook(assignment, results)
     book = openpyxl.load_workbook(io.BytesIO(data))
     rows = [[cell.value for cell in row] for row in book["Grades"].iter_rows()]
     header = next(csv.reader(io.StringIO(grades_csv(results, assignment.roster))))

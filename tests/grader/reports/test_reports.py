@@ -1,7 +1,6 @@
-"""Reports of results, read as the programs read them that they are for; one student graded alone; pytest --qdot."""
+"""Reports of results, read as the programs read them that they are for; one student graded alone."""
 
 import json
-import os
 import re
 from dataclasses import replace
 from pathlib import Path
@@ -12,18 +11,14 @@ from markdown_it import MarkdownIt
 
 from qdot.exercises.assignment.assignment import Assignment, Student
 from qdot.exercises.common.errors import QdotError
-from qdot.grader.grading.attempt import mark_ungraded
-from qdot.grader.grading.final_result import Graded, settle
 from qdot.grader.grading.result import Result
 from qdot.grader.judging.verdict import Outcome
-from qdot.grader.reports.github import LARGEST_SUMMARY, annotations, summary
-from qdot.grader.reports.gradescope import results_json
+from qdot.grader.reports.github import LARGEST_SUMMARY, make_annotations, make_summary
+from qdot.grader.reports.gradescope import make_results_json
 from qdot.grader.reports.junit import junit_xml
 from tests.support.command import fails, run
 from tests.support.handing_in import Cells, a_class, code, grade, hand_in, one_process, right
 from tests.support.results import change
-
-pytest_plugins = ["pytester"]
 
 
 @pytest.fixture(scope="module")
@@ -73,36 +68,36 @@ def test_a_summary_is_a_table_in_which_nothing_of_a_student_is_markup(
     assignment: Assignment, results: list[Result]
 ) -> None:
     hostile = "a | b\n\n# c <img src=x> [l](javascript:x) `x` $y$ @me ![i](u) ::error::no"
-    page = MarkdownIt("commonmark").enable("table").render(summary(assignment, [said(results[1], hostile)]))
+    page = MarkdownIt("commonmark").enable("table").render(make_summary(assignment, [said(results[1], hostile)]))
     assert page.count("<tr>") == 4
     assert page.count("<td>") == 15  # five cells in each of three rows
     assert not re.search(r"<(img|a|code|h1)\b", page)
     assert "a | b # c &lt;img src=x&gt;" in page
-    whole = summary(assignment, results)
+    whole = make_summary(assignment, results)
     assert "| cy | 0 | 4 | missing |" in whole
     assert whole.count("<details>") == 3
 
 
 def test_a_summary_and_its_annotations_keep_to_githubs_limits(assignment: Assignment, results: list[Result]) -> None:
     many = [replace(said(results[1], "x" * 3000), student=f"s{number}") for number in range(1200)]
-    page = summary(assignment, many)
+    page = make_summary(assignment, many)
     assert 900_000 < len(page.encode()) <= LARGEST_SUMMARY
     assert f"The parts of {1200 - page.count('<details>')} more students" in page
-    assert len(summary(assignment, many * 30).encode()) <= LARGEST_SUMMARY
+    assert len(make_summary(assignment, many * 30).encode()) <= LARGEST_SUMMARY
     one = said(results[1], "100%\r\n::error::forged")
     one = replace(one, problems=tuple(replace(one.problems[0], slot=slot) for slot in ("p1", "p2", "p3", "p4")))
-    lines = annotations(assignment, [one]).splitlines()
+    lines = make_annotations(assignment, [one]).splitlines()
     assert len(lines) == 10 and lines[-1].startswith("::error title=hw::and 3 more")
     assert lines[0] == "::error title=p1.position%3A 0 of 1::100%25 ::error::forged"
-    assert annotations(assignment, results) == ""
-    assert "::error title=bo::" in annotations(assignment, [results[0], ungraded(results[1])])
+    assert make_annotations(assignment, results) == ""
+    assert "::error title=bo::" in make_annotations(assignment, [results[0], ungraded(results[1])])
 
 
 def test_what_has_no_mark_is_handed_to_nobody(assignment: Assignment, results: list[Result]) -> None:
     with pytest.raises(QdotError, match="there is no mark"):
-        results_json(assignment, [ungraded(results[0])])
+        make_results_json(assignment, [ungraded(results[0])])
     with pytest.raises(QdotError, match="is of one student"):
-        results_json(assignment, results)
+        make_results_json(assignment, results)
 
 
 def test_one_student_is_graded_alone_and_the_class_stays_as_it_was(assignment: Assignment, tmp_path: Path) -> None:
@@ -121,62 +116,6 @@ def test_one_student_is_graded_alone_and_the_class_stays_as_it_was(assignment: A
         ((tmp_path / "none.ipynb", "--student", "cy"), "none.ipynb"),
     ):  # fmt: skip
         assert why in fails("grade", folder, *given)
-
-
-def test_every_part_is_a_test_of_pytest(assignment: Assignment, pytester: pytest.Pytester) -> None:
-    """Results come from graded/.cache where the tests before have graded already."""
-    pytester.makepyfile("def test_of_the_course(): pass")
-    given = ("--qdot", str(assignment.folder), "-p", "no:randomly")
-    done = pytester.runpytest_inprocess(*given, "-rf")
-    done.assert_outcomes(passed=1 + 3 + 1, failed=2 + 3)
-    done.stdout.fnmatch_lines(["*bo, p1.jacobian*", "Jacobian by differentiation: * of 2 points, partial"])
-    done.stdout.no_fnmatch_line("*Traceback*")
-    done.stdout.no_fnmatch_line("*raise PartFailed*")
-
-
-def test_the_id_that_pytest_prints_selects_that_test_alone(
-    assignment: Assignment, pytester: pytest.Pytester, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """From any folder, also where the assignment lies outside of pytest's root folder."""
-    monkeypatch.chdir(pytester.mkdir("elsewhere"))
-    folder = os.path.relpath(assignment.folder)
-    shown = pytester.runpytest_inprocess("--qdot", folder, "-v", "-p", "no:randomly")
-    ids = [line.split()[0] for line in shown.outlines if "::" in line and " PASSED " in line]
-    assert f"{folder}/assignment.toml::ada::p1.jacobian" in ids and len(ids) == 4
-    for given in ((ids[1],), ("--qdot", folder, ids[1])):
-        alone = pytester.runpytest_inprocess(*given, "-v", "-p", "no:randomly")
-        alone.assert_outcomes(passed=1)
-        alone.stdout.fnmatch_lines([f"{ids[1]} PASSED*"])
-    assert ids[1].startswith("..")
-
-
-@pytest.mark.integration
-def test_pytest_shares_parts_out_among_processes(assignment: Assignment, pytester: pytest.Pytester) -> None:
-    given = ("--qdot", str(assignment.folder), "-p", "no:randomly")
-    split = pytester.runpytest_subprocess(*given, "-n", "2", "-k", "ada")
-    split.assert_outcomes(passed=3)
-
-
-def test_what_qdot_fails_on_is_an_error_and_a_wrong_folder_a_line(
-    assignment: Assignment, pytester: pytest.Pytester, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    def fails(assignment: Assignment, student: Student, *_: object) -> Result:
-        return settle(
-            assignment, student, [Graded(marked=mark_ungraded(assignment, student.id, None, "no memory"))], {}
-        )
-
-    monkeypatch.setattr("qdot.grader.grading.one_student.grade_one", fails)
-    done = pytester.runpytest_inprocess("--qdot", str(assignment.folder), "-k", "cy")
-    done.assert_outcomes(errors=3)
-    done.stdout.fnmatch_lines(["*(no memory)*"])
-    wrong = pytester.runpytest_inprocess("--qdot", str(pytester.path / "nowhere"))
-    assert wrong.ret == pytest.ExitCode.USAGE_ERROR
-    wrong.stderr.fnmatch_lines(["*assignment.toml*"])
-    broken = pytester.mkdir("broken")
-    (broken / "assignment.toml").write_text("title = 1\n")
-    done = pytester.runpytest_inprocess("--qdot", str(broken))
-    done.assert_outcomes(errors=1)
-    done.stdout.no_fnmatch_line("*Traceback*")
 
 
 @pytest.mark.parametrize("asked", ["csv", "csv=", "=grades.csv", ""])

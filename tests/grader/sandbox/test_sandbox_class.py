@@ -19,7 +19,7 @@ from qdot.grader.cli.demo import fill_in_answers
 from qdot.grader.cli.main import app
 from qdot.grader.grading.batch import grade_class
 from qdot.grader.grading.result import Result
-from qdot.grader.reports.feedback import feedback_page
+from qdot.grader.reports.feedback import make_feedback_page
 from qdot.grader.reports.tables import grades_csv, results_jsonl
 from qdot.grader.reports.write import write_reports
 from qdot.grader.sandbox.sandbox import Limits
@@ -107,7 +107,7 @@ def _nothing_written_is_harmful(assignment: Assignment, results: list[Result]) -
             assert not re.match(r"\s*[=+@]|\s*-\D", cell), cell
     assert [json.loads(line)["student"] for line in lines.splitlines()] == STUDENTS
     for student, result in zip(assignment.roster, results, strict=True):
-        page = feedback_page(assignment, student, result).replace(student.name, "")  # the staff wrote the roster
+        page = make_feedback_page(assignment, student, result).replace(student.name, "")  # the staff wrote the roster
         assert "<script>alert" not in page and "<img src=x" not in page and "CANARY" not in page
         assert "\x1b" not in page and "\x9b" not in page
 

@@ -8,7 +8,7 @@ from qdot.exercises.assignment.assignment import Student, load_assignment
 from qdot.exercises.assignment.release import init_assignment, release
 from qdot.grader.cli.main import app
 from qdot.grader.grading.certify import CERTIFIER
-from qdot.grader.statistics.shared_answers import shared_answers
+from qdot.grader.statistics.shared_answers import describe_shared_answers
 from tests.support.command import runner
 
 PROBLEM = '\n[[problem]]\nfamily = "{}"\nvariation = "{}"\nquestions = ["{}"]\n'
@@ -62,9 +62,11 @@ def test_nothing_is_told_of_few_students_and_of_a_certificate_that_cannot_be_rea
     (folder / "roster.csv").write_text("student\ns0\ns1\n", encoding="utf-8")
     assignment = load_assignment(folder)
     release(assignment, CERTIFIER, 1, lambda released: None)
-    assert shared_answers(assignment) == []
+    assert describe_shared_answers(assignment) == []
     text = (folder / "assignment.toml").read_text(encoding="utf-8")
     (folder / "assignment.toml").write_text(text.replace('"T"', '"Another"'), encoding="utf-8")
-    assert shared_answers(load_assignment(folder)) == []  # certificates of notebooks that are no longer handed out
+    assert (
+        describe_shared_answers(load_assignment(folder)) == []
+    )  # certificates of notebooks that are no longer handed out
     (folder / "certificates" / "s0" / "hw.json").write_text("{", encoding="utf-8")
-    assert shared_answers(assignment) == []
+    assert describe_shared_answers(assignment) == []

@@ -374,7 +374,7 @@ def test_a_student_is_told_beforehand_what_the_first_cell_lacks(
     """`qdot check` knows the symbols of the problem by what the notebook says of them."""
     (tmp_path / "hw.ipynb").write_text(right(assignment, "s00", change))
     checked = check_notebook(tmp_path / "hw.ipynb")
-    missing = [row.said for row in checked.rows if not row.readable]
+    missing = [row.message for row in checked.rows if not row.readable]
     assert len(missing) == len(checked.notes) == (change is not habits)
     for note, said in zip(checked.notes, missing, strict=True):
         assert note.startswith("cell 2 ") and said.endswith(note) and "NameError" in said
@@ -387,7 +387,7 @@ def test_what_a_notebook_claims_of_its_symbols_is_no_code(assignment: Assignment
     book = notebook(assignment, "s00", cells, metadata={"qdot": {"symbols": claims}})
     (tmp_path / "hw.ipynb").write_text(book)
     rows = check_notebook(tmp_path / "hw.ipynb").rows
-    assert all(row.said.startswith("its cell stopped: NameError: name 'a1' is not defined") for row in rows)
+    assert all(row.message.startswith("its cell stopped: NameError: name 'a1' is not defined") for row in rows)
 
 
 def test_the_program_says_the_same_to_a_student(assignment: Assignment, tmp_path: Path) -> None:

@@ -18,7 +18,7 @@ import pytest
 from qdot.exercises.assignment.assignment import Assignment, Student
 from qdot.grader.grading.check import check_notebook
 from qdot.grader.grading.result import Result
-from qdot.grader.reports.feedback import feedback_page
+from qdot.grader.reports.feedback import make_feedback_page
 from qdot.grader.reports.tables import grades_csv, status
 from qdot.grader.sandbox.sandbox import Sandbox
 from qdot.grader.submissions import answer_locator, archives
@@ -465,7 +465,7 @@ def test_what_exceeds_a_limit_has_no_mark_and_nothing_failed(tmp_path: Path, mon
     assert "answers to be looked for" in (results["s1"].obstacle or "")
     row = grades_csv([results["s0"]], assignment.roster).splitlines()[1]
     assert ",,4,,over limit," in row and "tell your instructor" not in row
-    page = feedback_page(assignment, assignment.roster[0], results["s0"])
+    page = make_feedback_page(assignment, assignment.roster[0], results["s0"])
     assert "No mark yet" in page and " of 4 points" not in page
 
 

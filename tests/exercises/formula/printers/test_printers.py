@@ -13,7 +13,7 @@ from qdot.exercises.formula.printers.speech import speak
 from qdot.exercises.formula.printers.typst import typst_math
 from qdot.exercises.formula.printers.unicode import shown_width, unicode_math
 from qdot.exercises.problem.problem import Problem
-from qdot.exercises.writing.latex import laid_out
+from qdot.exercises.writing.latex import lay_out
 
 A, B, C = sp.symbols("a b c", real=True)
 FOR_MAXIMA = [
@@ -68,6 +68,6 @@ def test_a_dot_over_a_letter_takes_no_column() -> None:
 def test_formulas_have_a_form_for_terminals(problem: Problem) -> None:
     for part in problem.parts:
         if isinstance(part.answer, Matrix):
-            text = unicode_math(laid_out(part.answer.reference, problem.chain))
+            text = unicode_math(lay_out(part.answer.reference, problem.chain))
             assert "\\" not in text and "{" not in text
             assert len(text.splitlines()) == part.answer.reference.rows

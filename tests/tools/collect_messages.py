@@ -8,7 +8,7 @@ sources give the same bytes: no dates, no line numbers, one line a text.
 import io
 import json
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from babel.messages.catalog import Catalog, Message
@@ -36,43 +36,38 @@ from qdot.exercises.writing.languages import (
 from qdot.exercises.writing.render import EXTENSIONS, template_folder
 from qdot.exercises.writing.translatable_phrases import ARMS, PHRASES
 
-_HERE = Path(__file__).resolve().parents[1]
-SITE = _HERE.parent / "site" / "src" / "text"
+_ROOT = Path(__file__).resolve().parents[2]
+_EXERCISES = _ROOT / "exercises"
+SITE = _ROOT / "site" / "src" / "text"
 """Where the site has its texts: English in en.ts."""
 
 Key = tuple[str | None, tuple[str, ...]]
 """The context of a message, and the message itself."""
 
-Found = tuple[str, str | tuple[str, ...], str | None]
+FoundMessage = tuple[str, str | tuple[str, ...], str | None]
 """The file that a message is from, the message (or those for one and for many), its context."""
 
 _QUOTED = r'"(?:[^"\\]|\\.)*"'
 _ENTRY = re.compile(rf'^  "(?P<key>[\w.-]+)":\s*(?P<text>{_QUOTED}(?:\s*\+\s*{_QUOTED})*),$', re.MULTILINE)
 _DATED = re.compile(r'^"(Project-Id|Report-Msgid|POT-|PO-|Last-|Language-Team|Generated-)[^"]*"\n', re.MULTILINE)
 
-SHOWN_FAULTS = 20
-"""Of what is left to translate, so many are named."""
-
-SENTENCE = 5
-"""Words that make a text a sentence, of which no two languages have many alike."""
-
 FILLED = re.compile(r"%\((\w+)\)s")
 BRACES = re.compile(r"\{([\w-]+)\}")
 
 
-def collected() -> Catalog:
+def collect_catalog() -> Catalog:
     """Return all messages without a translation, in the order of the files that they are from."""
-    made = Catalog(header_comment="", fuzzy=False)
-    for file, text, context in _found():
-        made.add(text, locations=[(file, 0)], context=context)
-    return made
+    catalog = Catalog(header_comment="", fuzzy=False)
+    for file, text, context in _find_messages():
+        catalog.add(text, locations=[(file, 0)], context=context)
+    return catalog
 
 
-def _found() -> Iterator[Found]:
-    for path in sorted(_HERE.rglob("*.py")):
-        yield from _extracted("python", path, f"exercises/{path.relative_to(_HERE).as_posix()}")
+def _find_messages() -> Iterator[FoundMessage]:
+    for path in sorted(_EXERCISES.rglob("*.py")):
+        yield from _extract_messages("python", path, f"exercises/{path.relative_to(_EXERCISES).as_posix()}")
     for path in sorted(template_folder().rglob("*.j2")):
-        yield from _extracted("jinja2", path, f"templates/{path.relative_to(template_folder()).as_posix()}")
+        yield from _extract_messages("jinja2", path, f"templates/{path.relative_to(template_folder()).as_posix()}")
     for name in ARMS:
         yield "exercises/writing/translatable_phrases.py", name, ARM
         yield "exercises/writing/translatable_phrases.py", name, SHOWN
@@ -91,7 +86,7 @@ def _found() -> Iterator[Found]:
         yield "site/src/text/en.ts", text, site_context(key)
 
 
-def _extracted(method: str, path: Path, shown: str) -> Iterator[Found]:
+def _extract_messages(method: str, path: Path, shown: str) -> Iterator[FoundMessage]:
     """Yield the messages in a file, as Babel finds them; a sentence and its plural are two of one message."""
     names = ",".join(name if isinstance(name, str) else f"{name.__module__}.{name.__name__}" for name in EXTENSIONS)
     options = {"extensions": names, "silent": "false"} if method == "jinja2" else {}
@@ -133,10 +128,10 @@ def site_text(code: str, words: Catalogue) -> str:
     )
 
 
-def merged(path: Path, messages: Catalog) -> Catalog:
+def merge_messages(path: Path, messages: Catalog) -> Catalog:
     """Return the file of a language with today's messages: what has changed is fuzzy, what went is gone."""
     if path.is_file():
-        catalog = opened(path)
+        catalog = open_catalog(path)
     else:
         catalog = Catalog(path.stem, header_comment=f"# {LANGUAGES.get(path.stem, path.stem)}", fuzzy=False)
     catalog.update(messages)
@@ -144,7 +139,7 @@ def merged(path: Path, messages: Catalog) -> Catalog:
     return catalog
 
 
-def opened(path: Path) -> Catalog:
+def open_catalog(path: Path) -> Catalog:
     """Return the file of a language as it is."""
     with path.open("rb") as file:
         return read_po(file)
@@ -172,52 +167,43 @@ def _flag(message: Message) -> None:
 # --- is a translation whole? ---
 
 
-def faults(code: str, catalog: Catalog, messages: Catalog, others: Mapping[str, Catalog]) -> list[str]:
-    """Return what is wrong with the file of a language, a sentence each; `others` are those of other languages."""
-    said = []
-    due, have = _by_key(messages), _by_key(catalog)
-    said += [f"not in {code}.po, run `make messages`: {_shown(due[key])}" for key in due if key not in have]
-    said += [f"no message any more, run `make messages`: {_shown(have[key])}" for key in have if key not in due]
-    said += [f"no message any more, run `make messages`: {_shown(message)}" for message in catalog.obsolete.values()]
+def find_faults(code: str, catalog: Catalog, messages: Catalog) -> list[str]:
+    """Return what is wrong with the file of a language, a sentence each."""
+    expected, present = _by_key(messages), _by_key(catalog)
+    gone = [*(message for key, message in present.items() if key not in expected), *catalog.obsolete.values()]
+    faults = [
+        f"not in {code}.po, run `make messages`: {_quote(message)}"
+        for key, message in expected.items()
+        if key not in present
+    ]
+    faults += [f"no message any more, run `make messages`: {_quote(message)}" for message in gone]
     if catalog.locale_identifier != code:
-        said.append(f"{code}.po says of itself that its language is {catalog.locale_identifier}")
-    for key in due:
-        if key in have:
-            said += _faults_of(have[key], catalog.num_plurals)
-    english = {key: _texts(message.id)[0] for key, message in due.items()}
-    for name, texts in {"en": english, **{name: _strings(other) for name, other in others.items()}}.items():
-        said += _copied(code, _strings(catalog), name, texts)
-    return said
+        faults.append(f"{code}.po says of itself that its language is {catalog.locale_identifier}")
+    for key in expected:
+        if key in present:
+            faults += _faults_of(present[key], catalog.num_plurals)
+    return faults
 
 
 def _faults_of(message: Message, forms: int) -> Iterator[str]:
     texts, strings = _texts(message.id), _texts(message.string)
     if not all(strings):
-        yield f"not translated: {_shown(message)}"
+        yield f"not translated: {_quote(message)}"
         return
     if message.fuzzy:
-        yield f"its English has changed, or it was guessed from a text like it (“fuzzy”): check it: {_shown(message)}"
+        yield f"its English has changed, or it was guessed from a text like it (“fuzzy”): check it: {_quote(message)}"
     if len(texts) > 1 and len(strings) != forms:
-        yield f"has {len(strings)} plural forms, and {forms} are due: {_shown(message)}"
-    due = _filled(message, texts[-1])
+        yield f"has {len(strings)} plural forms, and {forms} are due: {_quote(message)}"
+    expected = _placeholders(message, texts[-1])
     for number, string in enumerate(strings):
-        ours = _filled(message, string)
-        if ours != due and not (len(strings) > 1 and number == 0 and ours < due):  # one may be said in words
-            yield f"fills in {_named(ours)} in place of {_named(due)}: {_shown(message)}"
+        names = _placeholders(message, string)
+        if names != expected and not (len(strings) > 1 and number == 0 and names < expected):  # one may be in words
+            yield f"fills in {_list_names(names)} in place of {_list_names(expected)}: {_quote(message)}"
         if _edges(string) != _edges(texts[0]):
-            yield f"has other spaces at its ends: {_shown(message)}"
+            yield f"has other spaces at its ends: {_quote(message)}"
 
 
-def _copied(code: str, texts: Mapping[Key, str], name: str, other: Mapping[Key, str]) -> Iterator[str]:
-    """Yield whether a language has the sentences of another: two languages share names, and no sentences."""
-    long = (key for key, text in texts.items() if len(re.findall(r"[^\W\d_]{2,}", text)) >= SENTENCE)
-    sentences = [key for key in long if key in other]
-    same = sum(texts[key] == other[key] for key in sentences)
-    if same > len(sentences) / 20:
-        yield f"{code}.po is a copy of {name}: {same} of its {len(sentences)} sentences are the very same"
-
-
-def _filled(message: Message, text: str) -> set[str]:
+def _placeholders(message: Message, text: str) -> set[str]:
     """Return the names of what is filled into a text of a message."""
     by_percent = message.context is None or FILLED.search(_texts(message.id)[0])
     return set((FILLED if by_percent else BRACES).findall(text))
@@ -225,10 +211,6 @@ def _filled(message: Message, text: str) -> set[str]:
 
 def _by_key(catalog: Catalog) -> dict[Key, Message]:
     return {(message.context, _texts(message.id)): message for message in catalog if message.id}
-
-
-def _strings(catalog: Catalog) -> dict[Key, str]:
-    return {key: _texts(message.string)[0] for key, message in _by_key(catalog).items()}
 
 
 def _texts(text: str | Sequence[str] | None) -> tuple[str, ...]:
@@ -239,29 +221,25 @@ def _edges(text: str) -> tuple[bool, bool]:
     return text[:1].isspace(), text[-1:].isspace()
 
 
-def _named(names: set[str]) -> str:
+def _list_names(names: set[str]) -> str:
     return ", ".join(sorted(names)) or "nothing"
 
 
-def _shown(message: Message) -> str:
+def _quote(message: Message) -> str:
     return f"“{_texts(message.id)[0]}”" + (f" ({message.context})" if message.context else "")
 
 
 def main() -> None:
     """Merge the messages into all languages, write the site's texts anew, and say what is left to translate."""
-    messages = collected()
-    catalogs = {code: merged(LOCALE / f"{code}.po", messages) for code in LANGUAGES}
-    for code, catalog in catalogs.items():
+    messages = collect_catalog()
+    for code in LANGUAGES:
         path = LOCALE / f"{code}.po"
+        catalog = merge_messages(path, messages)
         write_atomically(path, po_text(catalog))
         write_atomically(SITE / f"{code}.ts", site_text(code, read(path)))
-        print(f"{path.relative_to(_HERE.parent)}: {len(messages)} messages")
-        others = {name: other for name, other in catalogs.items() if name != code}
-        said = faults(code, catalog, messages, others)
-        for fault in said[:SHOWN_FAULTS]:
+        print(f"{path.relative_to(_ROOT)}: {len(messages)} messages")
+        for fault in find_faults(code, catalog, messages):
             print(f"  {fault}")
-        if len(said) > SHOWN_FAULTS:
-            print(f"  and {len(said) - SHOWN_FAULTS} more")
 
 
 if __name__ == "__main__":

@@ -4,27 +4,22 @@ Everything is worked out on the structure of the arm (no numbers, no offsets), w
 and then filled with the arm's own numbers. World frame; notation of the chapter.
 """
 
-from collections.abc import Iterable
 from dataclasses import dataclass, replace
-from functools import cached_property, lru_cache, partial
-from itertools import combinations, pairwise, product
+from functools import cached_property, lru_cache
+from itertools import combinations
 
-import numpy as np
 import sympy as sp
 
-from qdot.exercises.arm.appearance import describe_dependence
-from qdot.exercises.arm.axes import Sample, slope, velocity_along_axis
 from qdot.exercises.arm.chain import TASK_ROWS, Chain, Point
 from qdot.exercises.arm.classification import Kind, Values, classify, is_one_sided, split_by_value
 from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.arm.derivation import Derivation, TooLong, derive, structure, task_velocity
 from qdot.exercises.arm.existence_conditions import Need, need_of
-from qdot.exercises.arm.kinematics import NumericChain, frame_behind, link_frames
-from qdot.exercises.arm.mpmath_kinematics import determinant, four_digits, inverse, numeric, round_matrix, solve_linear
+from qdot.exercises.arm.kinematics import frame_behind, link_frames
+from qdot.exercises.arm.mpmath_kinematics import determinant, four_digits, inverse, round_matrix
 from qdot.exercises.arm.singularity import Component, never_vanishes, singular_set
 from qdot.exercises.arm.standard_table import axes_of
 from qdot.exercises.arm.trigonometry import substitute, textbook, without_brackets
-from qdot.exercises.formula.order import index_of, joint_sum
 from qdot.exercises.problem.problem import Part
 from qdot.exercises.questions.inversion import Configuration, Situation, jacobian_at
 from qdot.exercises.questions.rank import LostAt, MeaningAsked, Where, lost_direction_where
@@ -38,23 +33,19 @@ from qdot.exercises.questions.screws import (
     home_screws,
     space_jacobian,
 )
-from qdot.exercises.questions.singular import Place, components_at
+from qdot.exercises.questions.singular import Place, find_components_at
 from qdot.exercises.questions.wrist import block_determinants, objection_unless_partitioned, wrist_block
 from qdot.exercises.writing.angles import AngleNames, angle_names, arm_angles, link_angles
-from qdot.exercises.writing.cases import Case, Cases, Minors, cases_of, minors_of
 from qdot.exercises.writing.expansion import (
-    MOST_ROWS_AT_ONCE,
     Expansion,
-    expanded,
-    expansion_of,
-    only_product,
-    sparsest,
+    expand_determinant,
+    expand_jacobian,
+    jacobian_at_joint_1,
+    sparsest_line,
+    straight_joint_1,
 )
 from qdot.exercises.writing.hint_context import HintContext
 from qdot.exercises.writing.latex import tex
-from qdot.exercises.writing.lost_example import LostExample, lost_example
-from qdot.exercises.writing.names import AxisNames
-from qdot.exercises.writing.shortening import Theorem, theorem_used
 
 
 @dataclass(frozen=True)
@@ -74,53 +65,8 @@ class Recursion:
     """One step of (6.13), from p*_i to p*_{i-1}."""
 
     number: int
-    rotation: sp.Matrix
-    link: sp.Matrix
     turned: sp.Matrix
     p_star: sp.Matrix
-
-
-@dataclass(frozen=True)
-class AngleSums:
-    """How angles of parallel joints are put together: some added, some subtracted; are all such joints neighbours?"""
-
-    added: bool
-    subtracted: bool
-    neighbouring: bool
-
-    @classmethod
-    def of(cls, angles: Iterable[sp.Expr]) -> "AngleSums":
-        """Return what there is in some angles."""
-        turning = [{q: angle.coeff(q) for q in angle.free_symbols if q.name.startswith("theta")} for angle in angles]
-        several = [turns for turns in turning if len(turns) > 1]
-        senses = [{turn > 0 for turn in turns.values()} for turns in several]
-        joints = [sorted(map(index_of, turns)) for turns in several]
-        return cls(
-            added=bool(several),
-            subtracted=any(len(each) > 1 for each in senses),
-            neighbouring=all(later == joint + 1 for each in joints for joint, later in pairwise(each)),
-        )
-
-
-@dataclass(frozen=True)
-class AtOnce:
-    """A configuration in which a determinant is seen at a glance: joint values, the matrix there, its determinant."""
-
-    joints: tuple[tuple[sp.Symbol, sp.Expr], ...]
-    matrix: sp.Matrix
-    determinant: sp.Expr
-
-
-@dataclass(frozen=True)
-class Blocks:
-    """Numbers of the two steps by which joint rates follow: inverse blocks, what they are applied to, the results."""
-
-    arm: sp.Matrix
-    linear: sp.Matrix
-    first: sp.Matrix
-    wrist: sp.Matrix
-    left: sp.Matrix
-    last: sp.Matrix
 
 
 @dataclass(frozen=True)
@@ -145,11 +91,11 @@ class SingularComponent:
         )
 
 
-class Worked(AxisNames):
+class SolutionSteps:
     """The steps for one arm; templates read its properties."""
 
     def __init__(self, chain: Chain) -> None:
-        self.chain = chain
+        self.chain, self.convention = chain, convention_of(chain)
         self.d: Derivation = derive(chain)
         generic = structure(chain)
         self._structure, self._values = generic.chain, dict(generic.values)
@@ -167,22 +113,9 @@ class Worked(AxisNames):
         """What hints tell of the arm and show of its results."""
         return HintContext(self.chain)
 
-    def lost_where(self, where: Where) -> tuple[LostAt, sp.Matrix] | None:
+    def lost_where(self, values: Values) -> tuple[LostAt, sp.Matrix] | None:
         """Return J and the direction that is lost where joints have values; None where these are not short."""
-        return lost_direction_where(self.chain, where)
-
-    def lost_example(self, where: Where) -> LostExample | None:
-        """Return a configuration in numbers at which that direction is lost, None where none was found."""
-        return lost_example(self.chain, where)
-
-    @property
-    def determinant_factors(self) -> int:
-        """How many factors det J has, signs and numbers not counted."""
-        return sum(not factor.is_number for factor in sp.Mul.make_args(self.d.determinant))
-
-    def has_open_lengths(self, formula: sp.Expr) -> bool:
-        """Whether open lengths occur in a formula."""
-        return not formula.free_symbols.isdisjoint(self.chain.parameters)
+        return lost_direction_where(self.chain, Where(values))
 
     @property
     def links(self) -> list[sp.Expr]:
@@ -195,30 +128,15 @@ class Worked(AxisNames):
         sums = [angle.as_independent(*self.chain.q, as_Add=True)[1] for angle in link_angles(self.chain)]
         return [angle for angle in dict.fromkeys(sums) if len(angle.free_symbols) > 1]
 
-    def sums_in(self, result: sp.Matrix) -> AngleSums:
-        """Return how the angles of joints are put together in the sines and cosines of a result."""
-        return AngleSums.of(trig.args[0] for trig in result.atoms(sp.sin, sp.cos))
-
-    @property
-    def sums_of_links(self) -> AngleSums:
-        """How the angles of joints are put together in those of links behind parallel axes."""
-        return AngleSums.of(self.angle_sums)
+    @staticmethod
+    def adds_angles(result: sp.Matrix) -> bool:
+        """Return whether a result has sines or cosines of sums of joint angles."""
+        return any(len(trig.args[0].free_symbols) > 1 for trig in result.atoms(sp.sin, sp.cos))
 
     @property
     def kinds(self) -> list[str]:
         """R or P for every joint."""
         return [joint.kind for joint in self.chain.joints]
-
-    @property
-    def has_half_twists(self) -> bool:
-        """Whether a twist turns the axis behind it round."""
-        return any(joint.alpha in (sp.pi, -sp.pi) for joint in self.chain.joints[:-1])
-
-    @property
-    def has_quarter_turns(self) -> bool:
-        """Whether some link's angle is theta_1 + ... and quarter turns, which are worked out and not named."""
-        links = (link.as_independent(*self.chain.q, as_Add=True) for link in link_angles(self.chain))
-        return any(rest != 0 and (2 * rest / sp.pi).is_Integer and joint_sum(angle) for rest, angle in links)
 
     def _fill(self, matrix: sp.Matrix) -> sp.Matrix:
         """Return a matrix of the structure, tidied, in this arm's numbers."""
@@ -334,7 +252,7 @@ class Worked(AxisNames):
 
     def rotation(self, joint: int) -> sp.Matrix:
         """Return the rotation of the frame on the axis of a joint, its last column as this axis is written."""
-        shown = self.angles.shortened(self.d.rotations[self.convention.frame_on_axis(joint)])
+        shown = self.angles.shorten(self.d.rotations[self.convention.frame_on_axis(joint)])
         return sp.Matrix.hstack(shown[:, :2], self.d.z[:, joint - 1])
 
     @cached_property
@@ -345,7 +263,7 @@ class Worked(AxisNames):
         steps = []
         for i in range(self.chain.point.frame, first, -1):
             turned, p_star = self._fill(rotations[i - 1] * links[i - 1]), self.d.p_star[:, i - 1 - first]
-            steps.append(Recursion(i, self.d.rotations[i - 1], self.d.link_vectors[i - 1], turned, p_star))
+            steps.append(Recursion(i, turned, p_star))
         return steps
 
     @property
@@ -393,26 +311,6 @@ class Worked(AxisNames):
         return self._fill(_cofactors(self._structure))
 
     @property
-    def inverse_cancels(self) -> bool:
-        """Whether factors of det J cancel in the inverse, which is the transposed cofactors over det J."""
-        return _inverse_cancels(self._structure)
-
-    @property
-    def rates_cancel(self) -> bool:
-        """Whether they cancel in the joint rates, which are the inverse times the task's velocity."""
-        return _rates_cancel(self._structure)
-
-    @property
-    def determinant_sign(self) -> str:
-        """What stands before 1/det J: a minus where det J has one before it."""
-        return "-" if self.d.determinant.as_coeff_Mul()[0].is_negative else ""
-
-    @property
-    def is_constant(self) -> bool:
-        """Whether det J is the same in every configuration."""
-        return not self.d.determinant.free_symbols & set(self.chain.q)
-
-    @property
     def never_zero(self) -> list[sp.Expr]:
         """The factors of det J that joints change, and that are zero in no configuration."""
         factors = (factor.as_base_exp()[0] for factor in sp.Mul.make_args(self.d.determinant))
@@ -420,35 +318,19 @@ class Worked(AxisNames):
         return [factor for factor in factors if factor.free_symbols & joints and never_vanishes(factor, self.chain)]
 
     @property
-    def determinant_size(self) -> sp.Expr:
-        """Return det J without that sign."""
-        return -self.d.determinant if self.determinant_sign else self.d.determinant
-
-    @cached_property
-    def _zeros(self) -> dict[sp.Symbol, sp.Expr]:
-        """What joint variables are, counted from the zeros of the table."""
-        return {q: q - offset for q, offset in zip(self.chain.q, self.chain.offsets, strict=True) if offset != 0}
+    def inverse_determinant(self) -> sp.Expr:
+        """The factor 1/det J."""
+        return 1 / self.d.determinant
 
     @cached_property
     def expansion(self) -> Expansion:
         """How det J is worked out."""
-        return expansion_of(self._structure).filled(self.d.fill, self.d.determinant, self._zeros)
-
-    def theorem_of(self, expansion: Expansion) -> Theorem | None:
-        """Return the addition theorem by which the last product of an expansion becomes its result."""
-        line, result = map(self.angles.put_into, expansion.products[-2:])
-        return theorem_used(line, result, lambda trig: self.angles.put_into(trig.xreplace(dict(self.angles.meanings))))
+        return expand_jacobian(self._structure).fill(self.d.fill, self.d.determinant)
 
     @property
     def sparsest(self) -> str:
         """The row or column of J with the most zeros, in words."""
-        return sparsest(self.d.jacobian)[0]
-
-    @property
-    def lone_row(self) -> tuple[int, int] | None:
-        """A row of J with one entry that is not zero, and the column of that, from 1; None where there is none."""
-        filled = [[j + 1 for j in range(self.chain.n) if self.d.jacobian[i, j] != 0] for i in range(self.chain.n)]
-        return next(((i, columns[0]) for i, columns in enumerate(filled, 1) if len(columns) == 1), None)
+        return sparsest_line(self.d.jacobian)[0]
 
     @cached_property
     def arm_expansion(self) -> Expansion:
@@ -457,28 +339,30 @@ class Worked(AxisNames):
         behind = frame_behind(generic.joints[3 : generic.point.frame])
         centre = behind.origin + behind.rotation * sp.Matrix(generic.point.offset)
         arm = Chain("arm", generic.joints[:3], TASK_ROWS[:3], generic.base, Point(3, tuple(centre.applyfunc(textbook))))
-        return expansion_of(arm).filled(self.d.fill, block_determinants(self.chain)[0], self._zeros)
+        return expand_jacobian(arm).fill(self.d.fill, block_determinants(self.chain)[0])
 
     @cached_property
     def wrist_expansion(self) -> Expansion:
         """How det J22 is worked out, in frame 3."""
-        matrix = sp.ImmutableMatrix(wrist_block(self._structure))
-        return expanded(matrix).filled(self.d.fill, block_determinants(self.chain)[1], self._zeros)
+        matrix = wrist_block(self._structure)
+        return expand_determinant(matrix).fill(self.d.fill, block_determinants(self.chain)[1])
 
     @property
     def wrist(self) -> sp.Matrix:
         """J22, the axes of joints 4 to 6 in frame 3, of such an arm."""
         return wrist_block(self.chain)
 
-    @cached_property
-    def at_once(self) -> AtOnce | None:
-        """Where all joints that turn are at quarter turns and one product of entries is left of det J."""
-        generic = _at_once(self._structure)
-        if generic is None:
-            return None
-        turns, offsets = dict(generic.joints), dict(zip(self.chain.q, self.chain.offsets, strict=True))
-        joints_there = tuple((q, _principal(turns[q] - offsets[q])) for q in self.chain.q if q in turns)
-        return AtOnce(joints_there, generic.matrix.applyfunc(self.d.fill), self.d.fill(generic.determinant))
+    @property
+    def joint_1_value(self) -> sp.Expr:
+        """The value of joint 1 at which J is short."""
+        value = sp.expand(straight_joint_1(self._structure).xreplace(self._values) - self.chain.offsets[0])
+        return sp.pi - sp.Mod(sp.pi - value, 2 * sp.pi) if value.is_number else value
+
+    @property
+    def jacobian_at_joint_1(self) -> sp.Matrix | None:
+        """J at that value of joint 1, if it has the same determinant in every configuration."""
+        short = jacobian_at_joint_1(self._structure) if 1 < self.chain.n <= 4 else None
+        return None if short is None else short.applyfunc(self.d.fill)
 
     @cached_property
     def blocks(self) -> sp.Matrix | None:
@@ -495,68 +379,10 @@ class Worked(AxisNames):
         values = (minor.substitute(self._values) for minor in self.d.generic_minors)
         return list(zip(labels, values, strict=True))
 
-    def minor_at(self, place: Place) -> tuple[str, sp.Expr, sp.Expr] | None:
-        """Return a minor that is not zero at a place, whatever the open lengths are: its columns, formula and value."""
-        for label, minor in self.minors:
-            value = self.at(place, minor)
-            signs = {bool(term.as_coeff_Mul()[0] > 0) for term in sp.Add.make_args(value) if term != 0}
-            if len(signs) == 1 and not value.free_symbols - set(self.chain.parameters):
-                return label, minor, value
-        return None
-
     def largest_minor(self, situation: Situation) -> tuple[str, sp.Expr]:
         """Return the minor that is farthest from zero in a situation: its columns or rows, and its number."""
         numbers = [(label, self.numeric(situation, minor)) for label, minor in self.minors]
-        return max(numbers, key=lambda one: abs(one[1]))
-
-    @cached_property
-    def _generic_minors(self) -> Minors:
-        return minors_of(self._structure)
-
-    @cached_property
-    def minors_taken(self) -> Minors:
-        """The minors that tell where a Jacobian that is not square loses rank, of a matrix as short as may be."""
-        generic, fill = self._generic_minors, self.d.fill
-        values = tuple(map(fill, generic.values))
-        return replace(
-            generic,
-            matrix=generic.matrix.applyfunc(fill),
-            values=values,
-            expansions=tuple(e.filled(fill, v, self._zeros) for e, v in zip(generic.expansions, values, strict=True)),
-        )
-
-    def minors_listed(self, worked: int | None) -> list[tuple[int, str, tuple[sp.Expr, ...]]]:
-        """Return number, columns (or rows) and lines of minors: all lines, or the last of all but one worked out."""
-        taken = zip(self.minors, self.minors_taken.expansions, strict=True)
-        lines = [(number, label, expansion.products) for number, ((label, _), expansion) in enumerate(taken, 1)]
-        if worked is None:
-            return lines
-        return [(number, label, products[-1:]) for number, label, products in lines if number != worked + 1]
-
-    @property
-    def joint_at_zero(self) -> sp.Expr:
-        """The value of joint 1 at which its angle in the table is zero."""
-        return -self.chain.offsets[0]
-
-    @cached_property
-    def cases(self) -> Cases | None:
-        """How the singular set follows from these minors."""
-        cases, fill = cases_of(self._structure, self._generic_minors.values), self.d.fill
-        if cases is None:
-            return None
-
-        def shown(factor: sp.Expr) -> sp.Expr:
-            return without_factor(fill(factor))
-
-        filled = tuple(
-            Case(
-                shown(case.factor),
-                tuple((number, fill(minor)) for number, minor in case.left),
-                tuple(tuple(map(shown, others)) for others in case.others),
-            )
-            for case in cases.cases
-        )
-        return replace(cases, shared=tuple(map(shown, cases.shared)), cases=filled)
+        return max(numbers, key=lambda labelled: abs(labelled[1]))
 
     # --- singular configurations ---
 
@@ -579,14 +405,16 @@ class Worked(AxisNames):
     @property
     def all_at_boundary(self) -> bool:
         """Whether all of the singular set is at the boundary, so that nothing else is where conditions meet."""
-        return all(one.kind.kind == "boundary" and one.kind.uniform for one in self.found)
+        return all(
+            component.kind.kind == "boundary" and component.kind.uniform for component in self.singular_components
+        )
 
     @cached_property
-    def found(self) -> list[SingularComponent]:
+    def singular_components(self) -> list[SingularComponent]:
         """The same, classified."""
-        return [self.classified(component) for component in singular_set(self.chain) or ()]
+        return [self.classify_component(component) for component in singular_set(self.chain) or ()]
 
-    def classified(self, component: Component) -> SingularComponent:
+    def classify_component(self, component: Component) -> SingularComponent:
         """Return a component of the singular set with what its configurations look like, and are."""
         conditions = tuple(map(self.as_shown, component.conditions))
         kind = classify(self.chain, component)
@@ -598,61 +426,18 @@ class Worked(AxisNames):
         plain = without_factor(condition)
         if not plain.is_Add or not self.d.is_square:
             return plain
-        other = f"({tex(-plain, self.chain, self.angles)})"
-        return -plain if other in tex(self.d.determinant, self.chain, self.angles) else plain
+        opposite = f"({tex(-plain, self.chain, self.angles)})"
+        return -plain if opposite in tex(self.d.determinant, self.chain, self.angles) else plain
 
     def _cases(self, component: Component, kind: Kind) -> tuple[tuple[Values, Kind], ...]:
         every = [(values, classify(self.chain, here)) for values, here in split_by_value(component, kind)]
         return tuple(every) if len({case for _, case in every}) > 1 else ()
 
-    @property
-    def is_elbow(self) -> bool:
-        """Whether the arm is that of Example 6.3: a turning column that carries two parallel joints."""
-        joints = self.chain.joints
-        return (
-            self.chain.n >= 3
-            and [joint.kind for joint in joints[:3]] == ["R", "R", "R"]
-            and joints[0].alpha in (sp.pi / 2, -sp.pi / 2)
-            and joints[1].alpha in (0, sp.pi)
-            and self.chain.task == ("vx", "vy", "vz")
-        )
-
-    def is_kept_by_all(self, asked: MeaningAsked, axis: int) -> bool:
-        """Tell whether no joint changes, at first order, how far P is from the axis of a joint, at singular poses."""
-        sample, later = self._sample(asked), range(axis, self.chain.point.frame)
-        return sample is not None and sample.off(partial(slope, joint=axis - 1, movers=[*later])) < 1e-9
-
-    def moves_none_along(self, asked: MeaningAsked, axis: int) -> bool:
-        """Tell whether no joint of a revolute arm moves a point of the last link along an axis that it lies on."""
-        sample = self._sample(asked)
-        if sample is None or self.chain.task != TASK_ROWS or "P" in sample.arm.kinds:
-            return False
-        return sample.off(partial(velocity_along_axis, i=axis - 1)) < 1e-9
-
-    def dependence_at(self, asked: MeaningAsked) -> str:
-        """Return in words which joints have dependent columns at singular poses."""
-        sample = self._sample(asked)
-        return describe_dependence(self.chain, [] if sample is None else [sample])
-
-    def _sample(self, asked: MeaningAsked) -> Sample | None:
-        if asked.place is not None:
-            lengths, joints = asked.place.lengths, asked.place.joints
-        else:
-            lengths = {symbol: sp.Rational(37 + 11 * i, 100) for i, symbol in enumerate(self.chain.parameters)}
-            joints = {q: sp.Rational(7 + 5 * i, 10) for i, q in enumerate(self.chain.q)} | dict(asked.values)
-        arm = NumericChain(self.chain, {symbol.name: float(value) for symbol, value in lengths.items()})
-        q = np.array([complex(sp.N(joints[symbol].xreplace(lengths))) for symbol in self.chain.q])
-        return Sample(arm, q.real) if np.abs(q.imag).max() < 1e-12 else None
-
-    def of_place(self, place: Place) -> list[SingularComponent]:
+    def components_at(self, place: Place) -> list[SingularComponent]:
         """Return the components that a place lies on, none where the arm is not singular."""
         return [
-            self.classified(component)
-            if here is component
-            else SingularComponent(
-                tuple(map(self.as_shown, component.conditions)), component.solutions, classify(self.chain, here)
-            )
-            for component, here in components_at(self.chain, place)
+            SingularComponent(tuple(map(self.as_shown, here.conditions)), here.solutions, classify(self.chain, here))
+            for _, here in find_components_at(self.chain, place)
         ]
 
     def is_one_sided(self, asked: Place | MeaningAsked) -> bool:
@@ -670,22 +455,6 @@ class Worked(AxisNames):
         """Return the inverse of the task Jacobian in a situation, to four significant digits."""
         return round_matrix(inverse(jacobian_at(self.chain, situation)))
 
-    def rates_by_blocks(self, situation: Situation) -> Blocks | None:
-        """Return how joint rates come block by block, to four digits, of an arm with a wrist whose axes meet in P."""
-        if self.blocks is None:
-            return None
-        rows = jacobian_at(self.chain, situation)
-        asked = [numeric(value) for value in self.velocity.xreplace(situation.values)]
-        arm, wrist = ([row[k : k + 3] for row in rows[k : k + 3]] for k in (0, 3))
-        first = solve_linear(arm, asked[:3])
-        left = [
-            value - sum(entry * rate for entry, rate in zip(row, first, strict=False))
-            for value, row in zip(asked[3:], rows[3:], strict=True)
-        ]
-        columns = ([[value] for value in column] for column in (asked[:3], first, left, solve_linear(wrist, left)))
-        linear, rates, rest, others = map(round_matrix, columns)
-        return Blocks(round_matrix(inverse(arm)), linear, rates, round_matrix(inverse(wrist)), rest, others)
-
     def numeric_determinant(self, situation: Situation) -> sp.Expr:
         """Return the determinant of the task Jacobian in a situation, to four significant digits."""
         return four_digits(determinant(jacobian_at(self.chain, situation)))
@@ -694,11 +463,6 @@ class Worked(AxisNames):
         """Return an expression at a configuration, the open lengths kept, numbers to four digits."""
         filled = sp.expand(sp.N(expression.xreplace(place.joints), 15))
         return filled.xreplace({number: _four_digits(number) for number in filled.atoms(sp.Float)})
-
-    def empty_row(self, jacobian: sp.Matrix) -> int | None:
-        """Return the only row of a matrix, from 1, that is zero."""
-        empty = [row + 1 for row in range(jacobian.rows) if jacobian[row, :].is_zero_matrix]
-        return empty[0] if len(empty) == 1 else None
 
     def three_digits(self, part: Part) -> list[str]:
         """Return the numbers of an answer to three significant digits."""
@@ -711,60 +475,6 @@ def _cofactors(generic: Chain) -> sp.Matrix:
     jacobian = derive(generic).jacobian
     n = jacobian.rows
     return sp.Matrix(n, n, lambda i, j: jacobian.cofactor(i, j) if n > 1 else sp.S.One)
-
-
-@lru_cache(maxsize=512)
-def _inverse_cancels(generic: Chain) -> bool:
-    """Tell it of a structure: of numbers, it could not be seen that a length has cancelled."""
-    pairs = zip(derive(generic).inverse, _cofactors(generic).T, strict=True)
-    return any(_cancels(entry, cofactor, derive(generic).determinant) for entry, cofactor in pairs if entry != 0)
-
-
-@lru_cache(maxsize=512)
-def _rates_cancel(generic: Chain) -> bool:
-    numerators = _cofactors(generic).T * sp.Matrix(task_velocity(generic))
-    pairs = zip(derive(generic).rate_law(), numerators, strict=True)
-    below = derive(generic).determinant
-    return any(_cancels(rate, sp.factor_terms(numerator), below) for rate, numerator in pairs)
-
-
-@lru_cache(maxsize=512)
-def _at_once(generic: Chain) -> AtOnce | None:
-    """Return where a structure's determinant is seen at a glance, joints being counted from the zeros of the table."""
-    determinant, jacobian = derive(generic).determinant, derive(generic).jacobian
-    turning = [q for q in generic.q if str(q).startswith("theta") and q in determinant.free_symbols]
-    if not 2 <= generic.n <= MOST_ROWS_AT_ONCE or determinant == 0 or not turning:
-        return None
-    still = [q for q in generic.q if str(q).startswith("theta") and q not in turning]
-    best = None
-    for quarters in product(range(4), repeat=len(turning)):
-        turns = dict.fromkeys(still, sp.S.Zero) | {q: k * sp.pi / 2 for q, k in zip(turning, quarters, strict=True)}
-        matrix = jacobian.xreplace(turns)
-        value = only_product(matrix)
-        key = sum(entry == 0 for entry in matrix), -sum(quarters)
-        if value is not None and determinant.xreplace(turns) != 0 and (best is None or key > best[0]):
-            best = key, AtOnce(tuple(turns.items()), matrix, value)
-    return None if best is None else best[1]
-
-
-def _cancels(quotient: sp.Expr, above: sp.Expr, below: sp.Expr) -> bool:
-    """Whether a factor of `below`, or its number, is no more in the quotient that `above` over it is written as."""
-    left = _powers(quotient)
-    if any(left.get(base) != -power for base, power in _powers(below).items()):
-        return True
-    number, other = (abs(product.as_coeff_Mul()[0]) for product in (below, above))
-    return bool(number == other != 1)
-
-
-def _powers(product: sp.Expr) -> dict[sp.Expr, sp.Expr]:
-    """Return the factors of a product that hold symbols, up to their signs, with their powers."""
-    pairs = (factor.as_base_exp() for factor in sp.Mul.make_args(product) if factor.free_symbols)
-    return {sp.expand(-base if base.could_extract_minus_sign() else base): power for base, power in pairs}
-
-
-def _principal(angle: sp.Expr) -> sp.Expr:
-    """Return an angle in (-pi, pi]."""
-    return sp.pi - sp.Mod(sp.pi - angle, 2 * sp.pi) if angle.is_number else angle
 
 
 def without_factor(condition: sp.Expr) -> sp.Expr:

@@ -1,0 +1,104 @@
+"""The families of textbook arms, as families.toml has them: an arm, and what varies from student to student."""
+
+import tomllib
+from collections.abc import Mapping, Sequence
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import sympy as sp
+
+from qdot.exercises.arm.chain import Chain, Joint, Point
+from qdot.exercises.families import axes
+from qdot.exercises.families.base import Axis, Family
+
+FILE = Path(__file__).with_name("families.toml")
+
+RANGES: Mapping[str, Sequence[int]] = {
+    "any angle": axes.ANY_ANGLE,
+    "right angle": axes.RIGHT_ANGLE,
+    "hand": axes.HAND,
+    "height": axes.HEIGHT,
+    "slide": axes.SLIDE,
+    "slide both ways": axes.BOTH_WAYS,
+    "short slide both ways": tuple(length for length in axes.BOTH_WAYS if abs(length) <= 50),
+    "offset": (5, 10, 15, 20, 25),
+    "shoulder": (10, 15, 20, 25),
+    "wide shoulder": (10, 15, 20, 25, 30, 40),
+    "link": (30, 35, 40, 45, 50, 60, 70, 75, 80),
+    "forearm": (35, 40, 45, 50, 60, 70),
+    "upper arm": (50, 60, 70, 75, 80, 90),
+}
+"""Ranges by name: lengths in centimetres, angles in degrees."""
+
+BASES: Mapping[str, Axis] = {
+    "displaced": axes.displace_base,
+    "displaced and rotated": axes.place_in_plane,
+    "raised": axes.raise_base,
+    "raised and rotated": axes.raise_and_rotate_base,
+    "raised and tilted": axes.raise_and_tilt_base,
+    "raised or hung": axes.hang_base,
+    "on floor, ceiling or wall": axes.mount_base,
+}
+POINTS: Mapping[str, Axis] = {"in table or frame": axes.place_point, "beyond the slide": axes.place_point_beyond}
+
+
+def read_families() -> list[Family]:
+    """Return the families in the order of the file."""
+    content = tomllib.loads(FILE.read_text(encoding="utf-8"))
+    return [_read_family(name, entry) for name, entry in content.items()]
+
+
+def _read_family(name: str, entry: Mapping[str, Any]) -> Family:
+    tool = Point(entry["point"]) if "point" in entry else None
+    chain = Chain(name, read_table(entry["table"]), tuple(entry["task"].split()), tool=tool, title=entry["arm"])
+    return Family(name, entry["title"], entry["source"], chain, _read_axes(entry["vary"]))
+
+
+def _read_axes(vary: Mapping[str, Any]) -> dict[str, Axis]:
+    lengths = {symbol: _find_range(values) for symbol, values in vary.get("lengths", {}).items()}
+    chosen: dict[str, Axis] = {
+        "zeros": partial(axes.shift_zeros, ranges={int(i): _find_range(values) for i, values in vary["zeros"].items()}),
+        "senses": partial(axes.reverse_axes, groups=vary["senses"]),
+        "base": BASES[vary["base"]],
+    }
+    if "together" in vary:
+        chosen["lengths"] = partial(axes.set_lengths_together, ranges=lengths)
+    elif lengths:
+        chosen["lengths"] = partial(axes.set_lengths, ranges=lengths, stay_open=vary.get("open", ()))
+    if "frames" in vary:
+        chosen["tool"] = partial(axes.choose_frame, frames=vary["frames"])
+    elif "beside" in vary:
+        chosen["tool"] = partial(axes.place_point_beside, ranges=vary["beside"])
+    else:
+        chosen["tool"] = POINTS[vary["point"]]
+    if "upright" in vary:
+        chosen["task"] = axes.stand_upright
+    return chosen
+
+
+def _find_range(values: str | Sequence[int]) -> Sequence[int]:
+    return RANGES[values] if isinstance(values, str) else values
+
+
+def read_table(rows: Sequence[str]) -> tuple[Joint, ...]:
+    """Return the joints of a table whose rows are kind, d (theta of a prismatic joint), a and alpha.
+
+    A revolute joint may have the angle of its zero at the end. Angles are in degrees.
+
+    >>> read_table(["R d1 a1 -90", "P 0 0 0"])[0]
+    Joint(kind='R', theta=theta1, d=d1, a=a1, alpha=-pi/2)
+    """
+    joints = []
+    for number, row in enumerate(rows, 1):
+        kind, fixed_entry, a, alpha, *zero = row.split()
+        if kind == "R":
+            theta, d = sp.Symbol(f"theta{number}") + axes.degrees(int(zero[0]) if zero else 0), _length(fixed_entry)
+        else:
+            theta, d = axes.degrees(int(fixed_entry)), sp.Symbol(f"d{number}")
+        joints.append(Joint(kind, theta, d, _length(a), axes.degrees(int(alpha))))
+    return tuple(joints)
+
+
+def _length(name: str) -> sp.Expr:
+    return sp.S.Zero if name == "0" else sp.Symbol(name)
