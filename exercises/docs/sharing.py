@@ -123,18 +123,6 @@ def count_sharing(keys: Iterable[Hashable]) -> int:
     return sum(count for count in Counter(keys).values() if count > 1)
 
 
-def known_share(family: str, step: str, question: str) -> tuple[int, int] | None:
-    """Return how many students share an answer, and of how many; None if it was not measured.
-
-    >>> known_share("planar-2r", "chapter", "jacobian")
-    (500, 500)
-    """
-    family_shares = load_measured()["formulas"].get(family, {"students": 0, "steps": {}})
-    groups = family_shares["steps"].get(step, {})
-    counts = [groups[group] for group, (names, _) in GROUPS.items() if question in names and group in groups]
-    return (counts[0], family_shares["students"]) if counts else None
-
-
 @cache
 def load_measured() -> dict[str, Any]:
     """Return the stored measurements."""

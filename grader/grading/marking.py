@@ -17,7 +17,7 @@ from qdot.grader.diagnosis.diagnosis import Cause, diagnose
 from qdot.grader.diagnosis.follow_through import Followed, IsCopied, follow, nothing_copied
 from qdot.grader.diagnosis.groups import group_of
 from qdot.grader.diagnosis.term_overlap import has_terms
-from qdot.grader.grading.partial_credit import give_partial_credit
+from qdot.grader.grading.partial_credit import AnswerToCredit, give_partial_credit
 from qdot.grader.judging.answer import ParsedAnswer
 from qdot.grader.judging.answer_parser import read_answer
 from qdot.grader.judging.functions import SHOWN, is_table
@@ -88,7 +88,9 @@ def share_earned(problem: Problem, part: Part, text: str) -> Fraction:
     """Return the share of a part's points that an answer earns by itself, as it is typed; the same at every call."""
     seed = f"{problem.id}/{part.name}"
     parsed = read_answer(problem, part, text, seed)
-    judgement = give_partial_credit(problem, part, judge_given(problem, part, parsed, seed), parsed, seed)
+    judgement = give_partial_credit(
+        AnswerToCredit(problem, part, parsed, seed), judge_given(problem, part, parsed, seed)
+    )
     return Fraction(judgement.share).limit_denominator(1000)
 
 
@@ -118,7 +120,8 @@ class _ProblemMarking:
             with self.time.judging.spend():
                 parsed = self.parsed[part.name] = read_answer(self.problem, part, text, points_seed)
                 judgement = judge_given(self.problem, part, parsed, seed)
-                return give_partial_credit(self.problem, part, judgement, parsed, seed, self.rules.is_copied)
+                answer = AnswerToCredit(self.problem, part, parsed, seed)
+                return give_partial_credit(answer, judgement, self.rules.is_copied)
         except Overlong:
             return _out_of_time(self.time.judging)
         except Exception as error:  # an error of qdot, whatever it is, must not become a mark

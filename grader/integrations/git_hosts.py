@@ -73,17 +73,20 @@ def host_named(name: str, environment: Mapping[str, str]) -> Host:
     if not token:
         raise QdotError(f"{TOKEN} is not set; it is the token by which students' repositories are read (docs/ci.md)")
 
-    def said(variable: str, default: str = "") -> str:
+    def setting(variable: str, default: str = "") -> str:
         return (environment.get(variable) or default).rstrip("/")
 
     if name == "github":
-        server, api = said("GITHUB_SERVER_URL", "https://github.com"), said("GITHUB_API_URL", "https://api.github.com")
-        return Host(server, api, said("GITHUB_REPOSITORY_OWNER"), "x-access-token", _pushes_on_github, token)
-    server = said("CI_SERVER_URL", "https://gitlab.com")
+        server, api = (
+            setting("GITHUB_SERVER_URL", "https://github.com"),
+            setting("GITHUB_API_URL", "https://api.github.com"),
+        )
+        return Host(server, api, setting("GITHUB_REPOSITORY_OWNER"), "x-access-token", _pushes_on_github, token)
+    server = setting("CI_SERVER_URL", "https://gitlab.com")
     return Host(
         server,
-        said("CI_API_V4_URL", f"{server}/api/v4"),
-        said("CI_PROJECT_NAMESPACE"),
+        setting("CI_API_V4_URL", f"{server}/api/v4"),
+        setting("CI_PROJECT_NAMESPACE"),
         "oauth2",
         _pushes_on_gitlab,
         token,

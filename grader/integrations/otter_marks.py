@@ -25,11 +25,11 @@ NAME = "qdot_marks"
 
 @dataclass(frozen=True)
 class Mark:
-    """What a part earned: its points, the most that it may earn, and what is said of it."""
+    """What a part earned: its points, the most that it may earn, and the feedback."""
 
     points: float
     of: float
-    said: str
+    feedback: str
 
 
 def results_for(
@@ -77,4 +77,4 @@ def require_full_points(marks: Mapping[str, Mapping[str, Any]] | None, part: str
         raise AssertionError("qdot has not marked this notebook, so that it earns nothing")
     mark = Mark(**marks[part])
     if mark.points < mark.of:
-        raise AssertionError(mark.said)
+        raise AssertionError(mark.feedback)

@@ -34,7 +34,6 @@ class PartOfClass:
     share: float | None
     discrimination: Interval | None
     followed: int
-    by_hand: int
 
     @property
     def graded(self) -> int:
@@ -155,7 +154,6 @@ def summarize_parts(assignment: Assignment, results: Sequence[Result]) -> list[P
                 statistics.fmean(shares) if shares else None,
                 discrimination(rows, index) if rows else None,
                 sum(part.followed_from is not None for part in answers),
-                sum(part.override is not None and part.override.points is not None for part in answers),
             )
         )
     return of_class

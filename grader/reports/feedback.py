@@ -86,7 +86,7 @@ class ProblemOnPage:
     id: str
     title: str
     figure: str
-    given: str
+    statement: str
     parts: tuple[PartOnPage, ...]
 
     @property
@@ -181,7 +181,7 @@ def _problems(assignment: Assignment, student: Student, result: Result) -> list[
             id=f"problem-{number}",
             title=f"Problem {number}: {problem.title}",
             figure=stored.figure(slot, problem),
-            given=_add_caption(stored.statement(slot, problem), problem),
+            statement=_add_caption(stored.statement(slot, problem), problem),
             parts=_parts(stored, number, slot, problem, problem_result.parts, assignment.feedback),
         )
         for number, ((slot, problem), problem_result) in enumerate(
