@@ -1,4 +1,4 @@
-"""What nbgrader runs in the place of its own steps, so that `nbgrader autograde` marks by qdot: `configure(c)`.
+"""Replace nbgrader's own steps so that `nbgrader autograde` marks by qdot: `configure(c)`.
 
 Assignments whose folder is qdot/ASSIGNMENT in the course are marked by qdot: no kernel is started, the notebook as it
 was handed in runs in qdot's sandbox, and is compared with the problems of the student whom nbgrader names. Every other
@@ -37,7 +37,7 @@ Handed = tuple[NotebookNode, Any]
 def configure(c: Any) -> None:
     """Set nbgrader's configuration; what else is set in it stays.
 
-    Raises QdotError for an nbgrader that has other steps than those that are to be replaced.
+    Raises QdotError if this nbgrader has other steps than those to be replaced.
     """
     traits = Autograde.class_traits()
     sanitize, steps = (list(traits[f"{name}_preprocessors"].default()) for name in ("sanitize", "autograde"))
@@ -49,10 +49,10 @@ def configure(c: Any) -> None:
 
 
 class MakeWhole(NbGraderPreprocessor):
-    """Gives a student's notebook the cells that it had, before nbgrader looks at them."""
+    """Restore the cells of a student's notebook before nbgrader looks at them."""
 
     def preprocess(self, nb: NotebookNode, resources: Any) -> Handed:
-        """Return the notebook with its cells. Raises QdotError where an assignment of qdot has lost its folder."""
+        """Return the notebook with its cells. Raises QdotError if an assignment of qdot has lost its folder."""
         about = resources["nbgrader"]
         with Gradebook(about["db_url"]) as gradebook:
             pattern = gradebook.find_notebook(about["notebook"], about["assignment"])
@@ -76,12 +76,12 @@ class MakeWhole(NbGraderPreprocessor):
 
 
 class Mark(Execute):
-    """Marks by qdot; what is no assignment of qdot is run by nbgrader."""
+    """Mark by qdot; assignments that are not qdot's are run by nbgrader."""
 
     seconds = Float(Limits.seconds, help="Processor time that a student's notebook may take.").tag(config=True)
 
     def preprocess(self, nb: NotebookNode, resources: Any, *others: Any, **named: Any) -> Handed:
-        """Return the notebook with the marks and the reasons. Raises QdotError where there can be no mark."""
+        """Return the notebook with the marks and the reasons. Raises QdotError if there can be no mark."""
         about = resources["nbgrader"]
         assignment = _assignment_of_qdot(self, about["assignment"])
         if assignment is None:
@@ -101,10 +101,10 @@ class Mark(Execute):
 
 
 class Late(AssignLatePenalties):
-    """Takes off what assignment.toml says; by nbgrader's own rule where the assignment is none of qdot's."""
+    """Apply the late rule of assignment.toml, or nbgrader's own if the assignment is not qdot's."""
 
     def preprocess(self, nb: NotebookNode, resources: Any) -> Handed:
-        """Return the notebook as it is, after its penalty is in the database."""
+        """Return the notebook unchanged, after writing its penalty to the database."""
         if "qdot" not in resources:
             return super().preprocess(nb, resources)
         about = resources["nbgrader"]
@@ -116,7 +116,7 @@ class Late(AssignLatePenalties):
 
 
 def _course(step: Any) -> Any:
-    """Return nbgrader's description of the course in which a step of a conversion is done."""
+    """Return nbgrader's description of the course of a conversion step."""
     return step.parent.parent.coursedir
 
 
@@ -126,7 +126,7 @@ def _submission_folder(step: Any, about: Any) -> Path:
 
 
 def _assignment_of_qdot(step: Any, key: str) -> Assignment | None:
-    """Return the assignment by which qdot marks; None where it is none of qdot's. Raises QdotError."""
+    """Return the assignment by which qdot marks; None if it is not qdot's. Raises QdotError."""
     folder = Path(_course(step).root, FOLDER, key)
     if not folder.is_dir():
         return None
@@ -148,7 +148,7 @@ def _grade(assignment: Assignment, identifier: str, file: Path, step: Mark) -> R
 
 @cache
 def _check_sandbox_once(strict: bool) -> None:
-    """Say what this machine does not enforce, once. Raises QdotError where the assignment demands that it does."""
+    """Report once what this machine does not enforce. Raises QdotError if the assignment requires it."""
     check_sandbox(strict)
 
 
