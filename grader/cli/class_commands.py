@@ -164,7 +164,7 @@ def verify(
             failed.update(failure.kind for failure in failures[:1])
             passed[task.identity.family] += not failures
             for failure in failures:
-                if failure.message not in printed:  # what concerns all problems of a student is told once
+                if failure.message not in printed:  # a message that concerns all problems of a student is printed once
                     say(failure.message)
                 printed.add(failure.message)
     if family == "all":
@@ -394,7 +394,7 @@ class _ClassGrading:
 
 
 def _note_ownerless(assignment: Assignment, submitted: SubmissionFolder) -> None:
-    """Tell the staff which files are of nobody on the roster, or not surely of one student."""
+    """Tell the staff which files belong to nobody on the roster, or possibly to several students."""
     for message in submitted.unsure:
         note(message)
     for name in submitted.strangers:
@@ -421,7 +421,7 @@ def _grade_student(assignment: Assignment, path: Path | None, name: str, receive
 
 
 def _check_graded(results: list[Result]) -> None:
-    """Say who has no mark because a limit was exceeded. Raises QdotError where qdot failed."""
+    """Report the students who have no mark because a limit was exceeded. Raises QdotError if qdot failed."""
     over = [result.student for result in results if status(result) == "over limit"]
     if over:
         note(
@@ -478,7 +478,7 @@ def doctor(as_json: AsJson = False) -> None:
 
 
 def _tell_notes(results: list[Result]) -> None:
-    """Tell the staff what is odd, a line for each student and note; other editions in one line for the whole class."""
+    """Tell the staff what is odd, in a line for each student and note; outdated notebooks in one line for the class."""
     for result in results:
         for message in list_staff_notes(result):
             if message != OTHER_EDITION:

@@ -112,7 +112,7 @@ FILES = ("blank", "cut off", "another assignment", "never handed in")
 """The other ways in which notebooks of a class end."""
 
 RIGHT = 15
-"""So many students, beside the usual mistakes, have everything right, in one of two forms."""
+"""The number of students who have everything right, in one of two forms, beside those with the usual mistakes."""
 
 
 def kinds() -> list[str]:

@@ -92,7 +92,7 @@ def export(
     after = replace(assignment, redrawn=read_redrawn(folder))
     for message in (*describe_redraws(assignment, after), *dict.fromkeys(map(str, failed_slots))):
         note(message)
-    if failed and failed_slots:  # both are reported, and one of them is the error
+    if failed and failed_slots:  # both are reported, the latter as the error
         note(_describe_failures(failed, names))
     raise_left_out(after, failed_slots, certify_by(find_failures))
     if failed:

@@ -42,7 +42,7 @@ def outlets_page() -> str:
 
 
 def _records() -> Iterator[dict[str, str]]:
-    """Yield what is kept of the runs in the real programs (tests/platforms), with their counts in words."""
+    """Yield the records of runs in the real programs (tests/platforms), with their counts in words."""
     for path in RUNS.glob("*.json"):
         run = json.loads(path.read_text(encoding="utf-8"))
         counts = (

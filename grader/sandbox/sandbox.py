@@ -157,7 +157,7 @@ NEEDED, ONE_OF = {"seccomp", "limits", "privileges"}, {"namespaces", "landlock"}
 
 @dataclass(frozen=True)
 class _Message:
-    """What the process that forks says: that it is ready, why it is not, what is used, or how a notebook ended.
+    """A message of the forking process: that it is ready, or why not, what a notebook has used, or how it ended.
 
     `lacking` says which measures can't be taken, and why. A notebook is ended by a `signal`, 0 for none; its `seconds`
     are of processor time, as those `used` so far, and its `memory` is in bytes.

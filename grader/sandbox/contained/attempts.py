@@ -1,7 +1,7 @@
-"""What a probe tries in a notebook's place, past the audit hook: whatever succeeds is not contained on this machine.
+"""What a probe tries instead of a notebook, without the audit hook: whatever succeeds is not prevented on this machine.
 
-Each attempt returns what it achieved, in words; it raises OSError, or another exception, where it was refused. Those
-that are stopped by being killed are made `ALONE`, each in a notebook's place of its own.
+Each attempt returns what it achieved, in words; it raises OSError, or another exception, if it was refused. Attempts
+that end with the death of their process are made `ALONE`, each in a process of its own.
 """
 
 import contextlib
@@ -24,11 +24,11 @@ except ImportError:  # Windows, where this is imported, and never runs
     fcntl = None  # type: ignore[assignment]
 
 MOST, MOST_WRITTEN = 200, 256_000_000
-"""So many processes are no longer a limit, nor are so many bytes: four times the quota, where it has to be counted."""
+"""Numbers of processes and of bytes that show that nothing limits them; the bytes are four times the quota."""
 
 
 def make(targets: dict[str, Any], report: Callable[[dict[str, Any]], None]) -> None:
-    """Make every attempt, or the one that is `alone`; report what each achieved, nothing where it was refused."""
+    """Make every attempt, or the one that is `alone`; report what each achieved, "" if it was refused."""
     signal.signal(signal.SIGXCPU, signal.SIG_IGN)
     alone = targets["alone"]
     for guarantees, attempt in ATTEMPTS if alone is None else (ALONE[alone],):
@@ -96,7 +96,7 @@ def _fill_nameless(_: dict[str, Any]) -> str:
 
 
 def _nest(_: dict[str, Any]) -> str:
-    """Leave folders that are hard to remove; whether they are gone afterwards is for the grader to see."""
+    """Leave folders that are hard to remove; the grader looks whether they are gone afterwards."""
     os.mkdir("closed")
     os.mkdir("closed/inner", 0)
     with contextlib.suppress(OSError):  # refused where libraries could be closed in this way, too
@@ -148,7 +148,7 @@ def _start(_: dict[str, Any]) -> str:
 
 
 def _multiply(_: dict[str, Any]) -> str:
-    """Start processes that leave their session and wait; they hold the pipe, so that it tells when all have ended."""
+    """Start processes that leave their session and wait; they hold the pipe, which closes when all have ended."""
     for number in range(MOST):
         try:
             pid = os.fork()
@@ -204,11 +204,10 @@ ATTEMPTS: tuple[Attempt, ...] = (
     ("memory", _allocate), ("memory", _share_memory), ("privileges", _unshare), ("processes", _trace),
     ("processes", _start), ("privileges", _change_root), ("privileges", _hurry), ("processes memory", _multiply),
 )  # fmt: skip
-"""In the order in which they are made, each with the guarantees that it is against: who may have many processes has the
-memory of many."""
+"""The attempts in order, each with the guarantees that it tests: many processes also have the memory of many."""
 
 ALONE: tuple[Attempt, ...] = (
     ("files", _fill), ("files", _fill_many), ("files", _fill_nameless), ("files", _nest),
     ("processes", _signal_by_descriptor),
 )  # fmt: skip
-"""Those that are each made in a notebook's place of its own."""
+"""The attempts that are each made in a process of their own."""
