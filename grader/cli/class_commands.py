@@ -8,7 +8,7 @@ import time
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping
 from contextlib import closing
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from statistics import fmean
 from typing import Annotated, Any
@@ -324,8 +324,8 @@ def grade(
         points = f"{format_points(results[0].score)} of {format_points(results[0].max_score)} points"
         summary = f"{results[0].student}: {status(results[0])}, {points}"
     else:
-        grading = _ClassGrading(assignment, submissions or folder / "submitted", limits_of(seconds), jobs)
-        earlier, results, summary = grading.run(allow_missing)
+        place = submissions or folder / "submitted"
+        earlier, results, summary = _grade_class(assignment, place, limits_of(seconds), jobs, allow_missing)
         if diff:
             tell(describe_moves(earlier, results))
     tell(summary)
@@ -337,60 +337,57 @@ def grade(
         raise typer.Exit(1)
 
 
-@dataclass(frozen=True)
-class _ClassGrading:
-    """A class that is graded: its submissions (a folder or a zip), on several processes."""
+def _grade_class(
+    assignment: Assignment, place: Path, limits: Limits, jobs: int, allow_missing: bool
+) -> tuple[Mapping[str, Result], list[Result], str]:
+    """Grade a class's submissions, in a folder or a zip, and write feedback.
 
-    assignment: Assignment
-    submissions: Path
-    limits: Limits
-    jobs: int
+    Returns the results of the last run, the new ones, and a summary.
+    """
+    from qdot.grader.reports.write import write_reports
 
-    def run(self, allow_missing: bool) -> tuple[Mapping[str, Result], list[Result], str]:
-        """Grade the class and write feedback; return the results of the last run, the new ones, and a summary."""
-        from qdot.grader.reports.write import write_reports
+    with open_submissions(place) as root:
+        submitted = find_submissions(assignment, root)
+        check_class(assignment, submitted, root, place)
+        _note_ownerless(assignment, submitted)
+        check_sandbox(assignment.sandbox == "strict")
+        with alone(assignment.folder):
+            earlier = earlier_results(assignment)
+            if not allow_missing:
+                _check_all_there(assignment, place, earlier, submitted.by_student)
+            with progress("grading", len(assignment.roster)) as counter:
+                jobs = min(jobs, len(assignment.roster))
+                results = grade_class(assignment, submitted.by_student, jobs, limits, lambda _: counter.step())
+            with progress("writing feedback", len(results)) as counter:
+                results = write_reports(assignment, results, jobs, counter.step)
+    _tell_notes(results)
+    groups = Counter(part.group for result in results for part in result.parts.values() if part.group is not None)
+    by_size = [group for group, _ in groups.most_common()]
+    for message in note_unused_groups(assignment, read_overrides(assignment), by_size):
+        note(message)
+    ownerless = len(submitted.unsure) + len(submitted.strangers)
+    if not ownerless and all(result.submission is None for result in results):
+        note(f"nobody has handed in anything: put what comes back into {place}, as STUDENT/{assignment.key}.ipynb")
+    return earlier, results, _summary(results, assignment.folder, ownerless)
 
-        assignment = self.assignment
-        with open_submissions(self.submissions) as root:
-            submitted = find_submissions(assignment, root)
-            check_class(assignment, submitted, root, self.submissions)
-            _note_ownerless(assignment, submitted)
-            check_sandbox(assignment.sandbox == "strict")
-            with alone(assignment.folder):
-                earlier = earlier_results(assignment)
-                if not allow_missing:
-                    self._check_all_there(earlier, submitted.by_student)
-                with progress("grading", len(assignment.roster)) as counter:
-                    jobs = min(self.jobs, len(assignment.roster))
-                    results = grade_class(assignment, submitted.by_student, jobs, self.limits, lambda _: counter.step())
-                with progress("writing feedback", len(results)) as counter:
-                    results = write_reports(assignment, results, min(self.jobs, len(results)), counter.step)
-        _tell_notes(results)
-        groups = Counter(part.group for result in results for part in result.parts.values() if part.group is not None)
-        by_size = [group for group, _ in groups.most_common()]
-        for message in note_unused_groups(assignment, read_overrides(assignment), by_size):
-            note(message)
-        ownerless = len(submitted.unsure) + len(submitted.strangers)
-        if not ownerless and all(result.submission is None for result in results):
-            place = f"{self.submissions}, as STUDENT/{assignment.key}.ipynb"
-            note(f"nobody has handed in anything: put what comes back into {place}")
-        return earlier, results, _summary(results, assignment.folder, ownerless)
 
-    def _check_all_there(self, earlier: Mapping[str, Result], by_student: Mapping[str, StudentFiles]) -> None:
-        """Raise QdotError if students had submitted at the last run and have not now: they would lose their marks.
+def _check_all_there(
+    assignment: Assignment, place: Path, earlier: Mapping[str, Result], by_student: Mapping[str, StudentFiles]
+) -> None:
+    """Raise QdotError if students had submitted at the last run and have not now: they would lose their marks.
 
-        This happens with a second zip of latecomers only, or if a platform's zip was graded and is not named again.
-        """
-        names = [student.id for student in self.assignment.roster]
-        submitted = {name for name, result in earlier.items() if result.submission is not None}
-        lost = [name for name in names if name not in by_student and name in submitted]
-        if lost:
-            some = ", ".join(lost[:5]) + (f" and {len(lost) - 5} more" if len(lost) > 5 else "")
-            raise QdotError(
-                f"{self.submissions}: nothing is here of {len(lost)} of {len(names)} students, who had handed in at "
-                f"the last run: {some}; put theirs with the rest, everybody's into one folder or zip, or say "
-                "--allow-missing to take their marks away"
-            )
+    This happens with a second zip of latecomers only, or if a platform's zip was graded and is not named again.
+    """
+    names = [student.id for student in assignment.roster]
+    submitted = {name for name, result in earlier.items() if result.submission is not None}
+    lost = [name for name in names if name not in by_student and name in submitted]
+    if lost:
+        some = ", ".join(lost[:5]) + (f" and {len(lost) - 5} more" if len(lost) > 5 else "")
+        raise QdotError(
+            f"{place}: nothing is here of {len(lost)} of {len(names)} students, who had handed in at "
+            f"the last run: {some}; put theirs with the rest, everybody's into one folder or zip, or say "
+            "--allow-missing to take their marks away"
+        )
 
 
 def _note_ownerless(assignment: Assignment, submitted: SubmissionFolder) -> None:
