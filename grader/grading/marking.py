@@ -8,6 +8,7 @@ from typing import TypeVar
 
 import numpy as np
 
+from qdot.exercises.assignment.assignment import Assignment
 from qdot.exercises.mistakes.catalogue import NO_WEIGHTS, MistakeWeights
 from qdot.exercises.problem.credit import HALF
 from qdot.exercises.problem.problem import Part, Problem
@@ -231,6 +232,13 @@ def _entries(part: Part, judgement: Judgement) -> tuple[tuple[bool, ...], ...] |
         return judgement.entries
     rows, columns = part.shape or (0, 0)
     return ((True,) * columns,) * rows or None
+
+
+def max_points_of_parts(assignment: Assignment) -> dict[str, float]:
+    """Return the most points of every part, by its name in the assignment, as in "p1.jacobian"."""
+    slots = assignment.slots
+    names = [f"{slot.name}.{question}" for slot in slots for question in slot.questions]
+    return dict(zip(names, (points for slot in slots for points in slot.max_points), strict=True))
 
 
 def share_of_points(points: float, share: float, credit: Fraction = Fraction(1)) -> float:

@@ -23,7 +23,7 @@ from qdot.exercises.common.errors import QdotError
 from qdot.exercises.exports.nbgrader import SIGN
 from qdot.grader.cli.class_commands import check_sandbox
 from qdot.grader.grading.batch import files_of_one, grade_one, limits_of, student_named
-from qdot.grader.grading.marking import format_points
+from qdot.grader.grading.marking import format_points, max_points_of_parts
 from qdot.grader.grading.result import Result
 from qdot.grader.integrations.nbgrader_cells import GENERATE, fill_in, restore_cells, without_self_checks
 from qdot.grader.reports.rows import make_rows
@@ -64,11 +64,7 @@ class MakeWhole(NbGraderPreprocessor):
                     f"{about['assignment']} is marked by qdot, and {FOLDER}/{about['assignment']} is missing"
                 )
             return nb, resources
-        points = {
-            f"{slot.name}.{part}": worth
-            for slot in assignment.slots
-            for part, worth in zip(slot.questions, slot.max_points, strict=True)
-        }
+        points = max_points_of_parts(assignment)
         if sum(source.startswith(SIGN) for source in sources) != len(points):
             raise QdotError(f"nbgrader knows other cells than {about['assignment']} has; {GENERATE}")
         nb.cells = [from_dict(cell) for cell in restore_cells(nb.cells, points)]
@@ -86,9 +82,7 @@ class Mark(Execute):
         assignment = _assignment_of_qdot(self, about["assignment"])
         if assignment is None:
             return super().preprocess(nb, resources, *others, **named)
-        result = _grade(
-            assignment, about["student"], _submission_folder(self, about) / f"{about['notebook']}.ipynb", self
-        )
+        result = _grade(assignment, about, self)
         rows = make_rows(result, assignment.feedback)
         fill_in(nb.cells, rows)
         problems = assignment.problems(about["student"])
@@ -120,11 +114,6 @@ def _course(step: Any) -> Any:
     return step.parent.parent.coursedir
 
 
-def _submission_folder(step: Any, about: Any) -> Path:
-    course = _course(step)
-    return Path(course.root, course.format_path(course.submitted_directory, about["student"], about["assignment"]))
-
-
 def _assignment_of_qdot(step: Any, key: str) -> Assignment | None:
     """Return the assignment by which qdot marks; None if it is not qdot's. Raises QdotError."""
     folder = Path(_course(step).root, FOLDER, key)
@@ -136,13 +125,15 @@ def _assignment_of_qdot(step: Any, key: str) -> Assignment | None:
     return assignment
 
 
-def _grade(assignment: Assignment, identifier: str, file: Path, step: Mark) -> Result:
-    student = student_named(assignment, identifier)
+def _grade(assignment: Assignment, about: Any, step: Mark) -> Result:
+    """Return the result of the submission that nbgrader describes."""
+    student, course = student_named(assignment, about["student"]), _course(step)
     _check_sandbox_once(assignment.sandbox == "strict")
-    received = _course(step).get_existing_timestamp(str(file.parent))
+    folder = Path(course.root, course.format_path(course.submitted_directory, student.id, about["assignment"]))
+    received = course.get_existing_timestamp(str(folder))
     if received is not None and received.tzinfo is None:
         received = received.replace(tzinfo=datetime.UTC)
-    handed_in = files_of_one(assignment, file, received, "nbgrader")
+    handed_in = files_of_one(assignment, folder / f"{about['notebook']}.ipynb", received, "nbgrader")
     return grade_one(assignment, student, handed_in, limits_of(step.seconds))
 
 

@@ -89,16 +89,6 @@ class ProblemOnPage:
     statement: str
     parts: tuple[PartOnPage, ...]
 
-    @property
-    def points(self) -> float:
-        """The points of all parts that have any."""
-        return sum(part.result.points or 0.0 for part in self.parts)
-
-    @property
-    def max_points(self) -> float:
-        """The most points of all parts."""
-        return sum(part.result.max_points for part in self.parts)
-
 
 def page_fingerprint(assignment: Assignment, student: Student, result: Result) -> str:
     """Return a short text that changes whenever the page does; the page holds it."""
