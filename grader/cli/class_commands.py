@@ -44,7 +44,7 @@ from qdot.grader.grading.batch import (
     student_named,
 )
 from qdot.grader.grading.certificates import Kind
-from qdot.grader.grading.certify import CERTIFIER, Task, find_former_students, list_tasks, make_record
+from qdot.grader.grading.certify import CERTIFIER, Task, find_former_students, list_tasks
 from qdot.grader.grading.class_check import check_class, check_secret, load_class, read_sample
 from qdot.grader.grading.history import describe_moves, earlier_results
 from qdot.grader.grading.marking import format_points
@@ -73,7 +73,7 @@ def generate(
 
     A problem leaves only if it passes its certificate, which certificates/STUDENT/KEY.json keeps for `qdot verify`. One
     that does not is drawn anew for its student, which DIR/redrawn.csv tells; where no draw passes, the student is left
-    out, all others have their notebooks, and the command leaves with code 2 and says what could be asked instead.
+    out, all others have their notebooks, and the command leaves with code 2 and says which problems to change.
     Every student has released/STUDENT/KEY.ipynb, and the staff solutions/STUDENT/KEY.ipynb. Notebooks that are up
     to date are kept, so that a run that was stopped goes on where it was.
 
@@ -110,7 +110,7 @@ def generate(
         named = ", ".join(former[:3]) + (f" and {len(former) - 3} more" if len(former) > 3 else "")
         released = folder / "released"
         note(f"{released} still has notebooks of who is not on the roster ({named}): hand these out to nobody")
-    raise_left_out(after, failed, make_record)
+    raise_left_out(after, failed)
 
 
 def verify(

@@ -33,17 +33,6 @@ STOPPED = {
 }
 """What is printed when Ctrl-C or SIGTERM stops a command, if there is more to say than "stopped"."""
 
-WORKERS = {
-    "generate": ("qdot.exercises.assignment.release", "qdot.grader.grading.certify"),
-    "grade": ("qdot.grader.grading.batch", "qdot.grader.reports.write"),
-    "demo": (
-        "qdot.exercises.assignment.release", "qdot.grader.grading.certify", "qdot.grader.grading.batch",
-        "qdot.grader.reports.write",
-    ),
-}  # fmt: skip
-"""The modules that worker processes of a command need; they load them while the command loads its own."""
-
-
 COMMANDS = {
     **dict.fromkeys(("init", "families", "questions", "show", "robots", "solve"), "qdot.grader.cli.problem_commands"),
     **dict.fromkeys(("verify", "generate", "compare", "grade", "doctor"), "qdot.grader.cli.class_commands"),
@@ -172,8 +161,6 @@ def _leave(message: str, code: int) -> NoReturn:
 
 
 def _stop_at_once(number: int, _: object) -> NoReturn:
-    if (parallel := sys.modules.get("qdot.exercises.common.parallel")) is not None:
-        parallel.stop_loading()
     os.write(2, f"qdot: {STOPPED.get(' '.join(sys.argv[1:2]), 'stopped')}\n".encode())
     os._exit(128 + number)
 
@@ -232,10 +219,6 @@ def main() -> None:
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(encoding=_encoding(stream), errors="replace")  # a terminal that knows no "θ" shows "?"
-    if (modules := WORKERS.get(" ".join(sys.argv[1:2]))) and "--help" not in sys.argv:
-        from qdot.exercises.common.parallel import load_ahead
-
-        load_ahead(modules)
     program(needed_part(sys.argv[1:], os.environ))()
 
 
