@@ -48,12 +48,6 @@ from tests.tools.structures import (
 RANDOM = ("random-2", "random-3", "random-4")
 
 
-def regular_tables(angles: bool) -> int:
-    """How many DH tables of three joints are regular in some task."""
-    forms = regular_forms(3)
-    return sum(2 ** sum(row.twist for row in rows) for rows in tables(3, angles) if normal_form(rows) in forms)
-
-
 def test_the_numbers_of_tables_are_those_that_were_counted_before() -> None:
     """Counts of the shared mathematics: tables, and those of three joints that are regular in some task."""
     assert (count_tables(2, False), count_tables(3, False), count_tables(3, True)) == (108, 1944, 4608)
