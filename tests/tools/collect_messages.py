@@ -91,7 +91,7 @@ def _find_messages() -> Iterator[FoundMessage]:
 
 def _errata_texts() -> Iterator[str]:
     """Yield the texts of the chapter's errata that have words outside of formulas."""
-    for entry in tomllib.loads((_HERE / "docs" / "errata.toml").read_text(encoding="utf-8"))["erratum"]:
+    for entry in tomllib.loads((_EXERCISES / "docs" / "errata.toml").read_text(encoding="utf-8"))["erratum"]:
         *texts, values = entry.values()
         for text in (*texts, *(text for pair in values for text in pair)):
             if re.search("[a-z]{2}", re.sub(r"\$[^$]*\$", "", text)):

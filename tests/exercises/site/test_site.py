@@ -50,7 +50,7 @@ def assets(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
 def uncertified(assets: None) -> Iterator[None]:
     """Certificates take longer than all that is looked at here."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(command, "failures_of", lambda _: [])
+        patch.setattr(command, "find_failures", lambda _: [])
         yield
 
 
@@ -173,7 +173,7 @@ def test_what_cannot_be_certified_is_drawn_anew_and_at_last_left_out(
         is_wrong = seed in wrong or (seed % 1000 == 1 and 1 not in wrong)
         return ["put in"] if "determinant" in names and is_wrong else []
 
-    monkeypatch.setattr(command, "failures_of", failures)
+    monkeypatch.setattr(command, "find_failures", failures)
     monkeypatch.setattr(supply, "DRAWS", 3)  # each of 10 would be made with all questions
     arguments = ordered(site)
     run(*arguments)
