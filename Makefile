@@ -108,10 +108,10 @@ docs: $(VENV)/.dev  ## write the pages of docs/ that are made from the code
 	$(PY) -m qdot.grader.cli.reference_pages
 
 shipped: $(VENV)/.dev  ## work out what structures of the registered families give, for the wheel, after a change of their code (two minutes)
-	$(PY) -m qdot.exercises.docs.shipped
+	$(PY) -m tests.tools.shipped
 
 sharing: $(VENV)/.dev  ## measure how many of 500 students would share an answer, for docs/variation.md (ten minutes)
-	$(PY) -m qdot.exercises.docs.sharing
+	$(PY) -m tests.tools.sharing
 
 messages: $(VENV)/.dev  ## collect all texts for the languages, merge them into exercises/locale, and say what is left to translate
 	$(PY) -m tests.tools.collect_messages

@@ -40,6 +40,7 @@ if TYPE_CHECKING:
     from qdot.exercises.verify import certify as certify
     from qdot.grader.diagnosis.diagnosis import diagnose as diagnose
     from qdot.grader.grading.check import check_notebook as check_notebook
+    from qdot.grader.grading.marking import MarkingRules as MarkingRules
     from qdot.grader.grading.marking import mark as mark
     from qdot.grader.grading.notebook import grade_notebook as grade_notebook
     from qdot.grader.judging.answer import ParsedAnswer as ParsedAnswer
@@ -59,7 +60,7 @@ _HOMES = {
     "exercises.problem.problem": ("ENGINE", "Part", "Problem", "ProblemId"), "exercises.quizzes": ("ASKED",),
     "exercises.solve.solver": ("Solution", "solve"), "exercises.verify": ("ProblemCertificate", "certify"),
     "grader.diagnosis.diagnosis": ("diagnose",), "grader.grading.check": ("check_notebook",),
-    "grader.grading.marking": ("mark",), "grader.grading.notebook": ("grade_notebook",),
+    "grader.grading.marking": ("MarkingRules", "mark"), "grader.grading.notebook": ("grade_notebook",),
     "grader.judging.answer": ("ParsedAnswer",), "grader.judging.answer_parser": ("read_answer",),
     "grader.judging.judge": ("judge",),
     "grader.judging.verdict": ("Diagnosis", "Judgement", "Outcome", "Verdict"),
@@ -68,8 +69,8 @@ _HOMES = {
 
 __all__ = [
     "ASKED", "ENGINE", "FAMILIES", "Answer", "Assignment", "Base", "Certificate", "Chain", "Diagnosis", "Joint",
-    "Judgement", "Outcome", "ParsedAnswer", "Part", "Point", "Problem", "ProblemCertificate", "ProblemId", "QdotError",
-    "Solution", "Verdict", "certify", "check_notebook", "diagnose", "generate", "grade_notebook", "judge",
+    "Judgement", "MarkingRules", "Outcome", "ParsedAnswer", "Part", "Point", "Problem", "ProblemCertificate",
+    "ProblemId", "QdotError", "Solution", "Verdict", "certify", "check_notebook", "diagnose", "generate", "grade_notebook", "judge",
     "load_assignment", "mark", "read_answer", "read_robot", "show", "solve",
 ]  # fmt: skip
 

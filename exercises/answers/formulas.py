@@ -50,7 +50,7 @@ class Expression(Answer):
         return text_of(self.reference)
 
     def code(self, taken: int = 0, write: Write = python_text) -> str:
-        """Return the formula, on several lines in brackets where it is long."""
+        """Return the formula, on several lines in brackets if it is long."""
         return bracket_long_text(write(self.reference), taken)
 
 
@@ -85,7 +85,7 @@ class Rows(Answer):
         return type_rows(rows_of_text(self.reference))
 
     def code(self, taken: int = 0, write: Write = python_text) -> str:
-        """Return `Matrix([[…], […]])`, one row a line where it is long."""
+        """Return `Matrix([[…], […]])`, one row per line if it is long."""
         return matrix_code([[write(entry) for entry in row] for row in self.reference.tolist()], taken)
 
     def placeholder(self, taken: int = 0) -> str:

@@ -323,14 +323,13 @@ def load_assignment(folder: Path) -> Assignment:
     with file.at("variation"):
         variation = _read_variation(content.variation)
     with file.at("convention"):
-        convention = _read_convention(content.convention)
+        find_convention(content.convention or CONVENTIONS[0])
     with file.at("twist_order"):
-        defaults = _Defaults(variation, convention, _read_twist_order(content.twist_order))
-    slots = tuple(_slot(file, index, entry, defaults, notes) for index, entry in enumerate(content.problem))
+        find_twist_order(content.twist_order or TWIST_ORDERS[0])
+    slots = tuple(_slot(file, content, index, variation, notes) for index in range(len(content.problem)))
     with file.at("twist_order"):
-        if content.twist_order is not None and not any(
-            _has_twist_order(slot.convention, slot.family) for slot in slots
-        ):
+        is_ordered = any(_has_twist_order(slot.convention, slot.family) for slot in slots)
+        if content.twist_order is not None and not is_ordered:
             raise QdotError(f"no arm of this assignment is told by its axes; {OF_ORDER}")
     roster = folder / "roster.csv"
     students, export = read_roster(roster), read_export(roster)
@@ -369,23 +368,13 @@ def _validate(file: TomlFile) -> AssignmentFile:
         raise QdotError(RIGHT[str(place[-1])] if isinstance(place[-1], str) else RIGHT["problem"])
 
 
-@dataclass(frozen=True)
-class _Defaults:
-    """The assignment's settings for all its problems; convention and order of twists are None if not set."""
-
-    variation: str
-    convention: str | None
-    twist_order: str | None
-
-
-def _slot(file: TomlFile, index: int, entry: ProblemEntry, defaults: _Defaults, notes: list[str]) -> Slot:
+def _slot(file: TomlFile, content: AssignmentFile, index: int, variation: str, notes: list[str]) -> Slot:
     """Return a slot of the assignment, with the assignment's variation and convention unless it has its own.
 
     An instructor's robot has the convention of its file if neither sets one. Warnings about the robot go into `notes`.
     Raises QdotError.
     """
-    place = ("problem", index)
-    variation = defaults.variation
+    entry, place = content.problem[index], ("problem", index)
     with file.at(*place):
         if (entry.family is None) == (entry.robot is None):
             raise QdotError('each [[problem]] has either family = "planar-2r" or robot = "my-arm.toml"')
@@ -399,12 +388,11 @@ def _slot(file: TomlFile, index: int, entry: ProblemEntry, defaults: _Defaults, 
         with file.at(*place, "variation"):
             variation = _read_variation(entry.variation)
     with file.at(*place, "convention"):
-        chosen = _read_convention(entry.convention) or defaults.convention or ""
-    convention = (
-        chosen if robot or not chosen else find_convention(chosen)
-    )  # a robot's own may be another than the usual
+        chosen = entry.convention or content.convention or ""
+        usual = find_convention(chosen) if chosen else ""
+        convention = chosen if robot else usual  # a robot's own may be another than the usual
     with file.at(*place, "twist_order"):
-        twist_order = _twist_order_of(entry, defaults, family, convention)
+        twist_order = _twist_order_of(entry.twist_order, content.twist_order, family, convention)
     with file.at(*place, "difficulty"):
         band = _band(entry.difficulty)
         if band is not None:
@@ -441,37 +429,24 @@ def _read_variation(setting: str | list[str]) -> str:
     return canonical_name(setting) if isinstance(setting, str) else name_of_axes(setting)
 
 
-def _read_convention(setting: str | None) -> str | None:
-    """Return the name of a convention. Raises QdotError if it is unknown."""
-    return setting if setting is None else find_convention(setting) or setting
-
-
-def _read_twist_order(setting: str | None) -> str | None:
-    """Return the name of an order of twists. Raises QdotError if it is unknown."""
-    return setting if setting is None else find_twist_order(setting) or setting
-
-
-def _twist_order_of(entry: ProblemEntry, defaults: _Defaults, family: Family, convention: str) -> str:
+def _twist_order_of(setting: str | None, default: str | None, family: Family, convention: str) -> str:
     """Return the order of twists of a problem, "" for arms described by tables.
 
     A robot has the order of its file unless the assignment sets one. Raises QdotError.
     """
-    chosen = _read_twist_order(entry.twist_order) or defaults.twist_order or ""
+    chosen = setting or default or ""
+    usual = find_twist_order(chosen) if chosen else ""
     if _has_twist_order(convention, family):
-        has_file = family.robot != ""  # its file may have another order than the usual one
-        return chosen if has_file or not chosen else find_twist_order(chosen)
-    if entry.twist_order is not None:
+        return chosen if family.robot else usual  # its file may have another order than the usual one
+    if setting is not None:
         raise QdotError(f"its arms are told by tables; {OF_ORDER}")
     return ""
 
 
 def _has_twist_order(convention: str, family: Family) -> bool:
-    return bool(REGISTRY[convention or _convention_of(family)].twist_orders)
-
-
-def _convention_of(family: Family) -> str:
-    """Return the convention of a family: the first one, unless the file of a robot says otherwise."""
-    return family.plain.convention if family.plain is not None else CONVENTIONS[0]
+    """Whether arms are described by their axes; a family has the first convention, and a robot that of its file."""
+    default = CONVENTIONS[0] if family.plain is None else family.plain.convention
+    return bool(REGISTRY[convention or default].twist_orders)
 
 
 def _questions_of(family: Family, questions: list[str] | str | None, convention: str) -> tuple[str, ...]:

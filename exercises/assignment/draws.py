@@ -1,4 +1,4 @@
-"""Generates problems until one passes its certificate; if none does, suggests what to ask instead.
+"""Generates problems until one passes its certificate.
 
 A student's problem has a few draws with different seeds, in an order that depends only on the assignment and
 redrawn.csv. So no student's problem delays or changes another student's.
@@ -8,28 +8,19 @@ from collections.abc import Callable, Mapping, Sequence
 from contextlib import closing
 from dataclasses import dataclass, replace
 from functools import partial
-from itertools import islice
 from typing import Generic, TypeVar
 
-from qdot.exercises.arm.chain import CONVENTIONS
 from qdot.exercises.assignment.assignment import Assignment, Slot
 from qdot.exercises.assignment.redrawn import DRAWS, REDRAWN, Redraw, write_redrawn
 from qdot.exercises.common.errors import QdotError
-from qdot.exercises.common.input_file import toml_text
-from qdot.exercises.common.parallel import ordered_map
-from qdot.exercises.common.variation import STEPS
-from qdot.exercises.families import FAMILIES
-from qdot.exercises.generation import listing_of
+from qdot.exercises.common.parallel import keep_state, ordered_map
 from qdot.exercises.problem.problem import Problem
-from qdot.exercises.questions import QUESTIONS
 from qdot.exercises.verify import FULL_RANK
 
 Record = TypeVar("Record")
 
-TRIED_WITH = 3
-"""Number of students with whose problems replacements are tried."""
-TRIED_FAMILIES, NAMED_FAMILIES = 6, 2
-"""Number of families that are tried instead of one, and number of suitable ones that are named."""
+CHANGE = "Change the questions, the variation or the family of {} in assignment.toml"
+"""What to do if none of a problem's draws passes."""
 
 
 class Uncertified(QdotError):
@@ -199,17 +190,13 @@ def settle_problems(
     `each` is called after every student. Raises QdotError.
     """
     given_up: list[FailedSlot] = []
-    with closing(ordered_map(_settle_student, students, jobs, _keep_state, (assignment, failures))) as every:
+    with closing(ordered_map(_settle_student, students, jobs, keep_state, ((assignment, failures),))) as every:
         for student, redrawn, failures_of_student in every:
             if redrawn:
                 assignment = record_redraws(assignment, student, redrawn)
             given_up += failures_of_student
             each()
     return assignment, given_up
-
-
-def _keep_state(assignment: Assignment, failures: Failures) -> tuple[Assignment, Failures]:
-    return assignment, failures
 
 
 def _settle_student(
@@ -230,82 +217,15 @@ def describe_redraws(before: Assignment, after: Assignment) -> list[str]:
     return [f"{count} not pass the certificate at first and had to be drawn anew; keep {path} with assignment.toml"]
 
 
-# --- what to take instead ---
-
-
-def raise_left_out(assignment: Assignment, given_up: Sequence[FailedSlot], certify: Certify[object]) -> None:
-    """Raise QdotError if students were left out: who they are, and what to ask instead in each slot."""
+def raise_left_out(assignment: Assignment, given_up: Sequence[FailedSlot]) -> None:
+    """Raise QdotError if students were left out: who they are, and which problems to change."""
     if not given_up:
         return
     students = list(dict.fromkeys(failure.student for failure in given_up))
-    first = {failure.slot: failure for failure in reversed(given_up)}
-    ways = [suggest_replacement(assignment, failure, certify) for _, failure in sorted(first.items())]
     be = "is" if len(students) == 1 else "are"
     others = "" if len(students) == len(assignment.roster) else "; everybody else has theirs"
+    slots = " and ".join(sorted({failure.slot for failure in given_up}))
     raise QdotError(
         f"{len(students)} of {len(assignment.roster)} students {be} left out ({', '.join(students)}){others}. "
-        f"{'. '.join(ways)}. Change assignment.toml and run the same command again"
+        f"{CHANGE.format(slots)}, and run the same command again"
     )
-
-
-def suggest_replacement(assignment: Assignment, given_up: FailedSlot, certify: Certify[object]) -> str:
-    """Return what can be asked instead of a failed slot, as tried with draws of this student and of others."""
-    slot = replace(next(slot for slot in assignment.slots if slot.name == given_up.slot), points=None)
-    slot = replace(slot, decimals=(), credit=())
-    others = [student.id for student in assignment.roster if student.id != given_up.student]
-    students = [*filter(None, [given_up.student]), *others][:TRIED_WITH]
-
-    def passes(tried: Slot) -> bool:
-        return all(
-            isinstance(generate_certified(assignment, tried, student, certify), CertifiedProblem)
-            for student in students
-        )
-
-    like = _similar_families(slot, students[0], assignment)
-    ways = [*_fewer_questions(slot, passes), *_other_variation(slot, passes), *_other_families(slot, like, passes)]
-    tried = f"tried for {', '.join(students)}"
-    if not ways:
-        return f"{slot.name}: neither fewer of its questions nor families like it can be asked instead ({tried})"
-    return f"{slot.name}: take instead {', or '.join(ways)} ({tried})"
-
-
-Passes = Callable[[Slot], bool]
-"""Whether a possible slot has draws that pass."""
-
-
-def _fewer_questions(slot: Slot, passes: Passes) -> list[str]:
-    faulty = [name for name in slot.questions if not passes(replace(slot, questions=(name,)))]
-    rest = tuple(name for name in slot.questions if name not in faulty)
-    if not faulty or not rest or not passes(replace(slot, questions=rest)):
-        return []
-    return [f"questions = {toml_text(list(rest))}, without {', '.join(faulty)}"]
-
-
-def _other_variation(slot: Slot, passes: Passes) -> list[str]:
-    """Return the first other step that passes; none for an instructor's robot, which has no steps."""
-    steps = [step for step in STEPS if step != slot.variation and not slot.robot]
-    passing = (f'variation = "{step}"' for step in steps if passes(replace(slot, variation=step)))
-    return list(islice(passing, 1))
-
-
-def _other_families(slot: Slot, names: Sequence[str], passes: Passes) -> list[str]:
-    passing = (f'"{name}"' for name in names if passes(replace(slot, family=FAMILIES[name], robot="")))
-    names_found = list(islice(passing, NAMED_FAMILIES))
-    return [f"family = {' or '.join(names_found)} with the same questions"] if names_found else []
-
-
-def _similar_families(slot: Slot, student: str, assignment: Assignment) -> list[str]:
-    """Return the families that can be asked the same questions, those with as many joints first."""
-    try:
-        joints = slot.problem(assignment.secret, student).chain.n
-    except Exception:  # it has been reported already; only the order depends on the joints
-        joints = 0
-    asked = {  # what is listed is that of standard tables: whether others and short ones can be is found out by trying
-        name for name in slot.questions if name in QUESTIONS and CONVENTIONS[0] in QUESTIONS[name].conventions
-    }
-    can = [
-        name
-        for name, family in FAMILIES.items()
-        if name != slot.family.name and not family.varied and asked <= set(listing_of(name).questions)
-    ]
-    return sorted(can, key=lambda name: abs(len(listing_of(name).kinds) - joints))[:TRIED_FAMILIES]

@@ -115,30 +115,18 @@ def _canvas(path: Path, header: list[str], rows: Rows) -> Export:
     for number, row in rows[1:]:
         cells = tuple((row + [""] * len(header))[: len(header)])
         identity_cells = {name: cells[place[name]].strip() for name in identity}
-        name = identity_cells.get(
-            "Student"
-        ) or f"{identity_cells.get('LastName', '')}, {identity_cells.get('FirstName', '')}".strip(", ")
-        if POINTS in cells[0] and not identity_cells["ID"]:  # a student may have this name
+        identifier, login = identity_cells["ID"], identity_cells.get("SIS Login ID", "")
+        names = (identity_cells.get("LastName", ""), identity_cells.get("FirstName", ""))
+        name = identity_cells.get("Student") or ", ".join(names).strip(", ")
+        if POINTS in cells[0] and not identifier:  # a student may have this name
             points = tuple(cell.strip() for cell in cells)
-        elif any(identity_cells.values()) and not _is_test_student(name, identity_cells.get("SIS Login ID", "")):
-            if not identity_cells["ID"]:
+        elif any(identity_cells.values()) and not _is_test_student(name, login):
+            if not identifier:
                 raise QdotError(f"{path}: line {number}: the column ID is empty, by which Canvas knows {name!r}")
-            lines[identifier_of(identity_cells["ID"])] = cells
-            login = identity_cells.get("SIS Login ID", "")
-            others = {each.lower(): identity_cells[each] for each in identity if each not in _CANVAS_NAMES}
-            table.append(
-                (
-                    number,
-                    {
-                        "student": identity_cells["ID"],
-                        "name": _first_name_first(name),
-                        "email": _email_of(login),
-                        **others,
-                    },
-                )
-            )
-            if "due" in place:
-                table[-1][1]["due"] = cells[place["due"]]
+            lines[identifier_of(identifier)] = cells
+            line = {"student": identifier, "name": _first_name_first(name), "email": login if "@" in login else ""}
+            line |= {column.lower(): identity_cells[column] for column in identity if column not in _CANVAS_NAMES}
+            table.append((number, line | ({"due": cells[place["due"]]} if "due" in place else {})))
     return Export(Gradebook(CANVAS, tuple(header), points, lines), table)
 
 
@@ -157,10 +145,6 @@ def _first_name_first(name: str) -> str:
     """
     last, comma, first = name.removeprefix('="').removesuffix('"').partition(", ")
     return f"{first} {last}" if comma and ", " not in first else name
-
-
-def _email_of(login: str) -> str:
-    return login if "@" in login else ""
 
 
 # --- Moodle ---

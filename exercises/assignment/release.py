@@ -22,8 +22,8 @@ from qdot.exercises.assignment.redrawn import REDRAWN, Redraw
 from qdot.exercises.assignment.sets import DEFAULT_SET, SETS, ProblemSet
 from qdot.exercises.assignment.store import store_path, store_problems
 from qdot.exercises.common.errors import QdotError
-from qdot.exercises.common.files import clean_up_after, flush_disk_after, make_folder, write_atomically
-from qdot.exercises.common.parallel import ordered_map
+from qdot.exercises.common.files import clean_up_after, flush_disks_after, make_folder, write_atomically
+from qdot.exercises.common.parallel import keep_state, ordered_map
 from qdot.exercises.common.variation import DEFAULT
 from qdot.exercises.notebook.notebook import notebook_text, solution_notebook, student_notebook
 from qdot.exercises.problem.problem import Problem
@@ -233,15 +233,11 @@ def release(
     students = [student.id for student in assignment.roster]
     notebooks = [notebook_path(assignment, student, kind) for student in students for kind in KINDS]
     others = [path(assignment, student) for student in students for path in (certificate_path, store_path)]
-    with (
-        clean_up_after([*notebooks, *others, assignment.folder / REDRAWN]),
-        flush_disk_after(assignment.folder) as now_and_then,
-    ):
+    with clean_up_after([*notebooks, *others, assignment.folder / REDRAWN]), flush_disks_after():
         while students:
             again: list[str] = []
-            with closing(ordered_map(release_student, students, jobs, _keep_state, (assignment, certifier))) as every:
+            with closing(ordered_map(release_student, students, jobs, keep_state, ((assignment, certifier),))) as every:
                 for result in every:
-                    now_and_then()
                     if result.outcome == "redrawn":
                         assignment = record_redraws(assignment, result.student, result.redrawn)
                         again.append(result.student)
@@ -249,10 +245,6 @@ def release(
                         each(result)
             students = again
     return assignment
-
-
-def _keep_state(assignment: Assignment, certifier: Certifier) -> tuple[Assignment, Certifier]:
-    return assignment, certifier
 
 
 def _cores() -> int:

@@ -1,4 +1,4 @@
-"""Ready-made sets of problems, from which `qdot init --set NAME` makes an assignment: templates/init/sets/NAME.toml.
+"""Ready-made sets of problems, from which `qdot init --set NAME` makes an assignment: templates/init/sets.toml.
 
 Variation and difficulty increase within a set, and its last part asks for the meaning of a result.
 """
@@ -45,34 +45,12 @@ class ProblemSet:
         )
 
 
-DEFAULT_SET = "overview"
-
 SETS = {
-    problem_set.name: problem_set
-    for problem_set in (
-        ProblemSet(DEFAULT_SET, "Velocity kinematics", "a first week with a problem of each kind", 120),
-        ProblemSet(
-            "chapter", "Examples 6.1 to 6.4", "the chapter's examples, for class and practice; numbers differ", 120,
-            variation="chapter",
-        ),
-        ProblemSet("first-jacobians", "First Jacobians", "position and Jacobian by differentiation", 75),
-        ProblemSet("propagation", "Velocity propagation", "axes, position vectors, geometric Jacobian", 90),
-        ProblemSet("inverse-velocity", "Inverse velocity", "from the velocity of P to joint rates", 100),
-        ProblemSet("singularities", "Singularities", "where they are, of which type, and what they cost", 80),
-        ProblemSet("redundant", "Redundant arms", "more joints than the task needs", 100),
-        ProblemSet("six-joints", "Wrists and arms of six joints", "wrists, and arms that have one", 120),
-        ProblemSet("quiz", "Weekly quiz", "eight short questions, answered by letters and numbers", 15),
-        ProblemSet(
-            "mid-term", "Mid-term", "three problems on paper, without a computer", 60,
-            "qdot export . --to pdf --sheet exam     # the exam for everybody on the roster; --sheet key for you",
-        ),
-        ProblemSet(
-            "exam", "Examination", "four problems in an hour and a half, in notebooks or on paper", 90,
-            "qdot export . --to pdf --sheet exam --versions 4     # versions A to D for an exam hall",
-        ),
-    )
-}  # fmt: skip
-"""All sets by name; the first is the default of `qdot init`."""
+    name: ProblemSet(name, **about)
+    for name, about in tomllib.loads((template_folder() / "init" / "sets.toml").read_text(encoding="utf-8")).items()
+}
+"""All sets by name."""
+DEFAULT_SET = next(iter(SETS))
 
 
 def find_set(name: str) -> ProblemSet:

@@ -2,7 +2,6 @@
 
 import re
 import sys
-import threading
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -81,26 +80,18 @@ def progress(title: str, total: int) -> Iterator["Counter"]:
         TimeElapsedColumn(), TextColumn("left"), TimeRemainingColumn(),
     )  # fmt: skip
     with Progress(*columns, console=Console(stderr=True), auto_refresh=False) as bar:
-        counter = BarCounter(bar, title, total)
-        try:
-            yield counter
-        finally:
-            counter.close()
+        yield BarCounter(bar, title, total)
 
 
 @contextmanager
 def show_work(title: str) -> Iterator[None]:
-    """Show on a terminal what the block works on, and for how long; nothing of it stays."""
+    """Show on a terminal what the block works on; nothing of it stays."""
     if not sys.stderr.isatty():
         yield
         return
     from rich.console import Console
-    from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 
-    columns = SpinnerColumn(), TextColumn("{task.description}"), TimeElapsedColumn()
-    console = Console(stderr=True)
-    with Progress(*columns, console=console, transient=True, redirect_stdout=False) as bar:
-        bar.add_task(title, total=None)
+    with Console(stderr=True).status(title):
         yield
 
 
@@ -120,37 +111,22 @@ class Counter:
 
 
 class BarCounter(Counter):
-    """Counts what is done on a progress bar.
-
-    The thread that draws it begins with the first step: by then processes are forked, which is done without threads.
-    """
+    """Counts what is done on a progress bar, without a thread that draws it: processes are forked without threads."""
 
     def __init__(self, bar: "Progress", title: str, total: int) -> None:
         super().__init__(title, total)
         self._bar, self._task = bar, bar.add_task(title, total=total, rate="")
-        self._closed = threading.Event()
-        self._thread: threading.Thread | None = None
+        self._next_refresh = 0.0
         bar.refresh()
 
-    def close(self) -> None:
-        """Draw it for the last time."""
-        self._closed.set()
-        if self._thread is not None:
-            self._thread.join()
-        self._bar.refresh()
-
-    def _draw(self) -> None:
-        while not self._closed.wait(0.1):
-            self._bar.refresh()
-
     def step(self) -> None:
-        """Count one more."""
-        if self._thread is None:
-            self._thread = threading.Thread(target=self._draw, daemon=True)
-            self._thread.start()
-        task = self._bar.tasks[0]
-        rate = "" if not task.finished_speed and not task.speed else f"{task.finished_speed or task.speed:.1f}/s"
-        self._bar.update(self._task, advance=1, rate=rate)
+        """Count one more, and draw the bar at most ten times a second."""
+        task, now = self._bar.tasks[0], time.monotonic()
+        speed = task.finished_speed or task.speed
+        self._bar.update(self._task, advance=1, rate=f"{speed:.1f}/s" if speed else "")
+        if now >= self._next_refresh:
+            self._bar.refresh()
+            self._next_refresh = now + 0.1
 
 
 def one_of(value: str, allowed: tuple[str, ...], option: str) -> str:

@@ -3,7 +3,6 @@
 Whatever needs one asks `need`, so that each that is missing is told in the same way, before any work is done.
 """
 
-from dataclasses import dataclass
 from importlib.metadata import version
 from importlib.util import find_spec
 
@@ -12,35 +11,11 @@ from qdot.exercises.common.errors import QdotError
 DISTRIBUTION = "qdot-robotics"
 """What qdot is called in the package index, where `qdot` is somebody else's; imported and run it is qdot."""
 RELEASED = False
-"""Whether the package index has qdot. README, docs and messages follow, by `make docs`."""
+"""Whether the package index has qdot. A test then names the lines of README and docs to change."""
 
 
-@dataclass(frozen=True)
-class Extra:
-    """An extra: the libraries that it brings, by the names under which they are imported, and what it gives."""
-
-    name: str
-    modules: tuple[str, ...]
-    gives: str
-
-    @property
-    def missing(self) -> tuple[str, ...]:
-        """The libraries that are not here."""
-        return tuple(name for name in self.modules if find_spec(name) is None)
-
-
-EXTRAS = {
-    extra.name: extra
-    for extra in (
-        Extra("pdf", ("typst",), "handouts, exams and keys as PDF: `qdot export --to pdf`"),
-        Extra(
-            "report", ("matplotlib", "xlsxwriter"),
-            "charts of `qdot report` and `qdot solve --map`; workbooks: `qdot grade --report xlsx=…`",
-        ),
-    )
-}  # fmt: skip
-ALL = "all"
-"""The extra that is all of them."""
+EXTRAS = {"pdf": ("typst",), "report": ("matplotlib", "xlsxwriter")}
+"""The extras of pyproject.toml, and the libraries that each installs, by the names under which they are imported."""
 
 
 def qdot_version() -> str:
@@ -61,7 +36,7 @@ def install_words(extra: str = "") -> str:
 
 def explain_missing(extra: str, what: str, module: str = "") -> str:
     """Return what is said where `what` can't be had without an extra, or one library of it; nothing where it is."""
-    missing = [name for name in EXTRAS[extra].missing if module in ("", name)]
+    missing = [name for name in EXTRAS[extra] if module in ("", name) and find_spec(name) is None]
     if not missing:
         return ""
     where = "" if RELEASED else " (in the folder of qdot's source)"

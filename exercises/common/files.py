@@ -1,13 +1,11 @@
 """Writing files so that nobody ever sees half of one."""
 
 import contextlib
-import ctypes
 import os
 import re
 import stat
 import tempfile
-import time
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 
 from qdot.exercises.common.errors import QdotError
@@ -46,7 +44,7 @@ def write_atomically(path: Path, content: str | bytes, mode: int = 0o644, *, las
     """Write `content` beside `path` and rename it into place; on any failure `path` is as it was. Raises QdotError.
 
     It is on the disk before it has the name, and has the name for good before this returns, whatever fails then. Where
-    that need not be `lasting`, as a rerun makes it anew, nobody waits for the disk (see `flush_disk_after`).
+    that need not be `lasting`, as a rerun makes it anew, nobody waits for the disk (see `flush_disks_after`).
 
     A link stays, and what it leads to is written. A device, a pipe or /dev/stdout is written in place: a file that took
     its name would take its place for every program on the machine.
@@ -107,37 +105,16 @@ def _flush_names(folder: Path) -> None:
 
 
 @contextlib.contextmanager
-def flush_disk_after(folder: Path) -> Iterator[Callable[[], None]]:
-    """See to it that what is written into a folder, and on the same disk, outlives a loss of power.
+def flush_disks_after() -> Iterator[None]:
+    """Have the system write to its disks what is written in the block, so that it survives a loss of power.
 
-    That is so in the end, and whenever the function returned is called: for one file by itself the disk takes longer
-    than a student's notebook does, for all files of a second no longer than for one. It is not asked twice in a second,
-    nor before twenty times as long as it took.
+    Syncing each file would take longer than writing it.
     """
-    next_flush = time.monotonic() + 1.0
-
-    def flush_now_and_then() -> None:
-        nonlocal next_flush
-        begun = time.monotonic()
-        if begun >= next_flush:
-            _flush_disk(folder)
-            ended = time.monotonic()
-            next_flush = ended + max(1.0, 20 * (ended - begun))
-
     try:
-        yield flush_now_and_then
+        yield
     finally:
-        _flush_disk(folder)
-
-
-def _flush_disk(folder: Path) -> None:
-    """Have the system write out the disk that a folder is on; no other, as it may be one that does not answer."""
-    with contextlib.suppress(OSError, AttributeError):  # macOS knows no syncfs: there the system writes when it likes
-        handle = os.open(folder, os.O_RDONLY)
-        try:
-            ctypes.CDLL(None).syncfs(handle)
-        finally:
-            os.close(handle)
+        if hasattr(os, "sync"):  # Windows has none
+            os.sync()
 
 
 # --- files begun, and left behind by a process that was killed ---

@@ -4,7 +4,6 @@ Processes are forked from this one, with all that it has loaded, where that is s
 Else they come from a process that loads it once more.
 """
 
-import atexit
 import functools
 import gc
 import multiprocessing
@@ -16,7 +15,7 @@ import warnings
 from collections.abc import Callable, Generator, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
-from contextlib import closing, contextmanager, suppress
+from contextlib import closing, contextmanager
 from multiprocessing import connection, resource_tracker
 from multiprocessing.context import BaseContext
 from multiprocessing.process import BaseProcess
@@ -90,28 +89,9 @@ def ordered_map(
                 yield _run_alone(work, item, setup, arguments, lost)
 
 
-def load_ahead(modules: Sequence[str]) -> None:
-    """Start to load what the processes will need, beside what this process still has to load itself.
-
-    Where they are forked from this one, or each loads it for itself, there is nothing to do.
-    """
-    if CAN_FORK or not HAS_SERVER:
-        return
-    multiprocessing.get_context("forkserver").set_forkserver_preload(list(modules))
-    resource_tracker.ensure_running()
-    with _defer_stop():
-        forkserver.ensure_running()
-    atexit.register(stop_loading)
-
-
-def stop_loading() -> None:
-    """End what `load_ahead` started: left alone, it would find out only when everything is loaded."""
-    if not HAS_SERVER:
-        return
-    process = getattr(getattr(forkserver, "_forkserver", None), "_forkserver_pid", None)
-    if process is not None:
-        with suppress(OSError):
-            os.kill(process, signal.SIGKILL)
+def keep_state(state: State) -> State:
+    """Return a state unchanged: the setup of processes that need nothing of their own."""
+    return state
 
 
 def _run_alone(

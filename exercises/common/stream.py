@@ -26,7 +26,8 @@ class Stream:
         self._block = 0
         self._buffer = b""
 
-    def _bytes(self, count: int) -> bytes:
+    def take(self, count: int) -> bytes:
+        """Return that many bytes."""
         while len(self._buffer) < count:
             block = self._seed + b"\x00" + self._block.to_bytes(8, "big")
             self._buffer += hashlib.shake_256(block).digest(_BLOCK)
@@ -38,17 +39,13 @@ class Stream:
         """Return a stream of its own for what is called so: what it gives depends on nothing taken from this one."""
         return Stream(f"{self._seed.decode()}/{name}")
 
-    def take(self, count: int) -> bytes:
-        """Return that many bytes."""
-        return self._bytes(count)
-
     def below(self, n: int) -> int:
         """Return an integer from 0 to n - 1, each as likely as the others (rejection, no modulo bias)."""
         if n < 1:
             raise ValueError(f"below() takes a positive number, not {n}")
         limit = (1 << 64) - (1 << 64) % n
         while True:
-            value = int.from_bytes(self._bytes(8), "big")
+            value = int.from_bytes(self.take(8), "big")
             if value < limit:
                 return value % n
 
@@ -70,7 +67,7 @@ class Stream:
 
     def uniform(self, low: float, high: float) -> float:
         """Return a number in [low, high), with 53 random bits."""
-        unit: float = (int.from_bytes(self._bytes(8), "big") >> 11) / (1 << 53)
+        unit: float = (int.from_bytes(self.take(8), "big") >> 11) / (1 << 53)
         return low + (high - low) * unit
 
 

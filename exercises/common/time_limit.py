@@ -6,12 +6,10 @@ have the processor, or in which nothing is done, is not.
 
 import ctypes
 import re
-import signal
 import threading
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
-from types import FrameType
 
 from sympy.core.cache import clear_cache
 
@@ -22,9 +20,6 @@ DEFAULT, LEAST, MOST = 60.0, 0.1, 1e8
 
 AGAIN = 0.2
 """Seconds after which a stop comes again that was lost, as one that came inside of a destructor is."""
-
-HAS_TIMER = hasattr(signal, "setitimer")
-"""Whether the system sends a signal when processor time is over, as Windows does not."""
 
 
 class OutOfTime(BaseException):
@@ -48,52 +43,27 @@ def time_limit(seconds: float) -> Iterator[None]:
     """Raise OutOfTime inside of the block once it has taken `seconds` of processor time.
 
     What functions keep is kept whole: they keep results, which a stop leaves none of. SymPy, which notes in an
-    expression what it has asked of it, forgets the expressions that it knows. Signals reach the main thread only: in
-    another one, nothing is limited.
+    expression what it has asked of it, forgets the expressions that it knows.
     """
-    if threading.current_thread() is not threading.main_thread():
-        yield
-        return
-
-    alarm = _Alarm(seconds) if HAS_TIMER else Watch(seconds, OutOfTime)
+    watch = Watch(seconds, OutOfTime)
     try:
         yield
     except (OutOfTime, KeyboardInterrupt):
-        stop_alarm(alarm, OutOfTime)
+        stop_watch(watch, OutOfTime)
         clear_cache()
         raise
     finally:
-        stop_alarm(alarm, OutOfTime)
+        stop_watch(watch, OutOfTime)
 
 
-def stop_alarm(alarm: "_Alarm | Watch", kind: type[BaseException]) -> None:
+def stop_watch(watch: "Watch", kind: type[BaseException]) -> None:
     """Let no stop of this kind come any more, though one may come on the way to that."""
     while True:
         try:
-            alarm.end()
+            watch.end()
             return
         except kind:
             continue
-
-
-class _Alarm:
-    """A stop by the system's timer, from now on."""
-
-    def __init__(self, seconds: float) -> None:
-        self._usual = signal.signal(signal.SIGPROF, self._stop)
-        self._ended = False
-        signal.setitimer(signal.ITIMER_PROF, seconds, AGAIN)
-
-    @staticmethod
-    def _stop(_: int, __: FrameType | None) -> None:
-        raise OutOfTime
-
-    def end(self) -> None:
-        """Let no stop come any more."""
-        signal.setitimer(signal.ITIMER_PROF, 0)
-        if not self._ended:
-            signal.signal(signal.SIGPROF, self._usual)
-            self._ended = True
 
 
 class Watch:

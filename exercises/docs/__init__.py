@@ -2,16 +2,14 @@
 
 `python -m qdot.exercises.docs` writes them all; a test fails if they are out of date.
 
-    errata              errors in the printed chapter
-    structures          the number of different arms
-    sharing             how many students would share an answer, measured and stored
-    shipped             precomputed results for the families' structures, for arm.shipped (`make shipped`)
+    errata.toml         errors in the printed chapter
+    sharing             how many students would share an answer, as was measured
     robots              the table of real robots, and their singular configurations
-    dependencies        every library with its reason; instructions to install qdot
 """
 
 import json
 import re
+import tomllib
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, replace
 from functools import cache
@@ -22,7 +20,6 @@ from qdot.exercises.arm.chain import CONVENTIONS, Chain
 from qdot.exercises.common.files import write_atomically
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.common.variation import DEFAULT, STEPS
-from qdot.exercises.docs.errata import Erratum, errata
 from qdot.exercises.docs.robots import robots_page
 from qdot.exercises.docs.sharing import GROUPS, load_measured
 from qdot.exercises.families import FAMILIES
@@ -38,6 +35,8 @@ from qdot.exercises.writing.render import render
 from qdot.exercises.writing.statement import worked_solution
 from qdot.exercises.writing.wording import Wording
 
+ERRATA = Path(__file__).with_name("errata.toml")
+
 
 @cache
 def documents() -> Mapping[str, str]:
@@ -49,8 +48,10 @@ def documents() -> Mapping[str, str]:
         "examples/scorbot.svg": figure_svg(scorbot, "scorbot"),
         "examples/scorbot-singular.svg": singular_svg(scorbot, "scorbot-singular"),
     }
-    for name in FAMILIES:
-        drawings |= thumbnails(name)[1]
+    shown = [(name, DEFAULT) for name in FAMILIES] + [(SHOWN, step) for step in STEPS]
+    for name, step in shown:
+        arm = sample_chain(ProblemId(name, 0, variation=step))
+        drawings[thumbnail_path(name, step)] = thumbnail_svg(arm, name)
     made = {
         "families.md": families_page(),
         "questions.md": questions_page(),
@@ -75,31 +76,15 @@ def write(folder: Path) -> list[Path]:
 # --- families ---
 
 
-@dataclass(frozen=True)
-class FamilyEntry:
-    """What the page says of a family; `kinds` is as in RRP, `steps` as in "1 to 2"."""
-
-    name: str
-    title: str
-    source: str
-    task: tuple[str, ...]
-    kinds: str
-    steps: str
-    asked: tuple[str, ...]
-    varied: bool
-    drawn: tuple[tuple[str, str], ...]
-    by_variation: tuple[int, ...]
-
-    @property
-    def not_asked(self) -> list[str]:
-        """The questions that its arms can't be asked."""
-        return [name for name in QUESTIONS if name not in self.asked]
-
-
 def families_page() -> str:
     """Return docs/families.md."""
-    entries = [_entry(name) for name in FAMILIES]
-    return render("docs/families.md.j2", families=entries, questions=len(QUESTIONS))
+    return render(
+        "docs/families.md.j2",
+        families=FAMILIES,
+        listed=list_families(),
+        tasks={name: Wording(_first_arm(name)).task for name in FAMILIES},
+        questions=list(QUESTIONS),
+    )
 
 
 def questions_page() -> str:
@@ -144,8 +129,8 @@ def variation_page() -> str:
         default=DEFAULT,
         shown=SHOWN,
         tables=[(step, Wording(sample_chain(ProblemId(SHOWN, 0, variation=step)))) for step in STEPS],
-        thumbnails=thumbnails(SHOWN)[0],
-        groups={group: names for group, (names, _) in GROUPS.items()},
+        thumbnails={step: thumbnail_path(SHOWN, step) for step in STEPS},
+        groups=GROUPS,
         sharing=measured["formulas"],
         varied=[name for name, family in FAMILIES.items() if family.varied],
         asked=measured["asked"] | {"questions": [name for name in QUESTIONS if name in asked]},
@@ -173,32 +158,9 @@ def _first_arm(family: str) -> Chain:
     return sample_chain(ProblemId(family, 0))
 
 
-@cache
-def thumbnails(family: str) -> tuple[dict[str, str], dict[str, str]]:
-    """Return the drawing of an arm at each step of variation (step -> path), and the files; those alike are one."""
-    paths: dict[str, str] = {}
-    by_text: dict[str, str] = {}
-    for step in (DEFAULT, *STEPS):
-        path = f"families/{family}.svg" if step == DEFAULT else f"families/{family}-{step}.svg"
-        text = thumbnail_svg(sample_chain(ProblemId(family, 0, variation=step)), family)
-        paths[step] = by_text.setdefault(text, path)
-    return {step: paths[step] for step in STEPS}, {path: text for text, path in by_text.items()}
-
-
-def _entry(name: str) -> FamilyEntry:
-    family, listed = FAMILIES[name], list_families()[name]
-    return FamilyEntry(
-        name=name,
-        title=family.title,
-        source=family.source,
-        task=tuple(Wording(_first_arm(name)).task),
-        kinds=listed.kinds,
-        steps=listed.difficulty,
-        asked=listed.questions,
-        varied=family.varied,
-        drawn=tuple(thumbnails(name)[0].items()),
-        by_variation=listed.by_variation,
-    )
+def thumbnail_path(family: str, step: str = DEFAULT) -> str:
+    """Return the path of the drawing of a family's first arm at a step of variation."""
+    return f"families/{family}.svg" if step == DEFAULT else f"families/{family}-{step}.svg"
 
 
 @cache
@@ -295,10 +257,38 @@ def examples(language: str = ENGLISH) -> tuple[Example, ...]:
     return tuple(worked_out)
 
 
+@dataclass(frozen=True)
+class Erratum:
+    """A correction of the chapter: its place, what is printed, what is right, why it matters, and numbers that show it.
+
+    `kind` is "wrong", "incomplete" or "lost in the layout". `at` is the configuration that `values` are for; `values`
+    are pairs of words and a number.
+    """
+
+    where: str
+    kind: str
+    printed: str
+    right: str
+    why: str
+    at: str
+    values: tuple[tuple[str, str], ...]
+
+
 @cache
 def corrections(language: str = ENGLISH) -> tuple[Erratum, ...]:
-    """Return what is wrong in the chapter as printed."""
-    return errata(planar_2r(), scorbot_arm(), catalogue(language))
+    """Return what is wrong in the chapter as printed, from errata.toml."""
+    words = catalogue(language)
+
+    def translate(text: str) -> str:
+        return words.with_decimals(words.pgettext("erratum", text))
+
+    return tuple(
+        Erratum(
+            **{name: translate(text) for name, text in entry.items() if name != "values"},
+            values=tuple((translate(what), words.with_decimal(translate(value))) for what, value in entry["values"]),
+        )
+        for entry in tomllib.loads(ERRATA.read_text(encoding="utf-8"))["erratum"]
+    )
 
 
 def examples_page() -> str:

@@ -7,9 +7,8 @@ One module per export format, all listed in `registry`. They share:
     items, numbers, markup      quiz items; formulas asked for as numbers; HTML and archives
     known_wrong                 wrong answers that known mistakes lead to
     stack_parts, stack_maxima   a part as STACK asks and marks it; the Maxima functions for marking
-    stack_cost                  the processor time that marking takes
     moodle_quiz                 a quiz as Moodle restores it
-    sheet, boxes, marking       a sheet of paper as data; boxes for answers; which answers earn which points
+    sheet, boxes                a sheet of paper as data, and the boxes for answers
     wheel                       qdot itself as a wheel
     registry                    the export formats by name
 """

@@ -7,11 +7,11 @@ from functools import partial
 from typing import Generic, TypeVar
 
 from qdot.exercises.assignment.assignment import Slot
-from qdot.exercises.assignment.draws import FailedSlot, Variant, attempt, certify_by, suggest_replacement
+from qdot.exercises.assignment.draws import CHANGE, FailedSlot, Variant, attempt, certify_by
 from qdot.exercises.assignment.redrawn import DRAWS
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.common.json_form import as_json
-from qdot.exercises.common.parallel import ordered_map
+from qdot.exercises.common.parallel import keep_state, ordered_map
 from qdot.exercises.exports.export_format import Order
 from qdot.exercises.families.base import describe_variation
 from qdot.exercises.problem.problem import Problem
@@ -50,7 +50,7 @@ def process_bank(order: Order, work: Work[Made]) -> Generator[tuple[Variant, Mad
             order.each()
             yield Variant(slot, count, problem), made
         if not count:
-            raise _no_variant_error(order, slot, failed[0])
+            raise _no_variant_error(slot, failed[0])
         if failed:
             order.note(f"{slot.name}: {len(failed)} draws did not pass, and others were taken; the first: {failed[0]}")
         if count < order.variants:
@@ -74,8 +74,8 @@ def _distinct_problems(
     while len(seen) < order.variants and drawn < PATIENCE * order.variants and (seen or len(failed) < DRAWS):
         numbers = range(drawn, drawn + order.variants - len(seen))
         drawn = numbers.stop
-        state = (order.without_callbacks, slot, work, frozenset(seen))
-        with closing(ordered_map(_draw_candidate, numbers, order.jobs, _WorkerState, state)) as every:
+        state = _WorkerState(order.without_callbacks, slot, work, set(seen))
+        with closing(ordered_map(_draw_candidate, numbers, order.jobs, keep_state, (state,))) as every:
             for candidate in every:
                 if isinstance(candidate, str):
                     failed.append(candidate)
@@ -84,10 +84,9 @@ def _distinct_problems(
                     yield candidate.problem, candidate.made
 
 
-def _no_variant_error(order: Order, slot: Slot, why: str) -> QdotError:
-    given_up = FailedSlot("", slot.name, slot.family.name, why)
-    ways = suggest_replacement(order.assignment, given_up, certify_by(order.failures))
-    return QdotError(f"{given_up}. Nothing is exported. {ways}")
+def _no_variant_error(slot: Slot, why: str) -> QdotError:
+    failure = FailedSlot("", slot.name, slot.family.name, why)
+    return QdotError(f"{failure}. Nothing is exported. {CHANGE.format(slot.name)}")
 
 
 @dataclass(frozen=True)
@@ -97,11 +96,14 @@ class _Candidate(Generic[Made]):
     made: Made
 
 
+@dataclass
 class _WorkerState(Generic[Made]):
     """What a worker process knows: its task, and the problems that exist already, including its own."""
 
-    def __init__(self, order: Order, slot: Slot, work: Work[Made], seen: frozenset[str]) -> None:
-        self.order, self.slot, self.work, self.seen = order, slot, work, set(seen)
+    order: Order
+    slot: Slot
+    work: Work[Made]
+    seen: set[str]
 
 
 def _draw_candidate(state: _WorkerState[Made], number: int) -> _Candidate[Made] | str | None:

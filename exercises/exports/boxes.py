@@ -7,20 +7,7 @@ from dataclasses import dataclass, replace
 
 import sympy as sp
 
-from qdot.exercises.answers import (
-    LETTERS,
-    TRUE_FALSE,
-    Answer,
-    AnswerVisitor,
-    Choice,
-    ConditionSet,
-    Direction,
-    Expression,
-    Matching,
-    Matrix,
-    Number,
-    Selection,
-)
+from qdot.exercises.answers import LETTERS, TRUE_FALSE, Choice, ConditionSet, Matching, Number, Selection
 from qdot.exercises.formula.latex import parse_latex
 from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.quizzes import ASKED
@@ -159,49 +146,28 @@ def working_room(solution: str) -> int:
 
 def box_of(problem: Problem, part: Part, solution: str = "") -> Box | None:
     """Return a box that fits the answer, with working space for its solution; None if an option is ticked."""
-    return part.answer.accept(_Boxes(problem, part, working_room(solution)))
+    answer, working = part.answer, working_room(solution)
+    match answer:
+        case Choice() | Selection():
+            return None
+        case Matching():
+            labels = tuple(rf"\text{{{item}}}" for item in answer.items)
+            return Box(0, 1, len(answer.items), letters=True, labels=labels)
+        case ConditionSet():
+            return Box(working, max(2, math.ceil(len(answer.components) / 2) * 2))
+        case Number():
+            return _lines_of_numbers(problem, part, answer, working)
+    rows, columns = answer.shape or (1, 1)
+    entries = [] if answer.is_in_numbers else list(answer.as_matrix())
+    widest = max((width(parse_latex(tex(entry, problem.chain))) for entry in entries), default=0.0)
+    lines = max(1, min(3, math.ceil(WRITTEN * widest * columns / PAGE)))
+    return Box(working, rows, columns, ROW + LINE * (lines - 1))  # all cells as high as the longest entry needs
 
 
-@dataclass(frozen=True)
-class _Boxes(AnswerVisitor[Box | None]):
-    """The box of each form of answer."""
-
-    problem: Problem
-    part: Part
-    working: int
-
-    def formula(self, answer: Expression) -> Box:
-        return self._cells(answer, [answer.reference])
-
-    def matrix(self, answer: Matrix) -> Box:
-        return self._cells(answer, list(answer.reference))
-
-    def direction(self, answer: Direction) -> Box:
-        return self._cells(answer, [] if answer.is_in_numbers else list(answer.reference))
-
-    def numbers(self, answer: Number) -> Box:
-        chain, question = self.problem.chain, ASKED[self.part.kind]
-        typed = (tex(sp.Symbol(name), chain) for name in question.labels(chain))
-        labels = tuple(question.entry_names(chain, self.part) or typed)
-        units = tuple(map(unit_text, answer.units))
-        rows, columns = answer.shape or (1, 1)
-        return Box(self.working, rows * columns, 1, labels=labels if len(labels) == len(units) else (), units=units)
-
-    def conditions(self, answer: ConditionSet) -> Box:
-        return Box(self.working, max(2, math.ceil(len(answer.components) / 2) * 2))
-
-    def one_of(self, answer: Choice) -> None:
-        return None
-
-    def some_of(self, answer: Selection) -> None:
-        return None
-
-    def matching(self, answer: Matching) -> Box:
-        return Box(0, 1, len(answer.items), letters=True, labels=tuple(rf"\text{{{item}}}" for item in answer.items))
-
-    def _cells(self, answer: Answer, entries: Sequence[object]) -> Box:
-        """Return a cell for each entry, all as high as the longest entry needs."""
-        rows, columns = answer.shape or (1, 1)
-        widest = max((width(parse_latex(tex(entry, self.problem.chain))) for entry in entries), default=0.0)
-        lines = max(1, min(3, math.ceil(WRITTEN * widest * columns / PAGE)))
-        return replace(Box(self.working, rows, columns), height=ROW + LINE * (lines - 1))
+def _lines_of_numbers(problem: Problem, part: Part, answer: Number, working: int) -> Box:
+    chain, question = problem.chain, ASKED[part.kind]
+    typed = (tex(sp.Symbol(name), chain) for name in question.labels(chain))
+    labels = tuple(question.entry_names(chain, part) or typed)
+    units = tuple(map(unit_text, answer.units))
+    rows, columns = answer.shape or (1, 1)
+    return Box(working, rows * columns, 1, labels=labels if len(labels) == len(units) else (), units=units)

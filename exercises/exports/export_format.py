@@ -1,7 +1,9 @@
 """What an export format is, and the order that it gets: an assignment and the number of variants of each problem."""
 
+import io
 import tomllib
-from collections.abc import Callable, Generator
+import zipfile
+from collections.abc import Callable, Generator, Mapping
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from pathlib import PurePath
@@ -10,16 +12,11 @@ from typing import Literal
 from qdot.exercises.assignment.assignment import FEEDBACK, Assignment
 from qdot.exercises.assignment.draws import FailedSlot, Failures
 from qdot.exercises.common.errors import QdotError
-from qdot.exercises.problem.problem import Part, Problem
 
-SHEETS = ("handout", "exam", "key", "marking")
-"""Kinds of sheets: problems; problems with room to write; for the staff, short answers; and what wrong answers earn."""
+SHEETS = ("handout", "exam", "key")
+"""Kinds of sheets: problems; problems with room to write; short answers for the staff."""
 PAGES = ("a4", "letter")
 """Sizes of paper."""
-
-
-Earns = Callable[[Problem, Part, str], Fraction]
-"""Returns the share of a part's points that a typed answer earns."""
 
 
 def _refuse(failure: FailedSlot) -> None:
@@ -37,8 +34,8 @@ class Order:
     On paper: the kind of `sheet` (of SHEETS), with or without worked `solutions`, for everybody on the roster or in
     several `versions` without names, and the size of a `page` (of PAGES).
     `failures` certifies a problem; no problem is exported without that. `each` is called after every variant or
-    student, `note` with messages to the staff, `left_out` for each student without a problem. `earns` asks the grader
-    what an answer earns, for marking sheets. `passing` is the share of the points needed to pass, if there is one.
+    student, `note` with messages to the staff, `left_out` for each student without a problem. `passing` is
+    the share of the points needed to pass, if there is one.
     """
 
     assignment: Assignment
@@ -52,7 +49,6 @@ class Order:
     each: Callable[[], None] = _ignore
     note: Callable[[str], None] = _ignore
     left_out: Callable[[FailedSlot], None] = _refuse
-    earns: Earns | None = None
     passing: Fraction | None = None
 
     def tells(self, what: str) -> bool:
@@ -62,7 +58,7 @@ class Order:
     @property
     def without_callbacks(self) -> "Order":
         """The same order without callbacks, which other processes could not call."""
-        return replace(self, each=_ignore, note=_ignore, left_out=_refuse, earns=None)
+        return replace(self, each=_ignore, note=_ignore, left_out=_refuse)
 
 
 @dataclass(frozen=True)
@@ -75,6 +71,18 @@ class File:
     path: str
     content: str | bytes
     private: bool = False
+
+
+def archive(files: Mapping[str, str | bytes], modes: Mapping[str, int] = {}) -> bytes:
+    """Return a zip archive whose bytes depend only on the files; their permissions are 0o644, if not in `modes`."""
+    out = io.BytesIO()
+    with zipfile.ZipFile(out, "w", zipfile.ZIP_DEFLATED) as zip_file:
+        for path, content in files.items():
+            info = zipfile.ZipInfo(path, date_time=(1980, 1, 1, 0, 0, 0))
+            info.compress_type, info.create_system = zipfile.ZIP_DEFLATED, 3
+            info.external_attr = modes.get(path, 0o644) << 16
+            zip_file.writestr(info, content.encode() if isinstance(content, str) else content)
+    return out.getvalue()
 
 
 def robots(order: Order) -> list[str]:

@@ -6,28 +6,27 @@ script makes the contents of the zip readable by root only.
 
 from collections.abc import Generator
 
-from qdot.exercises.exports.export_format import File, Order
+from qdot.exercises.assignment.assignment import SECRET_FILE
+from qdot.exercises.exports.export_format import File, Order, archive
 from qdot.exercises.exports.handouts import handouts
 from qdot.exercises.exports.repositories import assignment_files
-from qdot.exercises.exports.wheel import versions, wheel, zip_files
+from qdot.exercises.exports.wheel import versions, wheel
 from qdot.exercises.writing.render import render
 
 
-def gradescope(order: Order) -> Generator[File, None, None]:
+def export_gradescope(order: Order) -> Generator[File, None, None]:
     """Yield the autograder's zip, a README on how to set it up, and every student's notebook."""
     notebooks = handouts(order)
     assignment = notebooks.assignment
     name, content = wheel()
     about = {"title": assignment.title, "key": assignment.key, "wheel": name}
-    files = [
-        ("setup.sh", render("exports/gradescope-setup.sh.j2", **about).encode(), 0o755),
-        ("run_autograder", render("exports/gradescope-run.sh.j2", **about).encode(), 0o755),
-        *((f"assignment/{path}", data, 0o600) for path, data in assignment_files(order)),
-        ("assignment/secret.txt", f"{assignment.secret}\n".encode(), 0o600),
-        (name, content, 0o644),
-        ("versions.txt", versions().encode(), 0o644),
-    ]
-    yield File("autograder.zip", zip_files(files), private=True)
+    scripts = {"setup.sh": "exports/gradescope-setup.sh.j2", "run_autograder": "exports/gradescope-run.sh.j2"}
+    private = dict(assignment_files(order)) | {SECRET_FILE: f"{assignment.secret}\n".encode()}
+    files: dict[str, str | bytes] = {path: render(template, **about) for path, template in scripts.items()}
+    files |= {f"assignment/{path}": data for path, data in private.items()}
+    files |= {name: content, "versions.txt": versions()}
+    modes = dict.fromkeys(scripts, 0o755) | {f"assignment/{path}": 0o600 for path in private}
+    yield File("autograder.zip", archive(files, modes), private=True)
     yield File("README.md", render("exports/gradescope-readme.md.j2", **about))
     for student, notebook in notebooks.all():
         yield File(f"students/{student.id}/{assignment.key}.ipynb", notebook)

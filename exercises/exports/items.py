@@ -5,22 +5,22 @@ values at a configuration (`exports.numbers`). `order.note` reports questions th
 """
 
 import re
-from collections.abc import Generator, Iterable, Sequence
+from collections.abc import Generator, Iterable
 from dataclasses import dataclass, replace
+from typing import ClassVar
 
 import numpy as np
 import sympy as sp
 
-from qdot.exercises.answers import LETTERS, TRUE_FALSE, AnswerVisitor, Choice, Letters, Matching, Number, Selection
+from qdot.exercises.answers import LETTERS, TRUE_FALSE, Matching, Number, Selection
 from qdot.exercises.assignment.assignment import Slot
 from qdot.exercises.assignment.draws import Variant
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.exports.bank import process_bank
 from qdot.exercises.exports.export_format import Order
+from qdot.exercises.exports.markup import Picture, arm_picture, part_picture, solution_picture
 from qdot.exercises.exports.numbers import NumericPart, ask_in_numbers
-from qdot.exercises.figure import alt_text, figure_svg, part_alt, part_svg
-from qdot.exercises.notebook.notebook import solution_figure
 from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.quizzes import ASKED
 from qdot.exercises.quizzes.options import list_blames
@@ -32,15 +32,6 @@ MOST_WRONG = 6
 """Most wrong values that are recognised for one number; more would be met by chance."""
 SHORT_QUESTIONS = ("singular-angles-choice", "singular-configurations", "singular-drawing")
 """Questions asked instead of one for the set of singular configurations: the first that the arm allows."""
-
-
-@dataclass(frozen=True)
-class Picture:
-    """A figure in a text: its name within the item, its SVG, and a description in words."""
-
-    name: str
-    svg: str
-    alt: str
 
 
 @dataclass(frozen=True)
@@ -56,6 +47,7 @@ class Option:
 class Choose:
     """Options to choose one from, or `several`. They keep their order (`fixed`) if a figure shows their letters."""
 
+    kind: ClassVar = "options"
     options: tuple[Option, ...]
     several: bool = False
     fixed: bool = False
@@ -66,10 +58,17 @@ class Choose:
         return tuple(option.text for option in self.options) == TRUE_FALSE
 
     @property
-    def lettered_texts(self) -> tuple[str, ...]:
-        """The texts with the letters that solutions refer to; options of a figure have theirs, true and false none."""
-        texts = tuple(option.text for option in self.options)
-        return texts if self.fixed else _add_letters(texts)
+    def count_of_right(self) -> int:
+        """How many right answers share the points."""
+        return sum(option.right for option in self.options)
+
+    @property
+    def choices(self) -> tuple[tuple[str, str, Option], ...]:
+        """Each option with its letter, and its text with the letter; the text has it already, or none, if `fixed`."""
+        return tuple(
+            (letter, option.text if self.fixed else f"{letter}. {option.text}", option)
+            for letter, option in zip(LETTERS, self.options, strict=False)
+        )
 
 
 @dataclass(frozen=True)
@@ -79,18 +78,23 @@ class Match:
     Some options may belong to no stem.
     """
 
+    kind: ClassVar = "match"
     stems: tuple[str, ...]
     options: tuple[str, ...]
     correct: tuple[int, ...]
 
     @property
-    def lettered_stems(self) -> tuple[str, ...]:
-        """The stems with the letters that solutions refer to."""
-        return _add_letters(self.stems)
+    def count_of_right(self) -> int:
+        """How many right answers share the points."""
+        return len(self.stems)
 
-
-def _add_letters(texts: Sequence[str]) -> tuple[str, ...]:
-    return tuple(f"{letter}. {text}" for letter, text in zip(LETTERS, texts, strict=False))
+    @property
+    def pairs(self) -> tuple[tuple[str, str, int], ...]:
+        """Each stem with its letter, its text with the letter that solutions refer to, and the index of its option."""
+        return tuple(
+            (letter, f"{letter}. {stem}", index)
+            for letter, stem, index in zip(LETTERS, self.stems, self.correct, strict=False)
+        )
 
 
 @dataclass(frozen=True)
@@ -119,12 +123,18 @@ class Field:
 class Numeric:
     """Numbers to be typed, in rows; entries that are not fields are shown as fixed text."""
 
+    kind: ClassVar = "numbers"
     rows: tuple[tuple[Field | str, ...], ...]
 
     @property
     def fields(self) -> tuple[Field, ...]:
         """All fields, row by row."""
         return tuple(entry for row in self.rows for entry in row if isinstance(entry, Field))
+
+    @property
+    def count_of_right(self) -> int:
+        """How many right answers share the points."""
+        return len(self.fields)
 
 
 @dataclass(frozen=True)
@@ -178,6 +188,14 @@ def items_without_hidden_solutions(order: Order) -> Generator[Item, None, None]:
         yield item if order.solutions or order.tells("solutions") else replace(item, solution=(), number=number)
 
 
+def group_by_category(items: Iterable[Item]) -> dict[tuple[str, str, str], list[Item]]:
+    """Return the items of each category, categories in order of appearance."""
+    groups: dict[tuple[str, str, str], list[Item]] = {}
+    for item in items:
+        groups.setdefault(item.category, []).append(item)
+    return groups
+
+
 def _item(order: Order, slot: Slot, problem: Problem, part: Part) -> Item | None:
     """Return a part of a problem as an item without its variant's number; None if it can't be asked."""
     if part.answer.is_a_set:
@@ -185,8 +203,33 @@ def _item(order: Order, slot: Slot, problem: Problem, part: Part) -> Item | None
         if short is None:
             return None
         problem, (part,) = short, short.parts
-    tells_mistakes = order.tells("mistake")
-    return _Maker(slot, problem, part, order.assignment.title, order.assignment.hints, tells_mistakes).item()
+    tells_mistakes, numeric_part = order.tells("mistake"), None
+    form: Choose | Match | Numeric
+    if part.answer.offered:
+        form = _options(problem, part, tells_mistakes)
+        question = question_alone(problem, part)
+    else:
+        numeric_part = ask_in_numbers(problem, part)
+        if numeric_part is None:
+            return None
+        form = _numeric(problem, part, numeric_part, tells_mistakes)
+        question = _numeric_question(problem, part, numeric_part, form.fields, len(form.fields))
+    title, figure = ASKED[part.kind].title, part_picture(problem, part, part.name)
+    item = Item(
+        key=part.name,
+        title=title,
+        category=(order.assignment.title, f"{slot.name} {slot.family.name}", title),
+        body=(arm_picture(problem), statement(problem, "", typed=False), *filter(None, [figure]), question),
+        form=form,
+        points=part.points,
+        solution=_solution(problem, part, numeric_part),
+        hints=hints(problem, part) if order.assignment.hints else (),
+    )
+    if numeric_part is None or not isinstance(form, Numeric) or len(form.fields) == 1:
+        return item
+    field = _most_telling_field(problem, part, form.fields)
+    question = _numeric_question(problem, part, numeric_part, (field,), len(form.fields))
+    return replace(item, number=replace(item, body=(*item.body[:-1], question), form=Numeric(((field,),))))
 
 
 def _ask_short_question(problem: Problem, part: Part, order: Order) -> Problem | None:
@@ -233,183 +276,100 @@ def entry_labels(problem: Problem, part: Part, shape: tuple[int, ...]) -> tuple[
     return tuple(f"({index // shape[1] + 1}, {index % shape[1] + 1})" for index in range(count))
 
 
-@dataclass(frozen=True)
-class _Options(AnswerVisitor[Choose | Match]):
-    """Converts an answer with options to the form that platforms use."""
-
-    problem: Problem
-    part: Part
-    tells_mistakes: bool
-
-    def matching(self, answer: Matching) -> Match:
-        stems = tuple(option_text(self.problem, self.part, index) for index in range(len(answer.options)))
-        correct = [len(answer.items)] * len(stems)
+def _options(problem: Problem, part: Part, tells_mistakes: bool) -> Choose | Match:
+    """Return the options of an answer in the form that platforms use."""
+    answer, texts = part.answer, [option_text(problem, part, index) for index in range(len(part.answer.offered))]
+    if isinstance(answer, Matching):
+        correct = [len(answer.items)] * len(texts)
         for number, index in enumerate(answer.correct):
             correct[index] = number
-        return Match(stems, (*answer.items, "no joint"), tuple(correct))
-
-    def some_of(self, answer: Selection) -> Choose:
-        return self._choose(answer, several=True)
-
-    def one_of(self, answer: Choice) -> Choose:
-        return self._choose(answer, several=False)
-
-    def _choose(self, answer: Letters, several: bool) -> Choose:
-        fixed = self.part.has_drawn_options or answer.options == TRUE_FALSE
-        options = []
-        for index in range(len(answer.options)):
-            text = option_text(self.problem, self.part, index)
-            if self.part.has_drawn_options:
-                text = f"{LETTERS[index]}: {text}"
-            is_right = index in answer.right
-            blames = list_blames(self.part, index) if self.tells_mistakes and not is_right else ()
-            options.append(Option(text, is_right, " ".join(dict.fromkeys(blame.sentence for blame in blames))))
-        return Choose(tuple(options), several, fixed)
+        return Match(tuple(texts), (*answer.items, "no joint"), tuple(correct))
+    options = []
+    for index, text in enumerate(texts):
+        is_right = index in answer.right
+        blames = list_blames(part, index) if tells_mistakes and not is_right else ()
+        feedback = " ".join(dict.fromkeys(blame.sentence for blame in blames))
+        options.append(Option(f"{LETTERS[index]}: {text}" if part.has_drawn_options else text, is_right, feedback))
+    fixed = part.has_drawn_options or answer.offered == TRUE_FALSE
+    return Choose(tuple(options), isinstance(answer, Selection), fixed)
 
 
-@dataclass(frozen=True)
-class _Maker:
-    """Makes the item of one part."""
+def _solution(problem: Problem, part: Part, numeric_part: NumericPart | None) -> tuple[str | Picture, ...]:
+    text = worked_solution(problem, part)
+    if numeric_part is not None and (numeric_part.given_values is not None or numeric_part.unit is not None):
+        rows = [[f"{value:.4g}" for value in row] for row in numeric_part.values]
+        text += "\n" + render("exports/solution.md.j2", rows=rows)
+    return (text, *filter(None, [solution_picture(problem, part, "solution")]))
 
-    slot: Slot
-    problem: Problem
-    part: Part
-    title: str
-    hinted: bool
-    tells_mistakes: bool
 
-    def item(self) -> Item | None:
-        answer = self.part.answer
-        if answer.offered:
-            form = answer.accept(_Options(self.problem, self.part, self.tells_mistakes))
-            return self._build_item(question_alone(self.problem, self.part), form)
-        numeric_part = ask_in_numbers(self.problem, self.part)
-        if numeric_part is None:
-            return None
-        numeric = self._numeric(numeric_part)
-        whole = self._build_item(
-            self._question_text(numeric_part, numeric.fields, len(numeric.fields)), numeric, numeric_part
-        )
-        if len(numeric.fields) == 1:
-            return whole
-        field = self._most_telling_field(numeric.fields)
-        single = self._build_item(
-            self._question_text(numeric_part, (field,), len(numeric.fields)), Numeric(((field,),)), numeric_part
-        )
-        return replace(whole, number=single)
+# --- numbers ---
 
-    def _build_item(
-        self, question: str, form: Choose | Match | Numeric, numeric_part: NumericPart | None = None
-    ) -> Item:
-        problem, part, slot = self.problem, self.part, self.slot
-        arm = Picture("arm", figure_svg(problem.chain), alt_text(problem.chain))
-        svg = part_svg(problem.chain, part, part.name)
-        part_figure = (Picture(part.name, svg, part_alt(problem.chain, part)),) if svg else ()
-        title = ASKED[part.kind].title
-        return Item(
-            key=part.name,
-            title=title,
-            category=(self.title, f"{slot.name} {slot.family.name}", title),
-            body=(arm, statement(problem, "", typed=False), *part_figure, question),
-            form=form,
-            points=part.points,
-            solution=self._solution(numeric_part),
-            hints=hints(problem, part) if self.hinted else (),
-        )
 
-    def _solution(self, numeric_part: NumericPart | None) -> tuple[str | Picture, ...]:
-        text = worked_solution(self.problem, self.part)
-        if numeric_part is not None and (numeric_part.given_values is not None or numeric_part.unit is not None):
-            rows = [[f"{value:.4g}" for value in row] for row in numeric_part.values]
-            text += "\n" + render("exports/solution.md.j2", rows=rows)
-        svg = solution_figure(self.problem, self.part, "solution")
-        drawn = Picture("solution", svg, "The arm in a regular and in its singular configurations") if svg else None
-        return (text,) if drawn is None else (text, drawn)
+def _numeric(problem: Problem, part: Part, numeric_part: NumericPart, tells_mistakes: bool) -> Numeric:
+    columns = numeric_part.values.shape[1]
+    fields = [
+        "1" if numeric_part.unit == index else _field(part, numeric_part, index, label, tells_mistakes)
+        for index, label in enumerate(entry_labels(problem, part, numeric_part.values.shape))
+    ]
+    rows = [tuple(fields[k : k + columns]) for k in range(0, len(fields), columns)]
+    if last_row := ASKED[part.kind].last_row:
+        rows[-1] = tuple(last_row)
+    return Numeric(tuple(rows))
 
-    # --- numbers ---
 
-    def _numeric(self, numeric_part: NumericPart) -> Numeric:
-        rows, columns = numeric_part.values.shape
-        labels = entry_labels(self.problem, self.part, numeric_part.values.shape)
-        made = [
-            [
-                "1"
-                if numeric_part.unit == r * columns + c
-                else self._field(numeric_part, r, c, labels[r * columns + c])
-                for c in range(columns)
-            ]
-            for r in range(rows)
-        ]
-        if last_row := ASKED[self.part.kind].last_row:
-            made[-1] = list(last_row)
-        return Numeric(tuple(tuple(row) for row in made))
+def _field(part: Part, numeric_part: NumericPart, index: int, label: str, tells_mistakes: bool) -> Field:
+    answer = numeric_part.part.of(Number)
+    (rows, columns), is_count = numeric_part.values.shape, answer.tolerance < 1e-6
 
-    def _field(self, numeric_part: NumericPart, row: int, column: int, label: str) -> Field:
-        answer = numeric_part.part.of(Number)
-        rows, columns = numeric_part.values.shape
-        value = float(numeric_part.values[row, column])
-        tolerance = self._tolerance(answer, value)
-        wrong_values: list[WrongValue] = []
-        for title, advice, values in numeric_part.wrong if self.tells_mistakes else ():
-            if values.shape != numeric_part.values.shape or not np.isfinite(values[row, column]):
-                continue
-            wrong_value = float(values[row, column])
-            candidate = WrongValue(wrong_value, self._tolerance(answer, wrong_value), title, advice)
-            if self._is_distinctive(candidate, value, tolerance, wrong_values, answer.tolerance < 1e-6):
-                wrong_values.append(candidate)
-        place = f"row {row + 1}, column {column + 1}" if columns > 1 else f"entry {row + 1}" if rows > 1 else ""
-        words = f"that in {place} of the matrix" if columns > 1 else f"${label}$ ({place})" if place else f"${label}$"
-        unit = answer.units[row * columns + column]
-        return Field(label, words, value, tolerance, unit, tuple(wrong_values[:MOST_WRONG]))
-
-    def _tolerance(self, answer: Number, value: float) -> float:
-        """Return the tolerance of a number, in the number's unit."""
-        allowed = self.part.rounding
-        if answer.tolerance < 1e-6:  # a count
+    def tolerance_of(value: float) -> float:
+        if is_count:
             return 0.0
-        if allowed is not None:
-            return max(allowed.relative * abs(value), allowed.absolute, 1e-9 * abs(value))
+        if part.rounding is not None:
+            return max(part.rounding.relative * abs(value), part.rounding.absolute, 1e-9 * abs(value))
         return max(answer.tolerance * abs(value), answer.floor)
 
-    @staticmethod
-    def _is_distinctive(
-        candidate: WrongValue, value: float, tolerance: float, wrong_values: Iterable[WrongValue], count: bool
-    ) -> bool:
-        """Whether a wrong value differs from the right one, from those of earlier mistakes, and from 0.
+    value = float(numeric_part.values.ravel()[index])
+    tolerance = tolerance_of(value)
+    taken, wrong_values = [(value, tolerance)], list[WrongValue]()
+    for title, advice, values in numeric_part.wrong if tells_mistakes else ():
+        wrong_value = float(values.ravel()[index]) if values.shape == numeric_part.values.shape else np.nan
+        room = tolerance_of(wrong_value)
+        is_zero = abs(wrong_value) <= 1e-9 and not is_count  # to which many mistakes lead
+        is_new = all(abs(wrong_value - earlier) > room + allowed for earlier, allowed in taken)
+        if is_new and np.isfinite(wrong_value) and not is_zero:
+            taken.append((wrong_value, room))
+            wrong_values.append(WrongValue(wrong_value, room, title, advice))
+    row, column = divmod(index, columns)
+    place = f"row {row + 1}, column {column + 1}" if columns > 1 else f"entry {row + 1}" if rows > 1 else ""
+    words = f"that in {place} of the matrix" if columns > 1 else f"${label}$ ({place})" if place else f"${label}$"
+    return Field(label, words, value, tolerance, answer.units[index], tuple(wrong_values[:MOST_WRONG]))
 
-        Many mistakes lead to 0.
-        """
-        if abs(candidate.value - value) <= tolerance + candidate.tolerance or (
-            abs(candidate.value) <= 1e-9 and not count
-        ):
-            return False
-        return all(
-            abs(candidate.value - earlier.value) > candidate.tolerance + earlier.tolerance for earlier in wrong_values
-        )
 
-    def _most_telling_field(self, fields: tuple[Field, ...]) -> Field:
-        """Return the field that distinguishes most mistakes; choose at random among several."""
-        asking = [field for field in fields if round(abs(field.value), 9) not in (0, 1)] or list(fields)
-        most = max(len(field.wrong) for field in asking)
-        best = [field for field in asking if len(field.wrong) == most]
-        return Stream(f"{self.problem.id}/{self.part.name}/one number").choice(best)
+def _most_telling_field(problem: Problem, part: Part, fields: tuple[Field, ...]) -> Field:
+    """Return the field that distinguishes most mistakes; choose at random among several."""
+    asking = [field for field in fields if round(abs(field.value), 9) not in (0, 1)] or list(fields)
+    most = max(len(field.wrong) for field in asking)
+    best = [field for field in asking if len(field.wrong) == most]
+    return Stream(f"{problem.id}/{part.name}/one number").choice(best)
 
-    def _question_text(self, numeric_part: NumericPart, fields: tuple[Field, ...], entries: int) -> str:
-        text = prompt(self.problem, self.part)
-        answer_line = _ANSWER.search(text)
-        convention = (
-            "" if answer_line is None or self.part.type in ("expression", "direction") else answer_line[1].strip()
-        )
-        for pattern, instead in _TYPED:
-            convention = pattern.sub(instead, convention)
-        labels = entry_labels(self.problem, self.part, numeric_part.values.shape)
-        return render(
-            "exports/question.md.j2",
-            asked=_ANSWER.sub("", text).strip(),
-            given=numeric_part.given_values,
-            unit="" if numeric_part.unit is None else f"its entry ${labels[numeric_part.unit]}$",
-            convention=convention,
-            fields=fields,
-            entries=entries,
-            precision="exactly" if fields[0].tolerance == 0 else self.part.precision,
-        ).strip()
+
+def _numeric_question(
+    problem: Problem, part: Part, numeric_part: NumericPart, fields: tuple[Field, ...], entries: int
+) -> str:
+    """Return the question for some fields of an answer that has so many entries."""
+    text = prompt(problem, part)
+    answer_line = _ANSWER.search(text)
+    convention = "" if answer_line is None or part.type in ("expression", "direction") else answer_line[1].strip()
+    for pattern, instead in _TYPED:
+        convention = pattern.sub(instead, convention)
+    labels = entry_labels(problem, part, numeric_part.values.shape)
+    return render(
+        "exports/question.md.j2",
+        asked=_ANSWER.sub("", text).strip(),
+        given=numeric_part.given_values,
+        unit="" if numeric_part.unit is None else f"its entry ${labels[numeric_part.unit]}$",
+        convention=convention,
+        fields=fields,
+        entries=entries,
+        precision="exactly" if fields[0].tolerance == 0 else part.precision,
+    ).strip()

@@ -150,7 +150,7 @@ def _apply_mistake(subject: _Subject, index: int) -> _GenericMistake | None:
 
 def _for_this_arm(problem: Problem, part: Part, mistakes: Iterable[_GenericMistake]) -> Iterator[KnownWrongAnswer]:
     """Yield the wrong answers with the numbers of this arm, if they are short and proved to be wrong."""
-    reference, fill = _reference(part), derive(problem.chain).fill_matrix
+    reference, fill = part.answer.as_matrix(), derive(problem.chain).fill_matrix
     for mistake in mistakes:
         if mistake.answer is None:
             entries = np.array(reference.tolist(), dtype=object)[..., None]
@@ -170,10 +170,6 @@ def same_entries(problem: Problem, first: sp.Matrix, second: sp.Matrix) -> tuple
     domain = domain_of(problem)
     left, right = ([read(text_of(entry), domain.roles) for entry in matrix] for matrix in (first, second))
     return compare_entries(left, right, domain, f"known/{problem.id}").equal
-
-
-def _reference(part: Part) -> sp.Matrix:
-    return part.answer.as_matrix()
 
 
 # --- numbers and sets ---

@@ -1,15 +1,16 @@
-"""What exports for platforms share: texts with figures as HTML, numbers as text, reproducible archives."""
+"""What exports for platforms share: texts with figures as HTML, and numbers as text."""
 
 import hashlib
-import io
 import math
-import zipfile
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from decimal import Decimal
 
-from qdot.exercises.exports.items import Item, Picture
+from qdot.exercises.figure import alt_text, figure_svg, part_alt, part_svg
 from qdot.exercises.formula.latex import parse_latex
 from qdot.exercises.formula.layout import Layout
+from qdot.exercises.notebook.notebook import solution_figure
+from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.writing.fit import fit_formula
 from qdot.exercises.writing.markup import SCREEN, to_html, to_html_for_mathjax
 from qdot.exercises.writing.render import render
@@ -19,6 +20,32 @@ DIGITS = 10
 
 SetFormula = Callable[[Layout, bool], str]
 """Prints a formula for a platform; the flag says whether it is a block. Without it, MathJax typesets the LaTeX."""
+
+
+@dataclass(frozen=True)
+class Picture:
+    """A figure in a text: its name within the item, its SVG, and a description in words."""
+
+    name: str
+    svg: str
+    alt: str
+
+
+def arm_picture(problem: Problem, name: str = "arm") -> Picture:
+    """Return the drawing of a problem's arm."""
+    return Picture(name, figure_svg(problem.chain, name), alt_text(problem.chain))
+
+
+def part_picture(problem: Problem, part: Part, name: str) -> Picture | None:
+    """Return the figure of a part's prompt; None if it has none."""
+    svg = part_svg(problem.chain, part, name)
+    return Picture(name, svg, part_alt(problem.chain, part)) if svg else None
+
+
+def solution_picture(problem: Problem, part: Part, name: str) -> Picture | None:
+    """Return the figure of a part's worked solution; None if it has none."""
+    svg = solution_figure(problem, part, name)
+    return Picture(name, svg, "The arm in a regular and in its singular configurations") if svg else None
 
 
 def text_html(text: str, set_formula: SetFormula | None = None) -> str:
@@ -92,22 +119,3 @@ def allowance(tolerance: float) -> str:
 def limits(value: float, tolerance: float) -> tuple[str, str]:
     """Return the least and the greatest value that count as right."""
     return decimal(value - float(allowance(tolerance))), decimal(value + float(allowance(tolerance)))
-
-
-def group_by_category(items: Sequence[Item]) -> dict[tuple[str, str, str], list[Item]]:
-    """Return the items of each category, categories in order of appearance."""
-    groups: dict[tuple[str, str, str], list[Item]] = {}
-    for item in items:
-        groups.setdefault(item.category, []).append(item)
-    return groups
-
-
-def archive(files: dict[str, str | bytes]) -> bytes:
-    """Return a zip archive whose bytes depend only on the files."""
-    out = io.BytesIO()
-    with zipfile.ZipFile(out, "w", zipfile.ZIP_DEFLATED) as zip_file:
-        for path, content in files.items():
-            info = zipfile.ZipInfo(path, date_time=(1980, 1, 1, 0, 0, 0))
-            info.compress_type, info.external_attr = zipfile.ZIP_DEFLATED, 0o644 << 16
-            zip_file.writestr(info, content.encode() if isinstance(content, str) else content)
-    return out.getvalue()

@@ -9,12 +9,12 @@ import math
 from collections.abc import Generator, Sequence
 
 from qdot.exercises.exports.export_format import File, Order
-from qdot.exercises.exports.items import Choose, Field, Item, Match, Numeric, Picture, items
+from qdot.exercises.exports.items import Choose, Field, Item, Match, Numeric, group_by_category, items
 from qdot.exercises.exports.markup import (
+    Picture,
     allowance,
     body_html,
     decimal,
-    group_by_category,
     line_html,
     pictures,
     svg_file,
@@ -42,12 +42,12 @@ LONGEST, LONGEST_ID = 255, 100
 """Maximum length of a name and of an id in Moodle, in characters."""
 
 
-def moodle_files(order: Order) -> Generator[File, None, None]:
+def export_moodle(order: Order) -> Generator[File, None, None]:
     """Yield two files: what Moodle imports into a question bank, and a backup of a quiz, which it restores."""
     assignment = order.assignment
     categories = [
         Category(tuple(moodle_name(name) for name in names), tuple(_question(item, assignment.key) for item in group))
-        for names, group in group_by_category(list(items(order))).items()
+        for names, group in group_by_category(items(order)).items()
     ]
     groups = [{"path": category_path(category.names), "questions": category.questions} for category in categories]
     page = render("exports/moodle.xml.j2", categories=groups, title=assignment.title)
@@ -105,8 +105,7 @@ def _files(body: Sequence[str | Picture]) -> tuple[tuple[str, str], ...]:
 
 
 def _options(form: Choose) -> tuple[Answer, ...]:
-    right = sum(option.right for option in form.options)
-    share = FRACTIONS[right]
+    share = FRACTIONS[form.count_of_right]
     wrong = f"-{share}" if form.several else "0"
     return tuple(
         Answer(
@@ -114,14 +113,12 @@ def _options(form: Choose) -> tuple[Answer, ...]:
             share if option.right else wrong,
             html.escape(option.feedback),
         )
-        for text, option in zip(form.lettered_texts, form.options, strict=True)
+        for _, text, option in form.choices
     )
 
 
 def _pairs(form: Match) -> tuple[tuple[str, str], ...]:
-    pairs = [
-        (line_html(stem), form.options[index]) for stem, index in zip(form.lettered_stems, form.correct, strict=True)
-    ]
+    pairs = [(line_html(stem), form.options[index]) for _, stem, index in form.pairs]
     left = [option for index, option in enumerate(form.options) if index not in form.correct]
     return (*pairs, *(("", option) for option in left))
 
@@ -151,17 +148,11 @@ def _box(field: Field, answers: tuple[Answer, ...]) -> Box:
 
 
 def _numbers(field: Field) -> tuple[Answer, ...]:
-    right = Answer(_number(field.value, field.tolerance), "100", "", allowance(field.tolerance))
-    wrong = (
-        Answer(
-            _number(wrong.value, wrong.tolerance),
-            "0",
-            html.escape(wrong.advice, quote=False),
-            allowance(wrong.tolerance),
-        )
-        for wrong in field.wrong
-    )
-    return (right, *wrong)
+    def answer(value: float, tolerance: float, fraction: str, feedback: str) -> Answer:
+        return Answer(_number(value, tolerance), fraction, html.escape(feedback, quote=False), allowance(tolerance))
+
+    wrong = (answer(wrong.value, wrong.tolerance, "0", wrong.advice) for wrong in field.wrong)
+    return (answer(field.value, field.tolerance, "100", ""), *wrong)
 
 
 def _number(value: float, tolerance: float) -> str:

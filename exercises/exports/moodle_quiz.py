@@ -14,8 +14,7 @@ from typing import Any
 
 from qdot.exercises.assignment.assignment import Assignment
 from qdot.exercises.assignment.lateness import with_zone
-from qdot.exercises.exports.export_format import Order
-from qdot.exercises.exports.markup import archive
+from qdot.exercises.exports.export_format import Order, archive
 from qdot.exercises.writing.render import render
 
 RELEASE, VERSION = "4.0", 2022041900

@@ -31,7 +31,7 @@ SIGN = "# Marked by qdot"
 """The first line of a cell with marks; no other cell begins with it."""
 
 
-def nbgrader(order: Order) -> Generator[File, None, None]:
+def export_nbgrader(order: Order) -> Generator[File, None, None]:
     """Yield the course: configuration, source notebook, the assignment with its secret, and students' notebooks."""
     notebooks = handouts(order)
     assignment = notebooks.assignment

@@ -31,7 +31,7 @@ PLUGIN = "qdot.grader.integrations.otter_plugin.Marks"
 Part = tuple[str, str, float, str]
 
 
-def otter(order: Order) -> Generator[File, None, None]:
+def export_otter(order: Order) -> Generator[File, None, None]:
     """Yield the source for `otter assign`, the files of the autograder, and every student's notebook."""
     notebooks = handouts(order)
     assignment, (name, content) = notebooks.assignment, wheel()

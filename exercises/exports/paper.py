@@ -15,10 +15,6 @@ from qdot.exercises.writing.typst import to_typst, typst_escaped
 
 NARROW = 0.8
 """The share of a page's width that a formula may take beside a name."""
-STAFF = ("key", "marking")
-"""Sheets that hold answers."""
-VERSION_TICKS = 8
-"""Columns to tick on the marking sheet of a version, one for each student; a student's own sheet has one."""
 LAST = 60
 """Weight of the end of a sheet when the free space of the last page is shared out; a part weighs its working space."""
 
@@ -33,17 +29,17 @@ class PaperQuestion:
     answers: tuple[tuple[str, str], ...]
 
 
-def html(order: Order) -> Generator[File, None, None]:
+def export_html(order: Order) -> Generator[File, None, None]:
     """Yield a page for every student or version, and for a key one for the class."""
     return _files(order, "html", _html, whole=False)
 
 
-def latex(order: Order) -> Generator[File, None, None]:
+def export_latex(order: Order) -> Generator[File, None, None]:
     """Yield self-contained LaTeX source for every student or version, and for a key one for the class."""
     return _files(order, "tex", _latex, whole=False)
 
 
-def pdf(order: Order) -> Generator[File, None, None]:
+def export_pdf(order: Order) -> Generator[File, None, None]:
     """Yield a PDF for every student or version, and one PDF of all to print. Raises QdotError without typst."""
     need("pdf", "PDF")
     return _files(order, "pdf", lambda *arguments: compile_pdf(typst_source(*arguments)), whole=True)
@@ -56,12 +52,8 @@ def missing_for_pdf() -> str:
 
 def check_sheet(order: Order) -> None:
     """Raise QdotError if the sheet can't be made as ordered."""
-    if order.sheet == "marking" and order.earns is None:
-        raise QdotError("a marking sheet needs the grader, which says what answers earn: qdot export … --sheet marking")
-    if order.sheet in STAFF and order.solutions:
-        raise QdotError(
-            f"a {order.sheet} has no worked solutions; these are on --sheet handout or exam, with --solutions"
-        )
+    if order.sheet == "key" and order.solutions:
+        raise QdotError("a key has no worked solutions; these are on --sheet handout or exam, with --solutions")
 
 
 Write = Callable[[Order, Sequence[Sheet], Sequence[PaperQuestion]], str | bytes]
@@ -71,7 +63,7 @@ def _files(order: Order, ending: str, write: Write, whole: bool) -> Generator[Fi
     """Yield a file for each sheet, then one for the class: a key's answers by question, else all sheets if `whole`."""
     key = order.sheet == "key"
     check_sheet(order)
-    private = order.sheet in STAFF or order.solutions
+    private = key or order.solutions
     stem = f"{order.sheet}{'-versions' if order.versions else ''}{'-solutions' if order.solutions else ''}"
     made: list[Sheet] = []
     for sheet in sheets(order):
@@ -99,8 +91,7 @@ def questions(sheets_done: Sequence[Sheet]) -> tuple[PaperQuestion, ...]:
 def _template_context(order: Order, made: Sequence[Sheet], asked: Sequence[PaperQuestion]) -> dict[str, object]:
     return {
         "title": order.assignment.title, "kind": order.sheet, "solutions": order.solutions, "page": order.page,
-        "sheets": made, "questions": asked, "ticks": VERSION_TICKS if order.versions else 1,
-        "last": LAST,
+        "sheets": made, "questions": asked, "last": LAST,
     }  # fmt: skip
 
 

@@ -6,7 +6,7 @@ import re
 import uuid
 from collections.abc import Generator, Mapping, Sequence
 
-from qdot.exercises.answers import Answer, AnswerVisitor, Number
+from qdot.exercises.answers import Answer, Choice, Matching, Number, Selection
 from qdot.exercises.assignment.assignment import SECRET_FILE, Assignment, Slot
 from qdot.exercises.exports.bank import bank
 from qdot.exercises.exports.export_format import File, Order, robots
@@ -23,7 +23,7 @@ TRIES = 3
 """Attempts at a variant, unless the assignment limits them; feedback shows no values."""
 
 
-def course_files(order: Order) -> Generator[File, None, None]:
+def export_prairielearn(order: Order) -> Generator[File, None, None]:
     """Yield the course's files. They contain the seeds of the bank's problems, but not the secret."""
     assignment = order.assignment
     key = assignment.key.lower()
@@ -32,10 +32,14 @@ def course_files(order: Order) -> Generator[File, None, None]:
     for variant in bank(order):
         asked.setdefault(variant.slot.name, variant.problem.parts)
         seeds[variant.slot.name].append(str(variant.problem.id.seed))  # as text: JavaScript rounds whole numbers
-    yield File("infoCourse.json", _json(_course(assignment)))
+    topic = {"name": TOPIC, "color": "blue3", "description": "Velocities and singularities of robot arms"}
+    tag = {"name": "qdot", "color": "gray2", "description": "Made and graded by qdot"}
+    course = {"name": assignment.key, "title": assignment.title, "topics": [topic], "tags": [tag]}
+    instance = {"uuid": _uuid(assignment, "course instance"), "longName": assignment.title}
+    yield File("infoCourse.json", _json(course))
     for slot in assignment.slots:
         yield from _question_files(assignment, slot, asked[slot.name])
-    yield File(f"{COURSE_INSTANCE}/infoCourseInstance.json", _json(_course_instance(assignment)))
+    yield File(f"{COURSE_INSTANCE}/infoCourseInstance.json", _json(instance))
     for kind, about in _assessments(assignment).items():
         yield File(f"{COURSE_INSTANCE}/assessments/{key}-{kind}/infoAssessment.json", _json(about))
     yield from _server_files(order, f"serverFilesCourse/qdot/{key}", seeds)
@@ -64,32 +68,16 @@ def _question_files(assignment: Assignment, slot: Slot, parts: tuple[Part, ...])
 # --- the elements in which answers are given ---
 
 
-class _Element(AnswerVisitor[str]):
-    """Returns the kind of PrairieLearn elements for a type of answer."""
-
-    def one_of(self, answer: Answer) -> str:
-        return "choice"
-
-    def some_of(self, answer: Answer) -> str:
-        return "several"
-
-    def matching(self, answer: Answer) -> str:
-        return "match"
-
-    def numbers(self, answer: Number) -> str:
-        return "wholes" if answer.tolerance < EXACTLY else "numbers"
-
-    def default(self, answer: Answer) -> str:
-        return "text"
-
-
 EXACTLY = 1e-6
 """Numbers with a smaller relative tolerance are counts."""
 
 
 def element_of(answer: Answer) -> str:
     """Return the element of question.html in which an answer is given; all variants of a slot have the same."""
-    return answer.accept(_Element())
+    if isinstance(answer, Number):
+        return "wholes" if answer.tolerance < EXACTLY else "numbers"
+    kinds = ((Matching, "match"), (Selection, "several"), (Choice, "choice"))
+    return next((element for kind, element in kinds if isinstance(answer, kind)), "text")
 
 
 def input_names(part: Part) -> list[str]:
@@ -135,16 +123,6 @@ def question_uuid(assignment: Assignment, slot: Slot) -> str:
 
 def _uuid(assignment: Assignment, name: str) -> str:
     return str(uuid.uuid5(uuid.NAMESPACE_URL, f"qdot:{_derive_text(assignment, 'uuid')}:{assignment.key}:{name}"))
-
-
-def _course(assignment: Assignment) -> dict[str, object]:
-    topic = {"name": TOPIC, "color": "blue3", "description": "Velocities and singularities of robot arms"}
-    tag = {"name": "qdot", "color": "gray2", "description": "Made and graded by qdot"}
-    return {"name": assignment.key, "title": assignment.title, "topics": [topic], "tags": [tag]}
-
-
-def _course_instance(assignment: Assignment) -> dict[str, object]:
-    return {"uuid": _uuid(assignment, "course instance"), "longName": assignment.title}
 
 
 def _assessments(assignment: Assignment) -> dict[str, dict[str, object]]:

@@ -29,12 +29,12 @@ LOGIN = re.compile(r"[A-Za-z0-9](?:[A-Za-z0-9-]{0,37}[A-Za-z0-9])?")
 """A GitHub login."""
 
 
-def github(order: Order) -> Generator[File, None, None]:
+def export_github(order: Order) -> Generator[File, None, None]:
     """Yield repositories that GitHub Actions grades."""
     yield from _repositories(order, "github", "grade.yml", "check.yml")
 
 
-def gitlab(order: Order) -> Generator[File, None, None]:
+def export_gitlab(order: Order) -> Generator[File, None, None]:
     """Yield projects that GitLab CI grades."""
     yield from _repositories(order, "gitlab", ".gitlab-ci.yml", ".gitlab-ci.yml")
 

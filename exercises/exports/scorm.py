@@ -14,8 +14,7 @@ from qdot.exercises.assignment.assignment import FEEDBACK, Slot
 from qdot.exercises.assignment.draws import FailedSlot
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.exports.bank import bank
-from qdot.exercises.exports.export_format import File, Order
-from qdot.exercises.exports.markup import archive
+from qdot.exercises.exports.export_format import File, Order, archive
 from qdot.exercises.exports.qti import TRIES
 from qdot.exercises.problem.record import Json
 from qdot.exercises.site.bank import FOLDER, index_text, titles_text, write_bank
@@ -37,7 +36,7 @@ _OURS = ("made_from", "listed")
 _Files = dict[str, str | bytes]
 
 
-def packages(order: Order) -> Generator[File, None, None]:
+def export_scorm(order: Order) -> Generator[File, None, None]:
     """Yield a package for each version of SCORM: page, scripts, bank, and the manifest that lists them."""
     assignment = order.assignment
     assets = built_assets()
@@ -143,9 +142,5 @@ def _read_bank(folder: Path, hints: bool) -> _Files:
 def _compact_record(record: Json, hints: bool) -> str:
     contents = {name: value for name, value in record.items() if name not in _OURS}
     if not hints:
-        contents["parts"] = [_without_hints(part) for part in contents["parts"]]
+        contents["parts"] = [part | {"hints": []} if "hints" in part else part for part in contents["parts"]]
     return json.dumps(contents, ensure_ascii=False, separators=(",", ":"), allow_nan=False) + "\n"
-
-
-def _without_hints(part: Json) -> Json:
-    return part | {"hints": []} if "hints" in part else part

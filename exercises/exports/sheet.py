@@ -6,16 +6,14 @@ from collections.abc import Generator, Mapping, Sequence
 from contextlib import closing
 from dataclasses import dataclass, field, replace
 
-from qdot.exercises.assignment.assignment import Assignment
-from qdot.exercises.assignment.draws import FailedSlot, Failures, certify_by, generate_student_problems, record_redraws
+from qdot.exercises.assignment.draws import FailedSlot, certify_by, generate_student_problems, record_redraws
 from qdot.exercises.assignment.redrawn import Redraw
-from qdot.exercises.common.parallel import ordered_map
+from qdot.exercises.common.parallel import keep_state, ordered_map
 from qdot.exercises.exports.bank import bank
 from qdot.exercises.exports.boxes import Box, PaperOptions, box_of, options_of, scale_working_room, share_that_fits
-from qdot.exercises.exports.export_format import Earns, Order
-from qdot.exercises.exports.marking import Marking, marking
-from qdot.exercises.figure import alt_text, figure_svg, part_alt, part_svg
-from qdot.exercises.notebook.notebook import points_text, solution_figure
+from qdot.exercises.exports.export_format import Order
+from qdot.exercises.exports.markup import Picture, arm_picture, part_picture, solution_picture
+from qdot.exercises.notebook.notebook import points_text
 from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.quizzes import ASKED
 from qdot.exercises.writing.on_paper import on_paper, without_options
@@ -34,14 +32,6 @@ VERSIONS = "ABCDEFGHIJKLMNOPQRSTUVWXYZ"
 
 
 @dataclass(frozen=True)
-class Figure:
-    """A figure as SVG, and its description in words."""
-
-    svg: str
-    alt: str
-
-
-@dataclass(frozen=True)
 class SheetPart:
     """A part: Markdown and figures. `solution` and `answer` are empty unless the sheet shows them.
 
@@ -54,15 +44,14 @@ class SheetPart:
     worth: float
     prompt: str
     hints: tuple[str, ...]
-    figure: Figure | None
+    figure: Picture | None
     options: PaperOptions | None
     box: Box | None
     solution: str
-    solution_figure: Figure | None
+    solution_figure: Picture | None
     answer: str
     scored: bool = False
     wide: bool = False
-    marking: Marking | None = None
 
     @property
     def room(self) -> int:
@@ -83,7 +72,7 @@ class SheetProblem:
     intro: str
     table: str
     facts: str
-    figure: Figure | None
+    figure: Picture | None
     parts: tuple[SheetPart, ...]
 
     @property
@@ -128,17 +117,6 @@ class _SheetRequest:
 
 
 @dataclass(frozen=True)
-class _State:
-    """What a process needs to make sheets."""
-
-    assignment: Assignment
-    failures: Failures
-    kind: str
-    solutions: bool
-    earns: Earns | None = None
-
-
-@dataclass(frozen=True)
 class _SheetResult:
     """A sheet, None if no problem was possible for some slot, and its replaced problems that are not recorded yet."""
 
@@ -152,9 +130,8 @@ def sheets(order: Order) -> Generator[Sheet, None, None]:
     wanted = (
         _versions(order) if order.versions else [_SheetRequest(s.id, s.name, s.id) for s in order.assignment.roster]
     )
-    state = _State(order.assignment, order.failures, order.sheet, order.solutions, order.earns)
     assignment = order.assignment
-    with closing(ordered_map(_make_sheet, wanted, order.jobs, _keep_state, (state,))) as every:
+    with closing(ordered_map(_make_sheet, wanted, order.jobs, keep_state, (order.without_callbacks,))) as every:
         for request, result in zip(wanted, every, strict=True):
             order.each()
             for failure in result.given_up:
@@ -176,22 +153,18 @@ def _versions(order: Order) -> list[_SheetRequest]:
     ]
 
 
-def _keep_state(state: _State) -> _State:
-    return state
-
-
-def _make_sheet(state: _State, request: _SheetRequest) -> _SheetResult:
+def _make_sheet(order: Order, request: _SheetRequest) -> _SheetResult:
     if request.problems is not None:
-        return _SheetResult(_sheet_of_problems(state, request, request.problems))
-    draws = generate_student_problems(state.assignment, request.student, certify_by(state.failures))
+        return _SheetResult(_sheet_of_problems(order, request, request.problems))
+    draws = generate_student_problems(order.assignment, request.student, certify_by(order.failures))
     if draws.given_up:
         return _SheetResult(None, given_up=draws.given_up)
     problems = [drawn.problem for drawn in draws.certified.values()]
-    return _SheetResult(_sheet_of_problems(state, request, problems), draws.new_redraws(state.assignment))
+    return _SheetResult(_sheet_of_problems(order, request, problems), draws.new_redraws(order.assignment))
 
 
-def _sheet_of_problems(state: _State, request: _SheetRequest, problems: Sequence[Problem]) -> Sheet:
-    numbered = tuple(_sheet_problem(state, n, p) for n, p in enumerate(problems, 1))
+def _sheet_of_problems(order: Order, request: _SheetRequest, problems: Sequence[Problem]) -> Sheet:
+    numbered = tuple(_sheet_problem(order, n, p) for n, p in enumerate(problems, 1))
     return Sheet(request.file, request.name, request.student, _shrink_boxes(numbered))
 
 
@@ -208,10 +181,10 @@ def _shrink_boxes(problems: tuple[SheetProblem, ...]) -> tuple[SheetProblem, ...
     return tuple(replace(problem, parts=tuple(map(smaller, problem.parts))) for problem in problems)
 
 
-def _sheet_problem(state: _State, number: int, problem: Problem) -> SheetProblem:
+def _sheet_problem(order: Order, number: int, problem: Problem) -> SheetProblem:
     intro, table, facts = _split_statement(on_paper(statement(problem, ""), problem))
-    drawn = state.kind in PROBLEMS
-    needed = state.solutions or state.kind == "exam"  # an exam has as much room as a solution takes
+    drawn = order.sheet in PROBLEMS
+    needed = order.solutions or order.sheet == "exam"  # an exam has as much room as a solution takes
     solved = worked_solutions(problem) if needed else {}
     return SheetProblem(
         number,
@@ -219,9 +192,9 @@ def _sheet_problem(state: _State, number: int, problem: Problem) -> SheetProblem
         intro,
         table,
         facts,
-        Figure(figure_svg(problem.chain, f"p{number}"), alt_text(problem.chain)) if drawn else None,
+        arm_picture(problem, f"p{number}") if drawn else None,
         tuple(
-            _sheet_part(state, f"{number}.{index}", problem, part, solved.get(part.name, ""))
+            _sheet_part(order, f"{number}.{index}", problem, part, solved.get(part.name, ""))
             for index, part in enumerate(problem.parts, 1)
         ),
     )
@@ -235,15 +208,14 @@ def _split_statement(text: str) -> tuple[str, str, str]:
     return text[: table.start()], table[0], text[table.end() :]
 
 
-def _sheet_part(state: _State, label: str, problem: Problem, part: Part, solution: str) -> SheetPart:
-    kind, solutions = state.kind, state.solutions
+def _sheet_part(order: Order, label: str, problem: Problem, part: Part, solution: str) -> SheetPart:
+    solutions, is_printed = order.solutions, order.sheet in PROBLEMS
     text = on_paper(prompt(problem, part), problem)
     name = f"p{label.replace('.', '-')}"
-    svg = part_svg(problem.chain, part, name) if kind in PROBLEMS else ""
-    solved = solution_figure(problem, part, f"{name}-solution") if solutions else ""
+    figure = part_picture(problem, part, name) if is_printed else None
     wide = part.has_drawn_options
-    options = options_of(problem, part, BESIDE if svg and not wide else 1.0) if kind in PROBLEMS else None
-    hinted = hints(problem, part) if kind == "handout" and not solutions and state.assignment.hints else ()
+    options = options_of(problem, part, BESIDE if figure and not wide else 1.0) if is_printed else None
+    hinted = hints(problem, part) if order.sheet == "handout" and not solutions and order.assignment.hints else ()
     return SheetPart(
         label=label,
         title=ASKED[part.kind].heading(problem.chain),
@@ -251,13 +223,12 @@ def _sheet_part(state: _State, label: str, problem: Problem, part: Part, solutio
         worth=part.points,
         prompt=text if options is None else without_options(text),
         hints=tuple(on_paper(hint, problem) for hint in hinted),
-        figure=Figure(svg, part_alt(problem.chain, part)) if svg else None,
+        figure=figure,
         options=options,
-        box=box_of(problem, part, solution) if kind == "exam" and not solutions else None,
+        box=box_of(problem, part, solution) if order.sheet == "exam" and not solutions else None,
         solution=on_paper(solution, problem) if solutions else "",
-        solution_figure=Figure(solved, "The arm in a regular and in its singular configurations") if solved else None,
-        answer=short_answer(problem, part) if kind == "key" else "",
-        scored=kind == "exam" and not solutions,
+        solution_figure=solution_picture(problem, part, f"{name}-solution") if solutions else None,
+        answer=short_answer(problem, part) if order.sheet == "key" else "",
+        scored=order.sheet == "exam" and not solutions,
         wide=wide,
-        marking=marking(problem, part, state.earns) if kind == "marking" and state.earns else None,
     )

@@ -15,11 +15,9 @@ from qdot.exercises.assignment.draws import Variant
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.exports.bank import process_bank
 from qdot.exercises.exports.export_format import File, Order
+from qdot.exercises.exports.markup import Picture, arm_picture, part_picture, solution_picture
 from qdot.exercises.exports.moodle import LONGEST_ID, category_path, moodle_name
-from qdot.exercises.exports.stack_cost import LIMIT, costs
 from qdot.exercises.exports.stack_parts import Case, StackPart, stack_part_of, without_rounding
-from qdot.exercises.figure import alt_text, figure_svg, part_alt, part_svg
-from qdot.exercises.notebook.notebook import solution_figure
 from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.questions.results import is_product
 from qdot.exercises.quizzes import ASKED
@@ -31,17 +29,6 @@ VERSION = "2023060500"
 """The version of STACK that the questions need."""
 PENALTY = 0.1
 NOT_READ = Case("what can't be read is not marked", "qdot_unknown(1)", None, "NULL")
-SOLVED = "The arm in a regular and in its singular configurations"
-NOT_MEASURED = "what marking costs was not measured, as no Maxima runs here; STACK gives up after 30 s"
-
-
-@dataclass(frozen=True)
-class Picture:
-    """A figure of a text: file name, SVG in base64, and a description in words."""
-
-    name: str
-    data: str
-    alt: str
 
 
 @dataclass(frozen=True)
@@ -64,50 +51,29 @@ class StackQuestion:
     tests: tuple[Case, ...]
 
 
-@dataclass(frozen=True)
-class _ProblemQuestions:
-    """A problem's questions, each with the seconds that marking takes, and notes on their slot."""
-
-    questions: list[tuple[StackQuestion, float]]
-    notes: dict[str, None]
-
-
-def stack_questions(order: Order) -> Generator[File, None, None]:
+def export_stack(order: Order) -> Generator[File, None, None]:
     """Yield the file; note once per slot what STACK can't ask or judges differently."""
     notes: dict[str, None] = {}
     questions: dict[str, list[StackQuestion]] = {}
-    for variant, result in process_bank(order, _questions):
-        notes |= result.notes
-        for question, seconds in result.questions:
-            if seconds > LIMIT:
-                notes[_cost_note(variant, question.asked.part, seconds)] = None
-            else:
-                questions.setdefault(question.category, []).append(_add_variant_name(order, variant, question))
+    for variant, (made, new_notes) in process_bank(order, _questions):
+        notes |= new_notes
+        for question in made:
+            questions.setdefault(question.category, []).append(_add_variant_name(order, variant, question))
     for note in notes:
         order.note(note)
     if not questions:
         raise QdotError("STACK can ask nothing of this assignment; `qdot export --help` lists other outlets")
-    text = render("exports/stack.xml.j2", categories=questions, version=VERSION, penalty=PENALTY)
+    text = render(
+        "exports/stack.xml.j2", categories=questions, version=VERSION, penalty=PENALTY,
+        encode=lambda svg: base64.b64encode(svg.encode()).decode(),
+    )  # fmt: skip
     yield File(f"{order.assignment.key}-stack.xml", text, private=True)
 
 
-def _cost_note(variant: Variant, part: Part, seconds: float) -> str:
-    return (
-        f"{variant.key}: {part.name!r} is left out: its marking takes {seconds:.0f} s of processor time in "
-        f"Maxima, and with more than {LIMIT:g} s STACK may give up on it"
-    )
-
-
-def _questions(order: Order, slot: Slot, problem: Problem) -> _ProblemQuestions:
-    """Return the questions of a problem that STACK can ask; their names do not name the variant yet."""
+def _questions(order: Order, slot: Slot, problem: Problem) -> tuple[list[StackQuestion], dict[str, None]]:
+    """Return the questions of a problem that STACK can ask, not named after a variant yet, and notes on the slot."""
     notes: dict[str, None] = {}
-    parts = list(_stack_parts(slot, problem, notes))
-    seconds = costs(parts)
-    if seconds is None:
-        notes[NOT_MEASURED] = None
-        seconds = [0.0] * len(parts)
-    questions = [_question(order, slot, problem, part) for part in parts]
-    return _ProblemQuestions(list(zip(questions, seconds, strict=True)), notes)
+    return [_question(order, slot, problem, part) for part in _stack_parts(slot, problem, notes)], notes
 
 
 def _stack_parts(slot: Slot, problem: Problem, notes: dict[str, None]) -> Iterator[StackPart]:
@@ -128,8 +94,6 @@ def _question(order: Order, slot: Slot, problem: Problem, stack_part: StackPart)
     assignment, part = order.assignment, stack_part.part
     number = [problem_part.name for problem_part in problem.parts].index(part.name) + 1
     title = ASKED[part.kind].title
-    drawn = part_svg(problem.chain, part, part.name)
-    solved = solution_figure(problem, part, f"{part.name}-solution")
     return StackQuestion(
         asked=stack_part,
         name=part.name,
@@ -141,9 +105,9 @@ def _question(order: Order, slot: Slot, problem: Problem, stack_part: StackPart)
         prompt=_html(_prompt(problem, part)),
         hints=tuple(_html(hint) for hint in hints(problem, part)) if assignment.hints else (),
         solution=_html(worked_solution(problem, part)),
-        picture=_picture("arm", figure_svg(problem.chain), alt_text(problem.chain)),
-        part_picture=_picture(part.name, drawn, part_alt(problem.chain, part)) if drawn else None,
-        solution_picture=_picture(f"{part.name}-solution", solved, SOLVED) if solved else None,
+        picture=arm_picture(problem),
+        part_picture=part_picture(problem, part, part.name),
+        solution_picture=solution_picture(problem, part, f"{part.name}-solution"),
         tests=(*stack_part.cases, *([NOT_READ] if stack_part.is_typed else [])),
     )
 
@@ -161,10 +125,6 @@ def _add_variant_name(order: Order, variant: Variant, question: StackQuestion) -
 def _html(text: str) -> str:
     """Return HTML with escaped brackets, so that STACK finds no block or variable of CASText in it."""
     return to_html_for_mathjax(text).replace("[[", "&#91;&#91;").replace("]]", "&#93;&#93;").replace("{@", "{&#64;")
-
-
-def _picture(name: str, svg: str, alt: str) -> Picture:
-    return Picture(f"{name}.svg", base64.b64encode(svg.encode()).decode(), alt)
 
 
 def _prompt(problem: Problem, part: Part) -> str:

@@ -12,7 +12,7 @@ from fractions import Fraction
 import numpy as np
 import sympy as sp
 
-from qdot.exercises.answers import LETTERS, Answer, AnswerVisitor, Choice, ConditionSet, Direction, Number
+from qdot.exercises.answers import LETTERS, Choice, ConditionSet, Direction, Matching, Number, Selection
 from qdot.exercises.arm.singularity import Component
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.exports.known_wrong import KnownWrongAnswer, domain_of, known_wrong, same_entries, tolerances_of
@@ -43,8 +43,6 @@ MOST = 6
 """Maximum number of mistakes in a part's response tree: each adds a node and a question test."""
 RIGHT, OTHER = "prt1-right", "prt1-other"
 """Answer notes for a right answer, and for one that no known mistake explains."""
-Places = list[tuple[int, int]]
-"""Rows and columns of entries, counted from 1."""
 POINTS, TRIED = 3, 20
 """Number of points at which formulas are compared, and how often they are sampled if they turn out unusable."""
 CLEAR, HUGE = 1e-2, 1e4
@@ -101,33 +99,23 @@ class StackPart:
 
 def stack_part_of(problem: Problem, part: Part) -> StackPart | str:
     """Return a part as STACK asks it, or why STACK can't ask it."""
-    return part.answer.accept(_Asking(problem, part))
-
-
-@dataclass(frozen=True)
-class _Asking(AnswerVisitor["StackPart | str"]):
-    """Returns how STACK asks for each form of answer, or why it can't."""
-
-    problem: Problem
-    part: Part
-
-    def formulas(self, answer: Answer) -> "StackPart | str":
-        return _formulas(self.problem, self.part)
-
-    def numbers(self, answer: Number) -> "StackPart | str":
-        return _numbers(self.problem, self.part)
-
-    def conditions(self, answer: ConditionSet) -> "StackPart | str":
-        return _values(self.problem, self.part)
-
-    def direction(self, answer: Direction) -> "StackPart | str":
-        return "directions in numbers are not asked" if answer.is_in_numbers else _direction(self.problem, self.part)
-
-    def one_of(self, answer: Choice) -> "StackPart | str":
-        return _choice(self.part)
-
-    def letters(self, answer: Answer) -> "StackPart | str":
-        return "letters of several options are not asked; the outlets with quizzes ask them"
+    match part.answer:
+        case Number():
+            return _numbers(problem, part)
+        case ConditionSet():
+            return _values(problem, part)
+        case Direction(is_in_numbers=True):
+            return "directions in numbers are not asked"
+        case Direction():
+            return _direction(problem, part)
+        case Choice():
+            return _choice(part)
+        case Selection() | Matching():
+            return "letters of several options are not asked; the outlets with quizzes ask them"
+        case answer if answer.is_formulas:
+            return _formulas(problem, part)
+        case answer:
+            raise TypeError(f"STACK has no way of asking for an answer of type {answer.type}")
 
 
 def share_of(problem: Problem, part: Part, answer: sp.Matrix, equal: Sequence[bool], is_known: bool = False) -> float:
@@ -143,15 +131,14 @@ def share_of(problem: Problem, part: Part, answer: sp.Matrix, equal: Sequence[bo
     reference = part.answer.as_matrix()
     share = _share_of_known(problem, part, answer) if is_known else Fraction(0)
     if part.shape is not None:
-        _, zeros = _places_that_count(reference)
-        columns = reference.cols
-        right = {(k // columns + 1, k % columns + 1) for k, same in enumerate(equal) if same}
-        if credit.by == "columns" and columns > 1:
-            counted = share_of_columns([set(group) <= right for group in _columns(reference)])
+        right = {k for k, same in enumerate(equal) if same}
+        if credit.by == "columns" and reference.cols > 1:
+            counted = share_of_columns([right.issuperset(column) for column in _columns(reference)])
         else:
-            counted = share_of_entries(equal, [(k // columns + 1, k % columns + 1) in zeros for k in range(len(equal))])
-        varying = _varying_places(problem, reference)
-        if not varying or set(varying) & right:
+            _, zeros = _entries_that_count(reference)
+            counted = share_of_entries(equal, [k in zeros for k in range(len(equal))])
+        varying = _varying_entries(problem, reference)
+        if not varying or right.intersection(varying):
             share = max(share, counted)
     if _pivot(problem, reference) is not None:
         share = max(share, _share_but_for_a_factor(problem, answer, reference, equal))
@@ -161,7 +148,7 @@ def share_of(problem: Problem, part: Part, answer: sp.Matrix, equal: Sequence[bo
 def _share_of_known(problem: Problem, part: Part, answer: sp.Matrix) -> Fraction:
     """Return the least that the answer of a single known mistake earns."""
     reference = part.answer.as_matrix()
-    moves = _varying_places(problem, reference) and _varying_places(problem, answer)
+    moves = _varying_entries(problem, reference) and _varying_entries(problem, answer)
     if not (part.credit or OWN).is_by_mistakes or not moves:
         return Fraction(0)
     det = divisor(problem.chain, part, domain_of(problem).roles)
@@ -173,7 +160,7 @@ def _share_but_for_a_factor(
     problem: Problem, answer: sp.Matrix, reference: sp.Matrix, equal: Sequence[bool], common: Tree = ONE
 ) -> Fraction:
     """Return the share of an answer whose wrong entries differ by signs, a constant and a `common` factor only."""
-    domain, moving = domain_of(problem), set(_varying_places(problem, reference))
+    domain, moving = domain_of(problem), set(_varying_entries(problem, reference))
     wrong = [k for k, same in enumerate(equal) if not same]
     answer_entries, reference_entries = (
         [read(text_of(matrix[k]), domain.roles) for k in wrong] for matrix in (answer, reference)
@@ -182,42 +169,37 @@ def _share_but_for_a_factor(
     factor = constant_factor(
         answer_entries, reference_entries, domain, set(domain.roles) - problem.constants, f"stack/{problem.id}"
     )
-    moves = any((k // reference.cols + 1, k % reference.cols + 1) in moving for k in wrong)
-    if factor is None or (factor.is_other and not moves):
+    if factor is None or (factor.is_other and moving.isdisjoint(wrong)):
         return Fraction(0)
     return share_but_for_a_factor(factor.is_negative, factor.is_other or common != ONE)
 
 
-def _varying_places(problem: Problem, reference: sp.Matrix) -> "Places":
-    """Return the places of entries that depend on the configuration or its velocity."""
+def _varying_entries(problem: Problem, reference: sp.Matrix) -> list[int]:
+    """Return the entries that depend on the configuration or its velocity, counted from 0 like all entries here."""
     return [
-        (i + 1, j + 1)
-        for i in range(reference.rows)
-        for j in range(reference.cols)
-        if any(symbol.name not in problem.constants for symbol in reference[i, j].free_symbols)
+        k
+        for k, entry in enumerate(reference)
+        if any(symbol.name not in problem.constants for symbol in entry.free_symbols)
     ]
 
 
 def _pivot(problem: Problem, reference: sp.Matrix) -> int | None:
     """Return an entry that determines a constant factor, from 1; None if the reference is a single number."""
     filled = [k for k, entry in enumerate(reference, 1) if entry != 0]
-    return None if not filled or (len(filled) == 1 and not _varying_places(problem, reference)) else filled[0]
+    return None if not filled or (len(filled) == 1 and not _varying_entries(problem, reference)) else filled[0]
 
 
-def _places_that_count(reference: sp.Matrix) -> tuple[Places, Places]:
-    """Return the places of entries that count (those that are not zero, if there are any), and of the zeros."""
-    places = [(i + 1, j + 1) for i in range(reference.rows) for j in range(reference.cols)]
-    filled = [(i, j) for i, j in places if reference[i - 1, j - 1] != 0]
-    return (filled, [place for place in places if place not in filled]) if filled else (places, [])
+def _entries_that_count(reference: sp.Matrix) -> tuple[list[int], list[int]]:
+    """Return the entries that count (those that are not zero, if there are any), and the zeros."""
+    filled = [k for k, entry in enumerate(reference) if entry != 0]
+    zeros = [k for k in range(len(reference)) if k not in filled]
+    return (filled, zeros) if filled else (zeros, [])
 
 
-def _columns(reference: sp.Matrix) -> list[Places]:
-    """Return the places of each column that is not all zeros."""
-    return [
-        [(i + 1, j + 1) for i in range(reference.rows)]
-        for j in range(reference.cols)
-        if any(entry != 0 for entry in reference.col(j))
-    ]
+def _columns(reference: sp.Matrix) -> list[list[int]]:
+    """Return the entries of each column that is not all zeros."""
+    columns = (list(range(j, len(reference), reference.cols)) for j in range(reference.cols))
+    return [column for column in columns if any(reference[k] != 0 for k in column)]
 
 
 # --- formulas ---
@@ -315,7 +297,7 @@ def _partial_credit_lines(problem: Problem, part: Part, reference: sp.Matrix) ->
     if _pivot(problem, reference) is None:
         return lines, feedback
     worth = (part.credit or OWN).worth
-    moving = [(i - 1) * reference.cols + j for i, j in _varying_places(problem, reference)]
+    moving = [k + 1 for k in _varying_entries(problem, reference)]
     lines += [
         f"amiss: qdot_amiss(said, due, agree, {moving});",
         f"share: max(share, if amiss = 0 then 0 else {worth}*(1 - {AMISS}*amiss));",
@@ -327,13 +309,13 @@ def _partial_credit_lines(problem: Problem, part: Part, reference: sp.Matrix) ->
 def _entries(problem: Problem, part: Part, reference: sp.Matrix) -> tuple[list[str], str]:
     """Return the lines that compute the share of a matrix, and the feedback on it."""
     credit = part.credit or OWN
-    counted, zeros = _places_that_count(reference)
+    counted, zeros = _entries_that_count(reference)
 
-    def agreeing(places: Places) -> str:
-        return f"qdot_count(makelist(agree[i], i, {[(i - 1) * reference.cols + j for i, j in places]}))"
+    def agreeing(entries: Sequence[int]) -> str:
+        return f"qdot_count(makelist(agree[i], i, {[k + 1 for k in entries]}))"
 
     worth = "" if credit.worth == 1 else f"*{credit.worth}"
-    varying = _varying_places(problem, reference)
+    varying = _varying_entries(problem, reference)
     constant = [f"share: if share > 0 and {agreeing(varying)} = 0 then 0 else share;"] if varying else []
     if credit.by == "columns" and reference.cols > 1:
         groups = _columns(reference)

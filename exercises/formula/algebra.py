@@ -69,7 +69,7 @@ def addends(total: Node) -> list[Node]:
 
 
 def terms_of(node: Node, most: int) -> list[Node] | None:
-    """Return the terms of sums and products multiplied out, None where they are more than `most`."""
+    """Return the terms of sums and products multiplied out, or None if there are more than `most`."""
     if node.kind not in ("+", "-", "*", "neg"):
         return [node]
     inside = [terms_of(arg, most) for arg in node.args]
@@ -128,7 +128,7 @@ _SLOPES: dict[str, Callable[[Node], Node]] = {
 
 
 def derivative(node: Node, name: str) -> Node | None:
-    """Return the derivative with respect to a name; None of what has none here (abs, sign, atan2, a set).
+    """Return the derivative with respect to a name, or None for abs, sign, atan2 and sets.
 
     >>> from qdot.exercises.formula.expression import read
     >>> from qdot.exercises.formula.trees import node_text

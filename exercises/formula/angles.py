@@ -30,7 +30,7 @@ class Phase:
 
 
 def phase_of(angle: Angle) -> Phase | None:
-    """Return exp(i angle); None where a factor is not in eighths, or a constant no multiple of half a degree."""
+    """Return exp(i angle); None if a factor is not in eighths, or if a constant is no multiple of half a degree."""
     powers, turn = [], Fraction(0)
     for name, factor in angle.items():
         if name == "pi":

@@ -92,7 +92,7 @@ def _nudge(values: Mapping[str, np.ndarray], count: int, nudges: Sequence[tuple[
 
 
 def _ignore_undefined(function: Callable[..., Any], rows: np.ndarray) -> np.ndarray:
-    """Return nanmedian or nanmin of every row, a column; nan where nothing is defined, without NumPy's warning."""
+    """Return nanmedian or nanmin of every row as a column, without NumPy's warning for rows that are all nan."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", RuntimeWarning)
         return np.asarray(function(rows, axis=1, keepdims=True))
@@ -308,7 +308,7 @@ class Space:
         return float(_ignore_undefined(np.nanmedian, self._zeros(search, {**values, **poses}, count)[1][:1])[0, 0])
 
     def _vanishes(self, atom: Atom, values: Mapping[str, np.ndarray], count: int, tolerance: float) -> np.ndarray:
-        """Tell where an expression is zero, by the distance to its zero: |f| / |f's slope|, whatever its scale.
+        """Return where an expression is zero, by the distance to its zero: |f| / |f's slope|, at any scale.
 
         At a multiple zero the slope is nothing, too; there |f| itself has to be no more than rounding.
         """

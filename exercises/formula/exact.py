@@ -351,11 +351,11 @@ class _Entry:
 # --- the same function, known again ---
 
 PLACES = 2
-"""Points at which functions are known again: two different ones agree there with a chance of 1 in 10^40 or so."""
+"""Points for a fingerprint: two different functions agree there with a chance of about 1 in 10^40."""
 
 
 def fingerprint_results(program: Program, seed: str) -> list[tuple[int | None, ...] | None]:
-    """Return numbers by which each result is known again: the same function has the same, however it is written.
+    """Return numbers that identify each result: the same function has the same numbers, however it is written.
 
     They are its values modulo a prime at points that depend on `seed` and on the names alone; None at a point where it
     is undefined. There are none for what is no rational function of lengths, sines and cosines.

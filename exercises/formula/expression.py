@@ -173,7 +173,7 @@ class _Parser:
         return Node("list", tuple(items)) if has_comma or len(items) > 1 else items[0]
 
     def parse_rows(self, close: str) -> tuple[list[list[Node]], bool]:
-        """Read what stands between commas, in rows where semicolons end them, and pass what closes it.
+        """Read entries between commas, in rows if semicolons end them, up to the closing bracket.
 
         Tell whether there was a comma. In braces, and where nothing closes it, an entry may be named, as in x: a.
         """
@@ -214,7 +214,7 @@ class _Parser:
         return node.kind in ("eq", "in") and not names(node.args[0]).isdisjoint(self.known)
 
     def join_conditions(self, first: Node, is_alone: bool) -> Node:
-        """Read A, and B as A and B where B is a condition; with other commas or alternatives it may mean two things.
+        """Read "A, and B" as "A and B" if B is a condition; with other commas or alternatives it is ambiguous.
 
         Before a value, as in theta2 = 0, and pi, the comma parts a list.
         """
@@ -393,7 +393,7 @@ class _Parser:
         return self.tokens[at][0] == "name" and self.at == at + 1 and not self.tokens[at][1].startswith(_PI)
 
     def parse_factor(self) -> Node:
-        """Read a factor without a sign before it; [0] is none, but picks an entry in Python."""
+        """Read a factor without a sign before it. [0] is no factor: it picks an entry in Python."""
         bracket = self.peek() == "["
         here, node = self.at, self.parse_power()
         if bracket and node.kind == "list" and len(node.args) == 1 and node.args[0].kind in ("number", "neg"):
@@ -679,7 +679,7 @@ def _in_unit(value: Node, unit: str) -> Node:
 
 
 def _transpose(matrix: Node) -> Node:
-    """Return a list of rows turned; of a list of entries, which may stand for a column, that."""
+    """Return a list of rows transposed; a list of entries, which may be a column, stays."""
     rows = [row.args for row in matrix.args if row.kind == "list"]
     if len(rows) != len(matrix.args) or len({len(row) for row in rows}) != 1:
         return matrix
@@ -755,7 +755,7 @@ def _container(name: str, args: tuple[Node, ...], parser: _Parser) -> Node:
 
 
 def read(text: str, known: Iterable[str] = ()) -> Node:
-    """Return the tree of `text`; `known` are the names of the problem's symbols, which win over any shorthand.
+    """Return the tree of `text`; `known` are the names of the problem's symbols, which take precedence over shorthand.
 
     Raises ReadError with the place and what was expected. Time and memory grow with the length only.
 
@@ -771,7 +771,7 @@ def read(text: str, known: Iterable[str] = ()) -> Node:
 
 
 SHORT = 4000
-"""Characters of an answer that is kept among many; of longer ones a few are."""
+"""Answers shorter than this are cached in large numbers; only a few longer ones are."""
 
 
 def _parse(text: str, known: frozenset[str]) -> Node:
@@ -784,5 +784,5 @@ _keep_few, _keep_many = lru_cache(4)(_parse), lru_cache(128)(_parse)
 
 @lru_cache(maxsize=512)
 def tree_of_reference(text: str, known: frozenset[str]) -> Node:
-    """Return the tree of a formula of our own, which is wanted for every answer that is held against it."""
+    """Return the tree of one of our own formulas, which is used for every answer that is compared with it."""
     return read(text, known)

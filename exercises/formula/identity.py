@@ -105,7 +105,7 @@ def _sample_role(role: str, points: int, stream: Stream) -> np.ndarray:
 
 
 def default_role(name: str) -> str:
-    """Return the role that a name has when nothing else is said: theta* angle; a*, d*, L* length; others signed."""
+    """Return the default role of a name: theta* is an angle, a*, d* and L* are lengths, all others are signed."""
     if name.startswith("theta"):
         return "angle"
     return "length" if name[0] in "adLl" and name[1:].isdigit() else "signed"
@@ -209,12 +209,12 @@ def compare_entries(
 
 
 def chance_of_missing(points: int, share: float = SHARE) -> float:
-    """Return the chance that none of the points lies where an answer is wrong that is so at that share of them."""
+    """Return the chance that an answer which is wrong at that share of all points is right at all of these points."""
     return float((1.0 - share) ** points)
 
 
 def _count(theirs: Program, certain: Sequence[bool]) -> int:
-    """Return the number of points: a few for a counterexample alone, many where a branch may differ somewhere."""
+    """Return the number of points: a few for a counterexample alone, many if branches may differ somewhere."""
     if all(certain):
         return READABLE
     return max(POINTS, min(POINTS_BRANCHING, _VALUES // len(theirs.steps))) if theirs.branches else POINTS
@@ -277,24 +277,24 @@ class _Trial:
 
     @property
     def defined(self) -> int:
-        """The number of points at which the entry of the reference that is defined least often has a value."""
+        """The smallest number of points at which an entry of the reference is defined."""
         return int(np.isfinite(self.expected).sum(axis=1).min())
 
     def equal(self, entry: int) -> bool:
-        """Decide an entry, and keep the point where it differs."""
+        """Return whether an entry is right, and store the point at which it differs."""
         if self._is_clear(entry).any():
             return False
         looked = [self._is_same(entry, int(point)) for point in self._to_look_at(entry)]
         return False not in looked and (True in looked or bool(self._is_settled(entry).any()))
 
     def _is_clear(self, entry: int) -> np.ndarray:
-        """Return where the difference is much larger than rounding can have made it."""
+        """Return the points at which the difference is much larger than rounding can make it."""
         with np.errstate(all="ignore"):
             least = self.room[entry] + self.noise[entry] + _CLEAR * self.scale[entry]
             return np.asarray((self.off[entry] > least) & np.isfinite(self.off[entry]))
 
     def _is_settled(self, entry: int) -> np.ndarray:
-        """Return where double precision shows that an entry is off by no more than it may be."""
+        """Return the points at which double precision shows that the error is within the allowance."""
         with np.errstate(all="ignore"):
             return np.asarray(self.off[entry] + self.noise[entry] <= self.room[entry])
 
@@ -356,11 +356,11 @@ class _Trial:
             point = int(clear[0])
             yours, expected = self.yours[entry, point], self.expected[entry, point]
         else:
-            point, yours, expected = self.examples.get(entry) or self._tiny(entry)
+            point, yours, expected = self.examples.get(entry) or self._tiny_difference(entry)
         at = {name: _round(column[point]) for name, column in sorted(self.values.items())}
         return EntryDifference(entry, at, *tell_apart(yours, expected))
 
-    def _tiny(self, entry: int) -> tuple[int, Any, Any]:
+    def _tiny_difference(self, entry: int) -> tuple[int, Any, Any]:
         """Return a point at which 50 digits show a difference that double precision does not, or else any point."""
         example = (0, self.yours[entry, 0], self.expected[entry, 0])
         for point in range(READABLE):
@@ -372,7 +372,7 @@ class _Trial:
 
 
 def _scales(magnitude: np.ndarray) -> np.ndarray:
-    """Return the size against which a difference is judged: the entry's terms; for a zero, the largest entry's."""
+    """Return the size to which a difference is compared: that of the entry's terms, or of the largest entry's for 0."""
     largest = magnitude.max(axis=0, keepdims=True)
     largest = np.where((largest > 0) & np.isfinite(largest), largest, 1.0)
     return np.where((magnitude > 0) & np.isfinite(magnitude), magnitude, largest)
@@ -398,7 +398,7 @@ def tell_apart(yours: Any, expected: Any) -> tuple[float | str, float | str]:
 
 
 def number(value: complex) -> float | str:
-    """Return a value fit for JSON: a float of six digits, or words where it is complex or not a number."""
+    """Return a value for JSON: a float with six digits, or words if it is complex or not a number."""
     if not np.isfinite(value):
         return "not a finite number"
     if abs(value.imag) > 1e-9 * abs(value):

@@ -98,7 +98,7 @@ def join(between: Sequence[Layout], listed: Iterable[Sequence[Layout]]) -> Piece
 
 
 def bracket(inside: Sequence[Layout], tall: frozenset[str]) -> Pieces:
-    """Return pieces in brackets, that grow only where there is something inside whose kind or text is in `tall`."""
+    """Return pieces in brackets, which grow only if they contain a piece whose kind or text is in `tall`."""
     if _has(inside, tall):
         return (fence("()", inside),)
     return (Layout("sign", "("), *inside, Layout("sign", ")"))

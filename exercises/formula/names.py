@@ -45,7 +45,7 @@ def plain_name(name: str) -> str:
 
 @lru_cache(maxsize=4096)
 def pieces_of(raw: str, known: frozenset[str]) -> tuple[NamePart, ...]:
-    """Return what a name stands for, `known` being the symbols of the problem, which win over everything else.
+    """Return the parts of a name; `known` are the symbols of the problem, which take precedence.
 
     >>> [piece.kind for piece in pieces_of("a1c12", frozenset({"a1", "theta1", "theta2"}))]
     ['name', 'cos']
@@ -57,7 +57,7 @@ def pieces_of(raw: str, known: frozenset[str]) -> tuple[NamePart, ...]:
     function = FUNCTIONS.get(name) or FUNCTIONS.get(name.lower())
     if function is not None:
         return (NamePart("function", (function,)),)
-    part = _one(name, known)
+    part = _usual_meaning(name, known)
     if part is not None:
         return (part,)
     for whole in VOCABULARY["whole_numbers"]:  # kπ
@@ -69,7 +69,7 @@ def pieces_of(raw: str, known: frozenset[str]) -> tuple[NamePart, ...]:
 
 
 def factors_of(raw: str, known: frozenset[str]) -> list[str]:
-    """Return the names with a dot between for a product, as in a1.a2.sin; nothing if one means nothing: a1.subs.
+    """Return the factors of a product that is written with dots, as a1.a2.sin; [] if one is unknown, as in a1.subs.
 
     Without a problem, whose symbols are not known, they end with a digit.
 
@@ -84,8 +84,8 @@ def factors_of(raw: str, known: frozenset[str]) -> list[str]:
     return names if all(not known and re.search("[0-9]$", symbol) for symbol in symbols) else []
 
 
-def _one(name: str, known: frozenset[str]) -> NamePart | None:
-    """Return what a name that is no symbol of the problem means by custom; None where it means nothing."""
+def _usual_meaning(name: str, known: frozenset[str]) -> NamePart | None:
+    """Return the customary meaning of a name that is no symbol of the problem, or None."""
     short = _SHORT.fullmatch(name)
     if short is not None and (angles := _angles(short.group(3), known, short.group(2) or "theta")):
         return NamePart(SHORTHAND[short.group(1)], angles)
@@ -116,7 +116,7 @@ def _one(name: str, known: frozenset[str]) -> NamePart | None:
 
 
 def _angles(digits: str, known: frozenset[str], letter: str = "theta") -> tuple[str, ...]:
-    """Return the angles that c12 or theta12 counts, if all are known, or nothing is."""
+    """Return the angles in c12 or theta12 if all of them are known, or if no symbols are known."""
     angles = tuple(f"{letter}{digit}" for digit in digits)
     return angles if not known or all(angle in known for angle in angles) else ()
 
@@ -128,7 +128,7 @@ def _words(known: frozenset[str]) -> re.Pattern[str]:
 
 
 def _split(name: str, known: frozenset[str]) -> tuple[NamePart, ...]:
-    """Return the pieces of names without a space between, as a1c12 or costheta1; nothing if one means nothing."""
+    """Return the parts of names without spaces between them, as in a1c12 or costheta1; () if one is unknown."""
     if not known:
         return ()
     split: list[NamePart] = []
@@ -139,7 +139,7 @@ def _split(name: str, known: frozenset[str]) -> tuple[NamePart, ...]:
         word, at = match.group(), match.end()
         piece = NamePart("name", (word,)) if word in known or word == "pi" else None
         function = FUNCTIONS.get(word) or SHORTHAND.get(word)
-        piece = piece or (NamePart("function", (function,)) if function is not None else _one(word, known))
+        piece = piece or (NamePart("function", (function,)) if function is not None else _usual_meaning(word, known))
         if piece is None:
             return ()
         split.append(piece)

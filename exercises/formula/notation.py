@@ -121,7 +121,7 @@ _LENGTH_WITH_COMMA = re.compile(
 
 
 def with_points_of_lengths(text: str) -> str:
-    """Return a text with the commas of lengths as in 0,2 m, which stand between no two values, written as points.
+    """Return a text with decimal points in lengths such as 0,2 m, whose comma can't separate two values.
 
     >>> with_points_of_lengths("d3 = 0,2 m oder 20,5 cm, theta2 = 0,180°")
     'd3 = 0.2 m oder 20.5 cm, theta2 = 0,180°'
@@ -136,7 +136,7 @@ _NAMED_IN_UNIT = re.compile(
 
 
 def units_of_numbers(text: str) -> list[tuple[str, str, int]]:
-    """Return the unit of every number that has one, each with the name before it, or "", and where that begins.
+    """Return the units of numbers, each after the name before it (or "") and before the place where that begins.
 
     >>> units_of_numbers("qd1 = 0.5 rad/s, 118 mm/s")
     [('qd1', 'rad/s', 0), ('', 'mm/s', 16)]
@@ -205,7 +205,7 @@ class _LatexReader:
         return token
 
     def read_until(self, ends: tuple[str, ...]) -> str:
-        """Return the text up to one of the tokens, which stays."""
+        """Return the text up to one of the tokens, which is not read."""
         self.depth += 1
         out: list[str] = []
         while self.at < len(self.tokens) and self.peek() not in ends and self.depth <= MAX_NESTING:
@@ -250,7 +250,7 @@ class _LatexReader:
         return inner
 
     def read_argument(self) -> str:
-        """Return a group, or the one token that stands for it; nothing where there is none, or too deep a nest."""
+        """Return a group, or a single token instead; "" if there is none, or if groups are nested too deeply."""
         while self.peek() and self.peek()[0] in SPACES:
             self.at += 1
         if self.at >= len(self.tokens) or self.depth > MAX_NESTING:

@@ -196,6 +196,6 @@ def joint_sum(angle: sp.Expr) -> str | None:
 
 
 def index_of(symbol: sp.Symbol) -> int:
-    """Return the number in a symbol's name, 0 where there is none."""
+    """Return the number in a symbol's name, or 0."""
     digits = re.sub(r"\D", "", symbol.name)
     return int(digits) if digits else 0

@@ -36,7 +36,7 @@ class Program:
 
 
 def compile_program(nodes: Sequence[Node]) -> Program:
-    """Return one program for several scalar trees. Raises ReadError where a tree holds a list, set or equation."""
+    """Return one program for several scalar trees. Raises ReadError if a tree contains a list, set or equation."""
     steps: list[Step] = []
     known: dict[Any, int] = {}
 
@@ -174,7 +174,7 @@ def select_outputs(program: Program, steps: list[ValueAndSize]) -> tuple[np.ndar
 
 
 def number_regions(evaluated: Sequence[tuple[Program, list[ValueAndSize]]], points: int) -> np.ndarray:
-    """Return a number for each point: the same where operands of functions with branches have the same signs."""
+    """Return a number for each point, equal where the operands of all branching functions have equal signs."""
     number = np.zeros(points, dtype=np.int64)
     for program, steps in evaluated:
         branching = (operands for op, operands, _ in program.steps if op in BRANCHING)
@@ -302,7 +302,7 @@ SAME = 1e-40
 
 
 def value_of(node: Node) -> Any:
-    """Return the real value of a tree without symbols, as an mpmath number; None where it has symbols or none."""
+    """Return the real value of a tree as an mpmath number; None if it has symbols or no real value."""
     if names(node):
         return None
     value = evaluate_precisely(compile_program([node]), {}, DIGITS)[0]

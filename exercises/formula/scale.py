@@ -36,7 +36,7 @@ def constant_factor(
     seed: str,
     rounding: Rounding | None = None,
 ) -> Factor | None:
-    """Return by what constant factor all entries are off, whatever the sign of each; None where there is none but 0."""
+    """Return the constant factor between all entries and the reference, ignoring signs; None if there is only 0."""
     pivot = next((k for k, entry in enumerate(reference) if entry != ZERO), None)
     if pivot is None:
         return None

@@ -138,13 +138,13 @@ def _list_values(values: Node) -> list[Node]:
 
 
 def _vanish(node: Node) -> list[Piece]:
-    node = _bare(node)
+    node = _strip_powers(node)
     compile_program([node])
     return [(Atom(case),) for case in _whole_number_cases(node)]
 
 
-def _bare(node: Node) -> Node:
-    """Return what vanishes where an expression does, X of sqrt(X) or X^4: they lack the slope that a search needs."""
+def _strip_powers(node: Node) -> Node:
+    """Return X for sqrt(X), X^4 and the like, which vanish where X does but lack the slope that a search needs."""
     while True:
         less_nothing = node.kind == "-" and node.args[1].kind in ("number", "decimal") and not node.args[1].value
         is_power = node.kind == "^" and node.args[1].kind in ("number", "decimal") and node.args[1].value > 0

@@ -40,7 +40,7 @@ CHAIN = "="
 
 
 def chain_of(node: Node) -> list[Node]:
-    """Return the sides of A = B = C; nothing of what is no equation."""
+    """Return the sides of A = B = C; [] for anything else."""
     if node.kind == "eq":
         return list(node.args)
     if node.kind != "and" or node.value != CHAIN or any(arg.kind != "eq" for arg in node.args):
@@ -135,12 +135,12 @@ _SAID = {
 
 
 def statement_in(node: Node) -> Node | None:
-    """Return a list, a condition or a blank in a tree, which is no single expression then; None in one that is."""
+    """Return a list, condition or blank in a tree; None if the tree is a single expression."""
     return next((statement for statement in nodes_of(node) if statement.kind not in _SCALARS), None)
 
 
 def refuse_statements(node: Node) -> None:
-    """Raise ReadError where a tree is no single expression."""
+    """Raise ReadError if a tree is no single expression."""
     if (statement := statement_in(node)) is not None:
         raise no_scalar(statement)
 

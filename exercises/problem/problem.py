@@ -172,7 +172,7 @@ class Details:
     drawn: bool = False
 
     def given_values(self, chain: Chain) -> Mapping[str, float]:
-        """Return the lengths, joint values and velocities at which it is asked, none where it is asked in formulas."""
+        """Return the given lengths, joint values and velocities; {} for a question in formulas."""
         return {}
 
     def shown_values(self, chain: Chain) -> Mapping[str, float]:
@@ -181,7 +181,7 @@ class Details:
 
     @property
     def given_joints(self) -> Mapping[sp.Symbol, sp.Expr]:
-        """The joint values that are given to an answer in formulas, which may hold lengths."""
+        """The given joint values of an answer in formulas; they may contain lengths."""
         return {}
 
 
@@ -213,13 +213,13 @@ class Part:
         return f"Part({self.name}: {self.type}{shape}, {self.points:g} points)"
 
     def of(self, kind: type[Kind]) -> Kind:
-        """Return the answer, which is of this type. Raises TypeError where it is of another."""
+        """Return the answer, which has to be of this type; else raise TypeError."""
         if not isinstance(self.answer, kind):
             raise TypeError(f"the answer to {self.kind!r} is of type {self.type}, not {kind.type}")
         return self.answer
 
     def about(self, kind: type[About]) -> About:
-        """Return the details, which are of this class. Raises TypeError where they are of another."""
+        """Return the details, which have to be of this class; else raise TypeError."""
         if not isinstance(self.details, kind):
             raise TypeError(f"the details of {self.kind!r} are {type(self.details).__name__}, not {kind.__name__}")
         return self.details
@@ -301,7 +301,7 @@ class Problem:
 
     @property
     def constants(self) -> frozenset[str]:
-        """The lengths and angles of the arm, which no motion changes."""
+        """The lengths and angles of the arm that no motion changes."""
         return frozenset(name for name, info in self.symbols().items() if info.role in ("length", "angle"))
 
     def domain(self) -> Domain:

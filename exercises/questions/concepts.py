@@ -32,7 +32,7 @@ from qdot.exercises.questions.geometry import (
     sample_unequal_lengths,
 )
 from qdot.exercises.questions.inversion import sample_pose
-from qdot.exercises.questions.singular import objection_unless_singular
+from qdot.exercises.questions.singular import objection_unless_direction_lost
 
 DIFFERENT = 0.2
 """Share of the larger one by which two options differ at least."""
@@ -279,13 +279,10 @@ class OfCost(Details):
 
 
 def _object_to_cost(chain: Chain) -> str | None:
-    if refused := objection_unless_singular(chain):
+    if refused := objection_unless_direction_lost(chain):
         return refused
-    m = len(chain.task)
-    if m > chain.n:
-        return f"its task counts {m} components, more than its {chain.n} joints can give anywhere"
-    if not 2 <= m <= MOST_ROWS:
-        return f"its task counts {m} components of velocity"
+    if len(chain.task) > MOST_ROWS:
+        return f"its task counts {len(chain.task)} components of velocity"
     return None if _has_cost(chain) else "no singular configuration loses exactly one direction"
 
 

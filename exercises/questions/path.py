@@ -35,7 +35,7 @@ from qdot.exercises.questions.inversion import (
     sample_lengths,
     sample_pose,
 )
-from qdot.exercises.questions.redundancy import open_angles
+from qdot.exercises.questions.redundancy import objection_to_open_angles
 
 STEP = 0.02
 """Distance of the places at which a line is looked at (m)."""
@@ -151,10 +151,8 @@ def _object_to_path(chain: Chain) -> str | None:
         return f"its task counts {', '.join(chain.task)}, and a path of the point tells linear velocities only"
     if not 2 <= chain.n <= 3:
         return f"it has {chain.n} joints; a path is asked of two or three"
-    if refused := objection_unless_square(chain):
+    if refused := objection_unless_square(chain) or objection_to_open_angles(chain):
         return refused
-    if open_angles(chain):
-        return f"its angle {open_angles(chain)[0]} is left open"
     if singular_set(chain) == () and all(joint.kind == "P" for joint in chain.joints):
         return "its Jacobian is the same everywhere, and so are the rates on a line"
     return None

@@ -6,7 +6,6 @@ largest of them over the smallest. Both compare or multiply entries of J, and ar
 
 from dataclasses import dataclass
 
-import numpy as np
 import sympy as sp
 
 from qdot.exercises.answers import Number
@@ -23,7 +22,7 @@ from qdot.exercises.arm.mpmath_kinematics import (
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.questions.base import Asked, Question
 from qdot.exercises.questions.inversion import THREE_DIGITS, InSituation, Situation, jacobian_at, sample_situation
-from qdot.exercises.questions.redundancy import NOTHING, jacobian_somewhere, objection_to_mixed_joints, open_angles
+from qdot.exercises.questions.redundancy import objection_to_mixed_joints, objection_to_numbers
 
 
 def _object_to_arm(chain: Chain) -> str | None:
@@ -35,12 +34,9 @@ def _object_to_arm(chain: Chain) -> str | None:
         return f"its task {', '.join(chain.task)} has linear and angular rows, which have no common unit"
     if n > m and (refused := objection_to_mixed_joints(chain)):
         return refused
-    if open_angles(chain):
-        return f"its angle {open_angles(chain)[0]} is left open"
     if all(joint.kind == "P" for joint in chain.joints):
         return "its Jacobian is the same in every configuration"
-    sigma = np.linalg.svd(jacobian_somewhere(chain), compute_uv=False)
-    return "its Jacobian has less than full rank everywhere" if sigma[-1] <= NOTHING * sigma[0] else None
+    return objection_to_numbers(chain)
 
 
 def _object_to_ratio(chain: Chain) -> str | None:

@@ -36,7 +36,7 @@ from qdot.exercises.questions.geometry import (
 )
 from qdot.exercises.questions.inversion import THREE_DIGITS
 from qdot.exercises.questions.lost_lines import SAMPLES, Motion, find_lost_motion, find_parallel_lines
-from qdot.exercises.questions.singular import objection_unless_singular
+from qdot.exercises.questions.singular import objection_unless_direction_lost, objection_unless_singular
 
 MOST_ROWS = 4
 """Rows of a Jacobian whose null space is found by hand."""
@@ -138,20 +138,8 @@ def _find_vanishing_conditions(chain: Chain, pose: Pose) -> tuple[tuple[sp.Expr,
 # --- lost direction, as a vector ---
 
 
-def _object_to_direction(chain: Chain) -> str | None:
-    refused = objection_unless_singular(chain)
-    if refused is not None:
-        return refused
-    m = len(chain.task)
-    if m > chain.n:
-        return f"its task counts {m} components, more than its {chain.n} joints can give anywhere"
-    if m < 2:
-        return "its task counts one component of velocity only"
-    return None
-
-
 def _object_to_vector(chain: Chain) -> str | None:
-    refused = _object_to_direction(chain)
+    refused = objection_unless_direction_lost(chain)
     if refused is None and len(chain.task) > MOST_ROWS:
         return f"its Jacobian has {len(chain.task)} rows, too many to find a null space by hand"
     if refused is None and not _find_branches_with_vector(chain):
@@ -250,7 +238,7 @@ def _find_lost_motions(chain: Chain) -> list[tuple[Where, Branch, Motion]]:
 
 
 def _object_to_motion(chain: Chain) -> str | None:
-    refused = _object_to_direction(chain)
+    refused = objection_unless_direction_lost(chain)
     if refused is None and not _find_lost_motions(chain):
         return "no line of the arm tells a direction that is lost"
     return refused

@@ -44,13 +44,9 @@ def objection_unless_redundant(chain: Chain) -> str | None:
     m, n = len(chain.task), chain.n
     if n <= m:
         return f"its Jacobian is {m} x {n} for the task {', '.join(chain.task)}; it needs more joints than rows"
-    if open_angles(chain):
-        return f"its angle {open_angles(chain)[0]} is left open"
-    jacobian = jacobian_somewhere(chain)
-    sigma = np.linalg.svd(jacobian, compute_uv=False)
-    if sigma[-1] <= NOTHING * sigma[0]:
-        return "its Jacobian has less than full rank everywhere"
-    still = [i for i, column in enumerate(jacobian.T, 1) if np.abs(column).max() < NOTHING]
+    if refused := objection_to_numbers(chain):
+        return refused
+    still = [i for i, column in enumerate(jacobian_somewhere(chain).T, 1) if np.abs(column).max() < NOTHING]
     return f"joint {still[0]} does not move the task at all" if still else None
 
 
@@ -60,9 +56,18 @@ def jacobian_somewhere(chain: Chain) -> np.ndarray:
     return np.array(PreciseArm(chain, values, DOUBLE).task_jacobian([0.3 + 0.7 * i for i in range(chain.n)]))
 
 
-def open_angles(chain: Chain) -> list[str]:
-    """Return the open symbols of the table that are angles, for which no lengths can be drawn."""
-    return [symbol.name for symbol in chain.parameters if symbol.name.startswith(("alpha", "beta"))]
+def objection_to_open_angles(chain: Chain) -> str | None:
+    """Return the objection to an arm with an open angle in its table: numbers are sampled for lengths only."""
+    angles = [symbol.name for symbol in chain.parameters if symbol.name.startswith(("alpha", "beta"))]
+    return f"its angle {angles[0]} is left open" if angles else None
+
+
+def objection_to_numbers(chain: Chain) -> str | None:
+    """Return the objection to an arm that has no configuration of full rank in numbers."""
+    if refused := objection_to_open_angles(chain):
+        return refused
+    sigma = np.linalg.svd(jacobian_somewhere(chain), compute_uv=False)
+    return "its Jacobian has less than full rank everywhere" if sigma[-1] <= NOTHING * sigma[0] else None
 
 
 def objection_to_mixed_joints(chain: Chain) -> str | None:

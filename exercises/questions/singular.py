@@ -43,6 +43,16 @@ def objection_unless_singular(chain: Chain) -> str | None:
     return None if components else "it has no singular configuration"
 
 
+def objection_unless_direction_lost(chain: Chain) -> str | None:
+    """Return the objection to an arm of which no singular configuration can lose one direction out of several."""
+    m = len(chain.task)
+    if refused := objection_unless_singular(chain):
+        return refused
+    if m > chain.n:
+        return f"its task counts {m} components, more than its {chain.n} joints can give anywhere"
+    return "its task counts one component of velocity only" if m < 2 else None
+
+
 def _object_to_kinds(chain: Chain) -> str | None:
     if not kind_is_sure(chain):
         return "boundary or internal can't be established for its task"

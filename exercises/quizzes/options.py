@@ -72,8 +72,14 @@ class OfferedOption:
 
     @property
     def text(self) -> str:
-        """What it shows as plain text, as an answer could be typed."""
-        return text_of(self.shown)
+        """What it shows as plain text, as an answer could be typed: [[1, a1]] for a matrix."""
+        if isinstance(self.shown, tuple):
+            return " or ".join(piece for component in self.shown for piece in component.pieces())
+        if isinstance(self.shown, sp.Expr):
+            return str(self.shown)
+        is_matrix = self.shown.cols > 1
+        rows = [f"[{', '.join(map(str, row))}]" if is_matrix else str(row[0]) for row in self.shown.tolist()]
+        return f"[{', '.join(rows)}]"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -105,20 +111,6 @@ class Places(Details):
         turns = q.name.startswith("theta")
         value = place.about.get(q, place.joints[q] * 180 / sp.pi if turns else place.joints[q])
         return f"{float(value) + 0.0:.{2 if turns else 4}f}"
-
-
-def text_of(shown: Formula) -> str:
-    """Return a formula or a set as plain text.
-
-    >>> text_of(sp.Matrix([[1, sp.Symbol("a1")]]))
-    '[[1, a1]]'
-    """
-    if isinstance(shown, tuple):
-        return " or ".join(piece for component in shown for piece in component.pieces())
-    if isinstance(shown, sp.Expr):
-        return str(shown)
-    rows = [f"[{', '.join(map(str, row))}]" if shown.cols > 1 else str(row[0]) for row in shown.tolist()]
-    return f"[{', '.join(rows)}]"
 
 
 def rank_right_option(lengths: Sequence[int]) -> int:

@@ -8,5 +8,5 @@ From the bottom up:
     robots                      example tables for the page "Your own arm"
     guide, reference            the order of the documentation; the command line as a page
     pages                       all pages
-    stale_files, build          removes files of an earlier build; builds the whole site
+    build                       builds the whole site
 """

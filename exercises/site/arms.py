@@ -1,7 +1,6 @@
 """The gallery of the arms: every family with its thumbnail, its questions, and a link to practise with it."""
 
 from collections.abc import Collection
-from dataclasses import dataclass
 
 from qdot.exercises.families import FAMILIES
 from qdot.exercises.families.listing import listing
@@ -18,47 +17,22 @@ from qdot.exercises.writing.wording import Wording
 PATH = "arms.html"
 
 
-@dataclass(frozen=True)
-class Card:
-    """A family as the gallery shows it, with its titles in other languages.
-
-    `task` is MathML, `kinds` the joints as in RRP; both are empty if they vary. `practised` says whether the bank has
-    problems of it.
-    """
-
-    name: str
-    title: str
-    titles: dict[str, str]
-    source: str
-    kinds: str
-    task: str
-    difficulty: str
-    asked: tuple[str, ...]
-    practised: bool
-
-
 def gallery(practised: Collection[str]) -> Page:
     """Return the gallery; `practised` are the families that the site's bank has."""
-    cards = [_card(name, name in practised) for name in FAMILIES]
-    titles = {name: question.title for name, question in QUESTIONS.items()}
-    translations = {
-        name: {code: catalogue(code).question(title) for code in LANGUAGES} for name, title in titles.items()
-    }
-    body = render("site/arms.html.j2", cards=cards, questions=titles, translated_questions=translations)
+    words = {code: catalogue(code) for code in LANGUAGES}
+    body = render(
+        "site/arms.html.j2",
+        families=FAMILIES,
+        listing=listing(),
+        practised=practised,
+        tasks={name: _task(name) for name, family in FAMILIES.items() if not family.varied},
+        questions={name: question.title for name, question in QUESTIONS.items()},
+        translate_family=lambda title: {code: words[code].family(title) for code in words},
+        translate_question=lambda title: {code: words[code].question(title) for code in words},
+    )
     return Page(PATH, "The arms", body, section="arms", kind="wide")
 
 
-def _card(name: str, practised: bool) -> Card:
-    family, listed = FAMILIES[name], listing()[name]
-    task = Wording(sample_chain(ProblemId(name, 0))).task
-    return Card(
-        name=name,
-        title=family.title,
-        titles={code: catalogue(code).family(family.title) for code in LANGUAGES},
-        source=family.source,
-        kinds="" if family.varied else listed.kinds,
-        task="" if family.varied else mathml(parse_latex(", ".join(task))),
-        difficulty=listed.difficulty,
-        asked=listed.questions,
-        practised=practised,
-    )
+def _task(name: str) -> str:
+    """Return the task of a family's arms as MathML."""
+    return mathml(parse_latex(", ".join(Wording(sample_chain(ProblemId(name, 0))).task)))

@@ -19,7 +19,7 @@ from qdot.exercises.arm.difficulty import step
 from qdot.exercises.assignment.draws import FailedSlot, Failures
 from qdot.exercises.assignment.store import code_digest
 from qdot.exercises.common.files import write_atomically
-from qdot.exercises.common.parallel import ordered_map
+from qdot.exercises.common.parallel import keep_state, ordered_map
 from qdot.exercises.families import FAMILIES
 from qdot.exercises.figure.plane import is_flat
 from qdot.exercises.problem.problem import Problem
@@ -47,7 +47,7 @@ def write_bank(
     written.
     """
     listed = []
-    with closing(ordered_map(_write, wanted, jobs, _state, (folder, failures, solved))) as every:
+    with closing(ordered_map(_write, wanted, jobs, keep_state, ((folder, failures, solved),))) as every:
         for record in every:
             if isinstance(record, FailedSlot):
                 left_out(record)
@@ -58,10 +58,6 @@ def write_bank(
 
 
 _State = tuple[Path, Failures, bool]
-
-
-def _state(folder: Path, failures: Failures, solved: bool) -> _State:
-    return folder, failures, solved
 
 
 def _write(state: _State, wanted: BankProblem) -> Json | FailedSlot:

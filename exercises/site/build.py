@@ -2,8 +2,7 @@
 
 import hashlib
 import json
-import shutil
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -16,7 +15,6 @@ from qdot.exercises.site.bank import FOLDER, PROBLEM_ENDINGS, SOLUTION_ENDINGS, 
 from qdot.exercises.site.page import INDEX, ROBOTS
 from qdot.exercises.site.pages import (
     Around,
-    Assets,
     built_assets,
     favicon,
     licences_text,
@@ -26,7 +24,6 @@ from qdot.exercises.site.pages import (
     worker_text,
 )
 from qdot.exercises.site.robots import robots_text
-from qdot.exercises.site.stale_files import remove_stale_files
 from qdot.exercises.site.supply import BankProblem
 from qdot.exercises.writing.languages import LANGUAGES
 
@@ -71,77 +68,45 @@ def build(order: Order, each: Callable[[], None], left_out: Callable[[FailedSlot
         raise QdotError(NOT_BUILT)
     make_folder(order.folder)
     listed = write_bank(order.folder, order.wanted, order.failures, order.jobs, each, left_out, order.is_solved)
-    index = index_text(listed, order.titles, order.feedback)
-    write_atomically(order.folder / INDEX, index)
-    write_atomically(order.folder / ROBOTS, robots_text())
-    titles = {f"{FOLDER}/index.{language}.json": titles_text(language, order.titles) for language in LANGUAGES}
-    for name, text in titles.items():
-        write_atomically(order.folder / name, text)
-    write_atomically(order.folder / SIZES, _sizes_text(order, listed))
-    shell = [*_copy_assets(assets, order.folder), ROBOTS, SIZES]
+    endings = PROBLEM_ENDINGS + SOLUTION_ENDINGS * order.is_solved
+    problems = {
+        name: {ending: order.folder / FOLDER / f"{name}{ending}" for ending in endings}
+        for name in (f"{entry['family']}/{entry['key']}" for entry in listed)
+    }
+    files: dict[str, str | bytes] = {
+        **{path.relative_to(assets.folder).as_posix(): path.read_bytes() for path in assets.files},
+        ROBOTS: robots_text(),
+        SIZES: _sizes_text(problems),
+        INDEX: index_text(listed, order.titles, order.feedback),
+        **{f"{FOLDER}/index.{language}.json": titles_text(language, order.titles) for language in LANGUAGES},
+        "icon.svg": favicon(),
+        "manifest.webmanifest": manifest(order.course),
+    }
     families = [name for name, _, _ in order.titles]
-    around = Around(order.docs, order.commands, order.course, families, licences_text(assets.folder))
-    for page in pages(around):
-        write_atomically(order.folder / page.path, page_text(page, assets, order.course, order.docs is not None))
-        shell.append(page.path)
+    for page in pages(Around(order.docs, order.commands, order.course, families, licences_text(assets.folder))):
+        files[page.path] = page_text(page, assets, order.course, order.docs is not None)
         for language, (title, body) in page.translations.items():
-            path = page.translated_path(language)
-            write_atomically(order.folder / path, json.dumps({"title": title, "body": body}, ensure_ascii=False))
-            shell.append(path)
-    drawings = [] if order.docs is None else _copy_drawings(order.docs, order.folder)
-    shell += [name for name in drawings if name.startswith(GALLERY)]
-    write_atomically(order.folder / "icon.svg", favicon())
-    write_atomically(order.folder / "manifest.webmanifest", manifest(order.course))
-    version = hashlib.sha256(
-        b"".join((order.folder / name).read_bytes() for name in shell + _bank_paths(order, listed) + [*titles])
-        + index.encode()
-    ).hexdigest()
-    shell += ["icon.svg", "manifest.webmanifest", INDEX, *titles]
-    write_atomically(order.folder / "sw.js", worker_text(shell, version[:16]))
-    remove_stale_files(order.folder, [*shell, *drawings, "sw.js"])
+            translated = json.dumps({"title": title, "body": body}, ensure_ascii=False)
+            files[page.translated_path(language)] = translated
+    drawings = {} if order.docs is None else _drawings(order.docs)
+    offline = files | {path: content for path, content in drawings.items() if path.startswith(GALLERY)}
+    version = hashlib.sha256()  # if a file of the bank changes, browsers discard their cache of the site, too
+    for content in (*offline.values(), *(path.read_bytes() for paths in problems.values() for path in paths.values())):
+        version.update(content.encode() if isinstance(content, str) else content)
+    for path, content in (offline | drawings).items():
+        write_atomically(order.folder / path, content, lasting=False)
+    write_atomically(order.folder / "sw.js", worker_text([*offline], version.hexdigest()[:16]))
     questions = sum(len(entry["questions"]) for entry in listed)
-    return {"problems": len(listed), "questions": questions, "files": len(shell)}
+    return {"problems": len(listed), "questions": questions, "files": len(offline)}
 
 
-def _sizes_text(order: Order, listed: Sequence[Json]) -> str:
+def _sizes_text(problems: Mapping[str, Mapping[str, Path]]) -> str:
     """Return the sizes of the files of each problem: {"files": {"FAMILY/KEY": {ending: bytes}}}."""
-    files: dict[str, dict[str, int]] = {}
-    for entry in listed:
-        name = f"{entry['family']}/{entry['key']}"
-        paths = {
-            ending: order.folder / FOLDER / f"{name}{ending}"
-            for ending in PROBLEM_ENDINGS + SOLUTION_ENDINGS * order.is_solved
-        }
-        files[name] = {ending: path.stat().st_size for ending, path in paths.items()}
+    files = {name: {ending: path.stat().st_size for ending, path in paths.items()} for name, paths in problems.items()}
     return json.dumps({"format": 1, "files": files}, separators=(",", ":"))
 
 
-def _bank_paths(order: Order, listed: Sequence[Json]) -> list[str]:
-    """Return the paths of the bank's files; if one of them changes, browsers discard their cache of the site."""
-    names = [f"{FOLDER}/{entry['family']}/{entry['key']}" for entry in listed]
-    return [name + ending for name in names for ending in PROBLEM_ENDINGS + SOLUTION_ENDINGS * order.is_solved]
-
-
-def _copy_drawings(docs: Path, folder: Path) -> list[str]:
-    """Copy the documentation's drawings and pictures, and return their paths in the site."""
-    names = []
-    for drawing in sorted(path for path in docs.rglob("*") if path.suffix in (".png", ".svg")):
-        names.append(f"docs/{drawing.relative_to(docs).as_posix()}")
-        _copy(drawing, folder / names[-1])
-    return names
-
-
-def _copy_assets(assets: Assets, folder: Path) -> list[str]:
-    """Copy scripts and styles, and return their paths in the site."""
-    names = [path.relative_to(assets.folder).as_posix() for path in assets.files]
-    for name, path in zip(names, assets.files, strict=True):
-        _copy(path, folder / name)
-    return names
-
-
-def _copy(source: Path, target: Path) -> None:
-    make_folder(target.parent)
-    try:
-        shutil.copyfile(source, target)
-    except OSError as error:
-        raise QdotError(f"{target} can't be written: {error.strerror or error}") from None
+def _drawings(docs: Path) -> dict[str, bytes]:
+    """Return the documentation's drawings and pictures, by their paths in the site."""
+    paths = sorted(path for path in docs.rglob("*") if path.suffix in (".png", ".svg"))
+    return {f"docs/{path.relative_to(docs).as_posix()}": path.read_bytes() for path in paths}

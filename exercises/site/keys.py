@@ -124,7 +124,11 @@ class _Keys(AnswerVisitor[Json]):
     def _direction_in_numbers(self) -> Json:
         key, _ = _values(self.problem, self.part)
         right = np.array([entry[0] for entry in key["right"]], dtype=float)
-        return key | {"mistakes": self._mistakes(_mistakes_in_direction(self.problem, self.part, right))}
+        return key | {
+            "mistakes": self._mistakes(
+                _likeliest(_unit_vectors_of_mistakes(self.problem, self.part, right), right / np.linalg.norm(right))
+            )
+        }
 
     def numbers(self, answer: Number) -> Json:
         mistakes = self._mistakes(_mistakes_in_numbers(self.problem, self.part, answer))
@@ -161,7 +165,8 @@ def _values(problem: Problem, part: Part) -> tuple[Json, Values]:
     key = values_key(part.answer.formulas(), part.shape or (1, 1), problem.domain(), _stream(problem, part))
     reference = part.answer.as_matrix()
     used = [{symbol.name for symbol in entry.free_symbols} for entry in reference]
-    key["constants"] = sorted(problem.constants & {*key["symbols"]} & _open_symbols(problem))
+    without_number = {name for name, role in problem.domain().roles.items() if isinstance(role, str)}
+    key["constants"] = sorted(problem.constants & {*key["symbols"]} & without_number)
     key["moving"] = [index for index, symbols in enumerate(used) if symbols - problem.constants]
     columns = zip(*key["points"], strict=True)
     return key, {name: np.array(column) for name, column in zip(key["symbols"], columns, strict=True)}
@@ -179,11 +184,6 @@ def _linear(problem: Problem, part: Part, points: Values) -> Json:
             if np.allclose(at[2] - at[1], at[1] - at[0], rtol=1e-9, atol=1e-12):
                 factors[name] = [[float(f"{value:.6g}") + 0.0 for value in entry] for entry in at[1] - at[0]]
     return factors
-
-
-def _open_symbols(problem: Problem) -> set[str]:
-    """Return the symbols without a given number."""
-    return {name for name, role in problem.domain().roles.items() if isinstance(role, str)}
 
 
 def values_key(texts: Sequence[str], shape: tuple[int, int], domain: Domain, stream: Stream) -> Json:
@@ -230,7 +230,10 @@ def _mistakes_in_formulas(problem: Problem, part: Part, points: Values) -> Itera
         if is_direction and len(set(by)) == 1:  # many mistakes lead to a constant
             continue
         seen.add(by)
-        yield {**_describe_mistake(wrong), "print": [float(text) for text in by]}
+        yield {
+            **_describe_mistake(wrong),
+            "print": [float(text) for text in by],
+        }
 
 
 def _mistakes_throughout(problem: Problem, part: Part, points: Values, key: Json) -> Iterator[Json]:
@@ -264,17 +267,26 @@ def _likely_mistakes(w: Working, part: Part, seen: Collection[object]) -> Iterat
             yield from make_mistake(mistake, w, part)
 
 
-def _mistakes_in_direction(problem: Problem, part: Part, right: np.ndarray) -> Iterator[Json]:
-    """Yield the unit vectors that mistakes lead to for a direction in numbers, each with its likeliest mistake."""
-    by_rounded: dict[tuple[str, ...], tuple[float, Json, list[float]]] = {}
+def _unit_vectors_of_mistakes(
+    problem: Problem, part: Part, right: np.ndarray
+) -> Iterator[tuple[float, Json, list[float]]]:
+    """Yield the unit vectors that mistakes lead to for a direction in numbers, turned to the side of the right one."""
     for chance, mistake, values in _derived_mistakes(problem, part):
         unit = np.array(values) / np.linalg.norm(values)
-        way = np.sign(unit @ right)
-        rounded = _round_digits(unit * (way or 1.0))
-        if unit.shape == right.shape and (rounded not in by_rounded or by_rounded[rounded][0] < chance):
-            by_rounded[rounded] = chance, mistake, [float(value) for value in unit * (way or 1.0)]
-    by_rounded.pop(_round_digits(right / np.linalg.norm(right)), None)
-    for _, mistake, values in islice(by_rounded.values(), min(MOST_IN_NUMBERS, MOST_NUMBERS // len(right))):
+        yield chance, mistake, (unit * (np.sign(unit @ right) or 1.0)).tolist()
+
+
+def _likeliest(answers: Iterable[tuple[float, Json, list[float]]], right: Iterable[float]) -> Iterator[Json]:
+    """Yield wrong answers in numbers, each once with its likeliest mistake."""
+    right_rounded = _round_digits(right)
+    by_rounded: dict[tuple[str, ...], tuple[float, Json, list[float]]] = {}
+    for chance, mistake, values in answers:
+        rounded = _round_digits(values)
+        is_wrong = len(rounded) == len(right_rounded) and rounded != right_rounded
+        if is_wrong and (rounded not in by_rounded or by_rounded[rounded][0] < chance):
+            by_rounded[rounded] = chance, mistake, values
+    most = min(MOST_IN_NUMBERS, MOST_NUMBERS // len(right_rounded))
+    for _, mistake, values in islice(by_rounded.values(), most):
         yield {**mistake, "values": [float(f"{value:.6g}") + 0.0 for value in values]}
 
 
@@ -311,26 +323,14 @@ def _numbers(answer: Number) -> Json:
 
 
 def _mistakes_in_numbers(problem: Problem, part: Part, answer: Number, precise: bool = False) -> Iterator[Json]:
-    """Yield the numbers that mistakes lead to, each answer with its likeliest mistake.
+    """Return the numbers that mistakes lead to, each answer with its likeliest mistake.
 
     For a single number, mistakes are included that few digits suggest; all of them if it is `precise`.
     """
-    by_rounded: dict[tuple[str, ...], tuple[float, Json, list[float]]] = {}
-    right = _round_digits(float(value) for value in answer.reference)
-    every = (
-        _mistaken_answers(problem, part), _speed_mistakes(problem, part),
-        _derived_mistakes(problem, part, precise),
-    )  # fmt: skip
-    for chance, mistake, values in chain.from_iterable(every):
-        rounded = _round_digits(values)
-        if (
-            len(rounded) == len(right)
-            and rounded != right
-            and (rounded not in by_rounded or by_rounded[rounded][0] < chance)
-        ):
-            by_rounded[rounded] = chance, mistake, values
-    for _, mistake, values in islice(by_rounded.values(), min(MOST_IN_NUMBERS, MOST_NUMBERS // len(right))):
-        yield {**mistake, "values": [float(f"{value:.6g}") + 0.0 for value in values]}
+    answers = chain(
+        _mistaken_answers(problem, part), _speed_mistakes(problem, part), _derived_mistakes(problem, part, precise)
+    )
+    return _likeliest(answers, map(float, answer.reference))
 
 
 def _mistaken_answers(problem: Problem, part: Part) -> Iterator[tuple[float, Json, list[float]]]:
@@ -347,13 +347,11 @@ def _derived_mistakes(problem: Problem, part: Part, precise: bool = False) -> It
     for wrong in wrong_answers(_evaluate_derivation(problem, part), derived, precise):
         flat = of_answer(wrong.answer)
         if _is_finite_and_nonzero(flat) and (derived is part or wrong.mistake.name not in _OF_RATES):
-            yield variant_frequency(wrong), _describe_mistake(wrong), flat.tolist()
-
-
-def right_in_numbers(problem: Problem, part: Part) -> list[float] | None:
-    """Return a part's answer from the derivation that mistakes are made in; None if there is no derivation."""
-    derived, of_answer = _derived_part(part)
-    return None if derived is None else of_answer(result(_evaluate_derivation(problem, part), derived)).tolist()
+            yield (
+                variant_frequency(wrong),
+                _describe_mistake(wrong),
+                flat.tolist(),
+            )
 
 
 def _speed_mistakes(problem: Problem, part: Part) -> Iterator[tuple[float, Json, list[float]]]:

@@ -3,37 +3,11 @@
 The first that fits a text is taken, so that a special one comes before a general one.
 """
 
+from qdot.exercises.families import FAMILIES
+
 ARMS = (
     "arm",  # of an arm without a name
-    "planar 2R arm",
-    "elbow arm with a shoulder offset",
-    "planar polar (RP) arm",
-    "planar 3R arm",
-    "planar PR arm in a vertical plane",
-    "planar RPR arm",
-    "planar RRP arm",
-    "planar PRR arm in a vertical plane",
-    "pan-tilt head",
-    "Cartesian arm",
-    "cylindrical arm",
-    "spherical arm",
-    "spherical arm with a lateral offset",
-    "SCARA arm",
-    "SCARA arm with its slide last",
-    "SCARA arm with its lift first",
-    "elbow arm",
-    "elbow arm with a lateral shoulder offset",
-    "orthogonal 3R arm",
-    "ZYZ wrist",
-    "roll-pitch-yaw wrist",
-    "Scorbot arm up to its wrist",
-    "Scorbot arm up to its tip",
-    "Stanford arm",
-    "PUMA 560 arm",
-    "anthropomorphic arm with a spherical wrist",
-    "industrial arm with offsets",
-    "arm of the UR kind",
-    "arm of the LBR kind with seven joints",
+    *dict.fromkeys(family.plain.title for family in FAMILIES.values() if family.plain is not None),
     "{kinds} arm",
     "{name}",
 )

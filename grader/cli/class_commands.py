@@ -8,7 +8,7 @@ import time
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping
 from contextlib import closing
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from statistics import fmean
 from typing import Annotated, Any
@@ -44,7 +44,7 @@ from qdot.grader.grading.batch import (
     student_named,
 )
 from qdot.grader.grading.certificates import Kind
-from qdot.grader.grading.certify import CERTIFIER, Task, find_former_students, list_tasks, make_record
+from qdot.grader.grading.certify import CERTIFIER, Task, find_former_students, list_tasks
 from qdot.grader.grading.class_check import check_class, check_secret, load_class, read_sample
 from qdot.grader.grading.history import describe_moves, earlier_results
 from qdot.grader.grading.marking import format_points
@@ -73,7 +73,7 @@ def generate(
 
     A problem leaves only if it passes its certificate, which certificates/STUDENT/KEY.json keeps for `qdot verify`. One
     that does not is drawn anew for its student, which DIR/redrawn.csv tells; where no draw passes, the student is left
-    out, all others have their notebooks, and the command leaves with code 2 and says what could be asked instead.
+    out, all others have their notebooks, and the command leaves with code 2 and says which problems to change.
     Every student has released/STUDENT/KEY.ipynb, and the staff solutions/STUDENT/KEY.ipynb. Notebooks that are up
     to date are kept, so that a run that was stopped goes on where it was.
 
@@ -110,7 +110,7 @@ def generate(
         named = ", ".join(former[:3]) + (f" and {len(former) - 3} more" if len(former) > 3 else "")
         released = folder / "released"
         note(f"{released} still has notebooks of who is not on the roster ({named}): hand these out to nobody")
-    raise_left_out(after, failed, make_record)
+    raise_left_out(after, failed)
 
 
 def verify(
@@ -164,7 +164,7 @@ def verify(
             failed.update(failure.kind for failure in failures[:1])
             passed[task.identity.family] += not failures
             for failure in failures:
-                if failure.message not in printed:  # what concerns all problems of a student is told once
+                if failure.message not in printed:  # a message that concerns all problems of a student is printed once
                     say(failure.message)
                 printed.add(failure.message)
     if family == "all":
@@ -324,8 +324,8 @@ def grade(
         points = f"{format_points(results[0].score)} of {format_points(results[0].max_score)} points"
         summary = f"{results[0].student}: {status(results[0])}, {points}"
     else:
-        grading = _ClassGrading(assignment, submissions or folder / "submitted", limits_of(seconds), jobs)
-        earlier, results, summary = grading.run(allow_missing)
+        place = submissions or folder / "submitted"
+        earlier, results, summary = _grade_class(assignment, place, limits_of(seconds), jobs, allow_missing)
         if diff:
             tell(describe_moves(earlier, results))
     tell(summary)
@@ -337,64 +337,61 @@ def grade(
         raise typer.Exit(1)
 
 
-@dataclass(frozen=True)
-class _ClassGrading:
-    """A class that is graded: its submissions (a folder or a zip), on several processes."""
+def _grade_class(
+    assignment: Assignment, place: Path, limits: Limits, jobs: int, allow_missing: bool
+) -> tuple[Mapping[str, Result], list[Result], str]:
+    """Grade a class's submissions, in a folder or a zip, and write feedback.
 
-    assignment: Assignment
-    submissions: Path
-    limits: Limits
-    jobs: int
+    Returns the results of the last run, the new ones, and a summary.
+    """
+    from qdot.grader.reports.write import write_reports
 
-    def run(self, allow_missing: bool) -> tuple[Mapping[str, Result], list[Result], str]:
-        """Grade the class and write feedback; return the results of the last run, the new ones, and a summary."""
-        from qdot.grader.reports.write import write_reports
+    with open_submissions(place) as root:
+        submitted = find_submissions(assignment, root)
+        check_class(assignment, submitted, root, place)
+        _note_ownerless(assignment, submitted)
+        check_sandbox(assignment.sandbox == "strict")
+        with alone(assignment.folder):
+            earlier = earlier_results(assignment)
+            if not allow_missing:
+                _check_all_there(assignment, place, earlier, submitted.by_student)
+            with progress("grading", len(assignment.roster)) as counter:
+                jobs = min(jobs, len(assignment.roster))
+                results = grade_class(assignment, submitted.by_student, jobs, limits, lambda _: counter.step())
+            with progress("writing feedback", len(results)) as counter:
+                results = write_reports(assignment, results, jobs, counter.step)
+    _tell_notes(results)
+    groups = Counter(part.group for result in results for part in result.parts.values() if part.group is not None)
+    by_size = [group for group, _ in groups.most_common()]
+    for message in note_unused_groups(assignment, read_overrides(assignment), by_size):
+        note(message)
+    ownerless = len(submitted.unsure) + len(submitted.strangers)
+    if not ownerless and all(result.submission is None for result in results):
+        note(f"nobody has handed in anything: put what comes back into {place}, as STUDENT/{assignment.key}.ipynb")
+    return earlier, results, _summary(results, assignment.folder, ownerless)
 
-        assignment = self.assignment
-        with open_submissions(self.submissions) as root:
-            submitted = find_submissions(assignment, root)
-            check_class(assignment, submitted, root, self.submissions)
-            _note_ownerless(assignment, submitted)
-            check_sandbox(assignment.sandbox == "strict")
-            with alone(assignment.folder):
-                earlier = earlier_results(assignment)
-                if not allow_missing:
-                    self._check_all_there(earlier, submitted.by_student)
-                with progress("grading", len(assignment.roster)) as counter:
-                    jobs = min(self.jobs, len(assignment.roster))
-                    results = grade_class(assignment, submitted.by_student, jobs, self.limits, lambda _: counter.step())
-                with progress("writing feedback", len(results)) as counter:
-                    results = write_reports(assignment, results, min(self.jobs, len(results)), counter.step)
-        _tell_notes(results)
-        groups = Counter(part.group for result in results for part in result.parts.values() if part.group is not None)
-        by_size = [group for group, _ in groups.most_common()]
-        for message in note_unused_groups(assignment, read_overrides(assignment), by_size):
-            note(message)
-        ownerless = len(submitted.unsure) + len(submitted.strangers)
-        if not ownerless and all(result.submission is None for result in results):
-            place = f"{self.submissions}, as STUDENT/{assignment.key}.ipynb"
-            note(f"nobody has handed in anything: put what comes back into {place}")
-        return earlier, results, _summary(results, assignment.folder, ownerless)
 
-    def _check_all_there(self, earlier: Mapping[str, Result], by_student: Mapping[str, StudentFiles]) -> None:
-        """Raise QdotError if students had submitted at the last run and have not now: they would lose their marks.
+def _check_all_there(
+    assignment: Assignment, place: Path, earlier: Mapping[str, Result], by_student: Mapping[str, StudentFiles]
+) -> None:
+    """Raise QdotError if students had submitted at the last run and have not now: they would lose their marks.
 
-        This happens with a second zip of latecomers only, or if a platform's zip was graded and is not named again.
-        """
-        names = [student.id for student in self.assignment.roster]
-        submitted = {name for name, result in earlier.items() if result.submission is not None}
-        lost = [name for name in names if name not in by_student and name in submitted]
-        if lost:
-            some = ", ".join(lost[:5]) + (f" and {len(lost) - 5} more" if len(lost) > 5 else "")
-            raise QdotError(
-                f"{self.submissions}: nothing is here of {len(lost)} of {len(names)} students, who had handed in at "
-                f"the last run: {some}; put theirs with the rest, everybody's into one folder or zip, or say "
-                "--allow-missing to take their marks away"
-            )
+    This happens with a second zip of latecomers only, or if a platform's zip was graded and is not named again.
+    """
+    names = [student.id for student in assignment.roster]
+    submitted = {name for name, result in earlier.items() if result.submission is not None}
+    lost = [name for name in names if name not in by_student and name in submitted]
+    if lost:
+        some = ", ".join(lost[:5]) + (f" and {len(lost) - 5} more" if len(lost) > 5 else "")
+        raise QdotError(
+            f"{place}: nothing is here of {len(lost)} of {len(names)} students, who had handed in at "
+            f"the last run: {some}; put theirs with the rest, everybody's into one folder or zip, or say "
+            "--allow-missing to take their marks away"
+        )
 
 
 def _note_ownerless(assignment: Assignment, submitted: SubmissionFolder) -> None:
-    """Tell the staff which files are of nobody on the roster, or not surely of one student."""
+    """Tell the staff which files belong to nobody on the roster, or possibly to several students."""
     for message in submitted.unsure:
         note(message)
     for name in submitted.strangers:
@@ -421,7 +418,7 @@ def _grade_student(assignment: Assignment, path: Path | None, name: str, receive
 
 
 def _check_graded(results: list[Result]) -> None:
-    """Say who has no mark because a limit was exceeded. Raises QdotError where qdot failed."""
+    """Report the students who have no mark because a limit was exceeded. Raises QdotError if qdot failed."""
     over = [result.student for result in results if status(result) == "over limit"]
     if over:
         note(
@@ -478,7 +475,7 @@ def doctor(as_json: AsJson = False) -> None:
 
 
 def _tell_notes(results: list[Result]) -> None:
-    """Tell the staff what is odd, a line for each student and note; other editions in one line for the whole class."""
+    """Tell the staff what is odd, in a line for each student and note; outdated notebooks in one line for the class."""
     for result in results:
         for message in list_staff_notes(result):
             if message != OTHER_EDITION:

@@ -15,7 +15,7 @@ from qdot.exercises.common.extras import explain_missing
 from qdot.exercises.common.files import write_atomically
 from qdot.exercises.problem.problem import Part, Problem
 from qdot.grader.grading.batch import alone, grade_class
-from qdot.grader.grading.certify import CERTIFIER, make_record
+from qdot.grader.grading.certify import CERTIFIER
 from qdot.grader.grading.result import Result
 from qdot.grader.reports.formats import write_asked
 from qdot.grader.reports.tables import status
@@ -112,7 +112,7 @@ FILES = ("blank", "cut off", "another assignment", "never handed in")
 """The other ways in which notebooks of a class end."""
 
 RIGHT = 15
-"""So many students, beside the usual mistakes, have everything right, in one of two forms."""
+"""The number of students who have everything right, in one of two forms, beside those with the usual mistakes."""
 
 
 def kinds() -> list[str]:
@@ -138,7 +138,7 @@ def run_demo(folder: Path, jobs: int) -> None:
             counter.step()
 
         assignment = release(assignment, CERTIFIER, jobs, count_student)
-    raise_left_out(assignment, failed, make_record)
+    raise_left_out(assignment, failed)
     with progress("handing in", len(students)) as counter:
         for student, kind in zip(assignment.roster, kinds(), strict=True):
             hand_in(assignment, student.id, kind)

@@ -9,7 +9,7 @@ from typing import Annotated
 
 import typer
 
-from qdot.exercises.assignment.draws import FailedSlot, certify_by, describe_redraws, raise_left_out
+from qdot.exercises.assignment.draws import FailedSlot, describe_redraws, raise_left_out
 from qdot.exercises.assignment.redrawn import read_redrawn
 from qdot.exercises.assignment.release import CORES
 from qdot.exercises.common.console import BankVariationOption, note, progress, say
@@ -21,7 +21,6 @@ from qdot.exercises.exports.sheet import VERSIONS
 from qdot.grader.cli.options import Folder, Jobs, name_option
 from qdot.grader.grading.certify import find_failures
 from qdot.grader.grading.class_check import load_class
-from qdot.grader.grading.marking import share_earned
 
 PASSING = "so many percent of the points on; without it, nothing is said of passing"
 
@@ -79,8 +78,7 @@ def export(
     failed_slots: list[FailedSlot] = []
     order = Order(
         assignment, find_failures, variants, solutions, sheet, versions, page, jobs, note=note,
-        left_out=failed_slots.append, earns=share_earned,
-        passing=None if passing is None else Fraction(passing, 100),
+        left_out=failed_slots.append, passing=None if passing is None else Fraction(passing, 100),
     )  # fmt: skip
     for name in names:
         EXPORT_FORMATS[name].check(order)
@@ -92,9 +90,9 @@ def export(
     after = replace(assignment, redrawn=read_redrawn(folder))
     for message in (*describe_redraws(assignment, after), *dict.fromkeys(map(str, failed_slots))):
         note(message)
-    if failed and failed_slots:  # both are reported, and one of them is the error
+    if failed and failed_slots:  # both are reported, the latter as the error
         note(_describe_failures(failed, names))
-    raise_left_out(after, failed_slots, certify_by(find_failures))
+    raise_left_out(after, failed_slots)
     if failed:
         raise QdotError(_describe_failures(failed, names))
 

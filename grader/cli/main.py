@@ -1,6 +1,6 @@
 """The command `qdot`: one program, composed of the commands that each package defines.
 
-Nothing slow is imported before `main` has seen to it that Ctrl-C and SIGTERM end the program in one line.
+Nothing slow is imported before `main` has made sure that Ctrl-C and SIGTERM end the program with one line.
 """
 
 import ast
@@ -31,18 +31,7 @@ STOPPED = {
     **dict.fromkeys(("generate", "grade", "demo"), "stopped; run the same command again to go on"),
     "verify": "stopped; the same command begins at the first problem again, and --first-seed SEED begins a sweep later",
 }
-"""What is said of a command that Ctrl-C or SIGTERM ended, where there is more to say than that it stopped."""
-
-WORKERS = {
-    "generate": ("qdot.exercises.assignment.release", "qdot.grader.grading.certify"),
-    "grade": ("qdot.grader.grading.batch", "qdot.grader.reports.write"),
-    "demo": (
-        "qdot.exercises.assignment.release", "qdot.grader.grading.certify", "qdot.grader.grading.batch",
-        "qdot.grader.reports.write",
-    ),
-}  # fmt: skip
-"""What the processes of a command need: they load it while the command loads what it needs itself."""
-
+"""What is printed when Ctrl-C or SIGTERM stops a command, if there is more to say than "stopped"."""
 
 COMMANDS = {
     **dict.fromkeys(("init", "families", "questions", "show", "robots", "solve"), "qdot.grader.cli.problem_commands"),
@@ -54,25 +43,22 @@ COMMANDS = {
 """Each command, and the module in which it is the function of that name, with _ for -."""
 
 ENDING = [signal.SIGTERM, *([signal.SIGHUP] if hasattr(signal, "SIGHUP") else [])]
-"""Signals that end the program as Ctrl-C does: of who wants to end it, and of a terminal that was closed."""
+"""Signals that end the program as Ctrl-C does: a request to terminate, and a closed terminal."""
 SITE = {"build": "build_site", "serve": "serve"}
 
 
 BETWEEN_COLLECTIONS = 20_000, 10, 10
-"""Objects that are made between two collections, and how many of those until older ones are looked at, too.
-
-Formulas are trees and free themselves. Python's own 700 make collections a tenth of the time of a class.
-"""
+"""Thresholds of garbage collection: formulas are trees and need none; Python's default takes a tenth of the time."""
 
 LISTING = "--help"
-"""What the program is asked for where it only lists its commands."""
+"""The part of the program that only lists the commands."""
 
 
 @functools.cache
 def program(only: str = "") -> "typer.Typer":
-    """Return the program with all its commands, or with one of them: what the others need takes time to load.
+    """Return the program with all its commands, or with one of them, because loading the others takes time.
 
-    For the list of commands, `only` is LISTING: what stands in it is read from the text of the modules.
+    For the list of commands, `only` is LISTING: the descriptions are parsed from the text of the modules.
     """
     import typer
 
@@ -136,7 +122,7 @@ def __getattr__(name: str) -> Any:
 
 
 def _report_errors(command: Callable[..., None]) -> Callable[..., None]:
-    """Return the command with its errors told in one line: 2 for bad input or our own failure, 130 or 143 stopped."""
+    """Return a command that reports its errors in one line; exit code 2 for errors, 130 or 143 if it was stopped."""
     import typer
 
     from qdot.exercises.common.errors import QdotError, of_machine
@@ -151,7 +137,7 @@ def _report_errors(command: Callable[..., None]) -> Callable[..., None]:
         except KeyboardInterrupt as stop:
             _leave(STOPPED.get(command.__name__, "stopped"), 128 + (stop.args or (signal.SIGINT,))[0])
         except BrokenPipeError:
-            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # whoever read our output has gone
+            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # the reader of our output has ended
         except (typer.Exit, typer.Abort, typer.BadParameter):
             raise
         except Exception as error:
@@ -175,14 +161,12 @@ def _leave(message: str, code: int) -> NoReturn:
 
 
 def _stop_at_once(number: int, _: object) -> NoReturn:
-    if (parallel := sys.modules.get("qdot.exercises.common.parallel")) is not None:
-        parallel.stop_loading()
     os.write(2, f"qdot: {STOPPED.get(' '.join(sys.argv[1:2]), 'stopped')}\n".encode())
     os._exit(128 + number)
 
 
 def _begin() -> None:
-    """Have Ctrl-C, SIGTERM and SIGHUP end a command such that what it has begun is tidied up: it is about to begin."""
+    """Begin a command: from now on, Ctrl-C, SIGTERM and SIGHUP end it after it has cleaned up."""
     if not gc.isenabled():
         gc.freeze()
         gc.set_threshold(*BETWEEN_COLLECTIONS)
@@ -193,18 +177,18 @@ def _begin() -> None:
 
 
 def _stop(number: int, _: object) -> NoReturn:
-    """End as for Ctrl-C, so that processes are ended and what they have begun is tidied up."""
+    """Stop as for Ctrl-C, so that processes are ended and everything is cleaned up."""
     signal.signal(number, signal.SIG_IGN)  # once is enough
     raise KeyboardInterrupt(number)
 
 
 def _encoding(stream: io.TextIOWrapper) -> str | None:
-    """Return UTF-8 for what goes into a file or another program, which Windows writes otherwise; None to leave it."""
+    """Return UTF-8 for output to a file or another program, as Windows has another default; None for a terminal."""
     return None if stream.isatty() or os.environ.get("PYTHONIOENCODING") else "utf-8"
 
 
 def needed_part(typed: Sequence[str], environment: Mapping[str, str]) -> str:
-    """Return which part of the program is needed: one command, LISTING, or nothing for all of it.
+    """Return the part of the program that is needed: one command, LISTING, or nothing for the whole program.
 
     >>> needed_part(["grade", "homework"], {}), needed_part([], {}), needed_part(["site", "build"], {})
     ('grade', '--help', 'site')
@@ -235,15 +219,11 @@ def main() -> None:
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(encoding=_encoding(stream), errors="replace")  # a terminal that knows no "θ" shows "?"
-    if (modules := WORKERS.get(" ".join(sys.argv[1:2]))) and "--help" not in sys.argv:
-        from qdot.exercises.common.parallel import load_ahead
-
-        load_ahead(modules)
     program(needed_part(sys.argv[1:], os.environ))()
 
 
 def run() -> NoReturn:
-    """Run the command line, and end at once: to take all apart that was loaded takes a third of a second."""
+    """Run the command line, and end at once, because unloading all modules takes a third of a second."""
     code: object = 1
     try:
         main()
@@ -256,7 +236,7 @@ def run() -> NoReturn:
     try:
         sys.stdout.flush()
         sys.stderr.flush()
-    except (OSError, ValueError):  # whoever read it has gone
+    except (OSError, ValueError):  # the reader has ended
         code = code or 120
     os._exit(code or 0)
 

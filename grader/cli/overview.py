@@ -66,9 +66,9 @@ def robots_overview() -> str:
 
 
 def describe_family(family: Family, convention: str = "") -> str:
-    """Return one family, or a robot as one: what it is, what its arms can be asked, and why not the rest.
+    """Describe a family, or a robot: what it is, what can be asked of its arms, and why the rest can't be asked.
 
-    They are told in a convention, if one is named, else as the family or the robot's file tells them.
+    The arms are described in a convention, if one is named, else in that of the family or the robot's file.
     """
     about = listing_of(family, convention)
     joints = f"joints {about.kinds}" if about.kinds else "joints of several kinds"
@@ -91,7 +91,7 @@ def describe_family(family: Family, convention: str = "") -> str:
 
 
 def refusals(family: Family, convention: str = "") -> dict[str, str]:
-    """Return why each question that can't be asked of a family's arms, as they are told, is refused."""
+    """Return why each question that can't be asked of a family's arms in a convention is refused."""
     missing = [name for name in QUESTIONS if name not in listing_of(family, convention).questions]
     chain = sample_chain(ProblemId(family.name, 0, convention=convention), family)
     return {name: QUESTIONS[name].refusal(chain) or "other arms of the family can't be asked" for name in missing}

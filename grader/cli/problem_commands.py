@@ -130,9 +130,9 @@ def _find_family(name: str) -> Family:
 
 
 def _derive_questions(family: Family, convention: str) -> None:
-    """Find out what an arm can be asked, and show how far that is: of long arms it takes a minute.
+    """Find out with a progress bar what can be asked of an arm, which takes a minute for long arms.
 
-    What is found out is kept, and told later; of registered families, it is listed as they tell their arms.
+    The results are cached; for registered families in their own convention, they are listed already.
     """
     if family.varied or not (family.robot or convention):
         return

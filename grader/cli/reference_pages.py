@@ -15,7 +15,6 @@ from typing import Any
 import qdot
 from qdot.exercises.common.console import say
 from qdot.exercises.common.files import write_atomically
-from qdot.exercises.docs.dependencies import dependencies_page, with_install_words
 from qdot.exercises.exports.registry import EXPORT_FORMATS
 from qdot.exercises.problem.problem import ENGINE
 from qdot.exercises.writing.render import render
@@ -30,7 +29,6 @@ def pages() -> dict[str, str]:
     """Return the pages by their names."""
     return {
         "outlets.md": outlets_page(), "library.md": library_page(), "compatibility.md": compatibility_page(),
-        "dependencies.md": dependencies_page(),
     }  # fmt: skip
 
 
@@ -42,7 +40,7 @@ def outlets_page() -> str:
 
 
 def _records() -> Iterator[dict[str, str]]:
-    """Yield what is kept of the runs in the real programs (tests/platforms), with their counts in words."""
+    """Yield the records of runs in the real programs (tests/platforms), with their counts in words."""
     for path in RUNS.glob("*.json"):
         run = json.loads(path.read_text(encoding="utf-8"))
         counts = (
@@ -106,15 +104,7 @@ def _signature(item: Any) -> str:
     return re.sub(r"\b(?:[a-z_]\w*\.)+(?=[A-Za-z])", "", shown).removesuffix(" -> None")
 
 
-def pages_with_install_words() -> dict[Path, str]:
-    """Return the README and every page of docs/ with the words by which qdot is installed as they hold now."""
-    paths = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
-    return {path: with_install_words(path.read_text(encoding="utf-8")) for path in paths}
-
-
 if __name__ == "__main__":
     for page, text in pages().items():
         write_atomically(ROOT / "docs" / page, text)
         say(f"wrote {page}")
-    for path, text in pages_with_install_words().items():
-        write_atomically(path, text)

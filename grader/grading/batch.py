@@ -20,7 +20,7 @@ from qdot.exercises.common.errors import QdotError, of_machine, unknown
 from qdot.exercises.common.files import (
     cannot_write,
     clean_up_after,
-    flush_disk_after,
+    flush_disks_after,
     lock,
     make_folder,
     write_atomically,
@@ -81,12 +81,11 @@ def grade_class(
         for file in (task.files.files if task.files else [None])
     ]
     lost = partial(_mark_failed, assignment) if jobs else None
-    with clean_up_after(stored), flush_disk_after(cache) as flush_now_and_then:
+    with clean_up_after(stored), flush_disks_after():
         graded = ordered_map(_grade_or_mark_failed, tasks, jobs, _Worker, (assignment, limits, cache), lost)
         with contextlib.closing(graded) as every:
             for student, handed_in in zip(chosen, every, strict=True):
                 results.append(_settle(assignment, student, handed_in, overrides))
-                flush_now_and_then()
                 each(results[-1])
     return results
 

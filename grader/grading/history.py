@@ -16,7 +16,7 @@ from qdot.exercises.assignment.assignment import Assignment
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.common.files import remove_left_behind, write_atomically
 from qdot.exercises.common.json_form import as_json, from_json
-from qdot.grader.grading.marking import format_points, sum_points
+from qdot.grader.grading.marking import format_points, max_points_of_parts, sum_points
 from qdot.grader.grading.result import MadeFrom, Result
 
 
@@ -68,13 +68,12 @@ def last_results(assignment: Assignment) -> tuple[Assignment, list[Result]]:
     roster = tuple(student for student in assignment.roster if student.id in earlier)
     if not roster:
         raise QdotError(f"{path}: no student of the roster is in it; {again}")
-    names = [f"{slot.name}.{name}" for slot in assignment.slots for name in slot.questions]
-    points = [most for slot in assignment.slots for most in slot.max_points]
+    max_points = list(max_points_of_parts(assignment).items())
     results = []
     for line, result in (earlier[student.id] for student in roster):
         if as_json(result) != json.loads(line):
             raise QdotError(f"{path}: the result of {result.student} is of another version of qdot; {again}")
-        if list(result.parts) != names or [part.max_points for part in result.parts.values()] != points:
+        if [(name, part.max_points) for name, part in result.parts.items()] != max_points:
             raise QdotError(f"{path}: assignment.toml was changed after grading; {again}")
         results.append(result)
     return replace(assignment, roster=roster), results

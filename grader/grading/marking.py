@@ -8,6 +8,7 @@ from typing import TypeVar
 
 import numpy as np
 
+from qdot.exercises.assignment.assignment import Assignment
 from qdot.exercises.problem.credit import HALF
 from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.quizzes import ASKED
@@ -16,7 +17,7 @@ from qdot.grader.diagnosis.diagnosis import Cause, diagnose
 from qdot.grader.diagnosis.follow_through import Followed, IsCopied, follow, nothing_copied
 from qdot.grader.diagnosis.groups import group_of
 from qdot.grader.diagnosis.term_overlap import has_terms
-from qdot.grader.grading.partial_credit import give_partial_credit
+from qdot.grader.grading.partial_credit import AnswerToCredit, give_partial_credit
 from qdot.grader.judging.answer import ParsedAnswer
 from qdot.grader.judging.answer_parser import read_answer
 from qdot.grader.judging.functions import SHOWN, is_table
@@ -86,7 +87,9 @@ def share_earned(problem: Problem, part: Part, text: str) -> Fraction:
     """Return the share of a part's points that an answer earns by itself, as it is typed; the same at every call."""
     seed = f"{problem.id}/{part.name}"
     parsed = read_answer(problem, part, text, seed)
-    judgement = give_partial_credit(problem, part, judge_given(problem, part, parsed, seed), parsed, seed)
+    judgement = give_partial_credit(
+        AnswerToCredit(problem, part, parsed, seed), judge_given(problem, part, parsed, seed)
+    )
     return Fraction(judgement.share).limit_denominator(1000)
 
 
@@ -116,7 +119,8 @@ class _ProblemMarking:
             with self.time.judging.spend():
                 parsed = self.parsed[part.name] = read_answer(self.problem, part, text, points_seed)
                 judgement = judge_given(self.problem, part, parsed, seed)
-                return give_partial_credit(self.problem, part, judgement, parsed, seed, self.rules.is_copied)
+                answer = AnswerToCredit(self.problem, part, parsed, seed)
+                return give_partial_credit(answer, judgement, self.rules.is_copied)
         except Overlong:
             return _out_of_time(self.time.judging)
         except Exception as error:  # an error of qdot, whatever it is, must not become a mark
@@ -226,6 +230,13 @@ def _entries(part: Part, judgement: Judgement) -> tuple[tuple[bool, ...], ...] |
         return judgement.entries
     rows, columns = part.shape or (0, 0)
     return ((True,) * columns,) * rows or None
+
+
+def max_points_of_parts(assignment: Assignment) -> dict[str, float]:
+    """Return the most points of every part, by its name in the assignment, as in "p1.jacobian"."""
+    slots = assignment.slots
+    names = [f"{slot.name}.{question}" for slot in slots for question in slot.questions]
+    return dict(zip(names, (points for slot in slots for points in slot.max_points), strict=True))
 
 
 def share_of_points(points: float, share: float, credit: Fraction = Fraction(1)) -> float:

@@ -46,8 +46,8 @@ SAME = 1e-9
 
 
 @dataclass(frozen=True)
-class _WrongAnswer:
-    """An answer that is not wholly right, with its problem; `seed` selects the configurations at which it is tried."""
+class AnswerToCredit:
+    """An answer with its problem; `seed` selects the configurations at which it is tried."""
 
     problem: Problem
     part: Part
@@ -92,20 +92,15 @@ class _Credit:
 
 
 def give_partial_credit(
-    problem: Problem,
-    part: Part,
-    judgement: Judgement,
-    parsed: ParsedAnswer,
-    seed: str,
-    is_copied: IsCopied = nothing_copied,
+    answer: AnswerToCredit, judgement: Judgement, is_copied: IsCopied = nothing_copied
 ) -> Judgement:
     """Return a judgement with the share that the assignment gives for an answer that is partly right.
 
     An answer that is right for another student's problem, as `is_copied` tells, is no mistake.
     """
-    if judgement.outcome not in (Outcome.WRONG, Outcome.PARTIAL) or parsed.refusal is not None:
+    if judgement.outcome not in (Outcome.WRONG, Outcome.PARTIAL) or answer.parsed.refusal is not None:
         return judgement
-    answer = _WrongAnswer(problem, part, parsed, seed)
+    part = answer.part
     if answer.policy.by == "whole" or part.answer.counts_up_to_a_factor:
         return _with_share(judgement, Fraction(0))
     share, reason = Fraction(judgement.share).limit_denominator(1000), judgement.reason
@@ -133,7 +128,7 @@ def _with_share(judgement: Judgement, share: Fraction) -> Judgement:
 # --- matrices ---
 
 
-def _count_entries(answer: _WrongAnswer, judgement: Judgement, share: Fraction) -> tuple[Judgement, Fraction]:
+def _count_entries(answer: AnswerToCredit, judgement: Judgement, share: Fraction) -> tuple[Judgement, Fraction]:
     """Count columns if the assignment says so; nothing counts if no right entry depends on the configuration."""
     entries = judgement.entries
     if entries is None:
@@ -152,7 +147,7 @@ def _count_entries(answer: _WrongAnswer, judgement: Judgement, share: Fraction) 
     return judgement, share
 
 
-def _entries_that_vary(answer: _WrongAnswer) -> list[bool]:
+def _entries_that_vary(answer: AnswerToCredit) -> list[bool]:
     """Return which entries of the reference depend on the configuration or its velocity."""
     constants = answer.problem.constants
     return [any(x.name not in constants for x in entry.free_symbols) for entry in answer.part.answer.as_matrix()]
@@ -161,7 +156,7 @@ def _entries_that_vary(answer: _WrongAnswer) -> list[bool]:
 # --- right but for signs or a common factor ---
 
 
-def _credit_but_for_factor(answer: _WrongAnswer, judgement: Judgement) -> _Credit | None:
+def _credit_but_for_factor(answer: AnswerToCredit, judgement: Judgement) -> _Credit | None:
     """Return what is earned if all that is wrong is right but for signs, or for a common factor.
 
     The factor is a constant, or the determinant in what is divided by it. If the expected entries are numbers, only
@@ -226,7 +221,7 @@ def _factor_of_values(
 # --- factors of a product ---
 
 
-def _credit_factors(answer: _WrongAnswer) -> _Credit | None:
+def _credit_factors(answer: AnswerToCredit) -> _Credit | None:
     """Return what a determinant earns some of whose factors that depend on the configuration are wrong.
 
     A wrong factor is a lost one and one too many. If there is one, nobody can tell what belongs to it of the number
@@ -270,7 +265,7 @@ def _factors(reference: sp.Expr) -> list[sp.Expr]:
 
 
 def _is_product_of(
-    answer: _WrongAnswer, written: Sequence[Node], expected: Sequence[Node], lost: int, too_many: int
+    answer: AnswerToCredit, written: Sequence[Node], expected: Sequence[Node], lost: int, too_many: int
 ) -> bool:
     """Return whether some of an answer's factors are some of those expected, but for a constant factor.
 
@@ -299,7 +294,7 @@ def _is_product_of(
 # --- numbers ---
 
 
-def _credit_numbers(answer: _WrongAnswer) -> _Credit | None:
+def _credit_numbers(answer: AnswerToCredit) -> _Credit | None:
     """Return what is earned by several numbers with units that are right but for signs."""
     part, parsed = answer.part, answer.parsed
     if len(parsed.entries) < 2 or not all(part.answer.units_due) or any(parsed.blanks):
@@ -316,7 +311,7 @@ def _credit_numbers(answer: _WrongAnswer) -> _Credit | None:
 # --- one known mistake ---
 
 
-def _credit_one_mistake(answer: _WrongAnswer, is_copied: IsCopied) -> _Credit | None:
+def _credit_one_mistake(answer: AnswerToCredit, is_copied: IsCopied) -> _Credit | None:
     """Return what is earned if one known mistake gives all that is wrong, however many entries it touches."""
     part, parsed = answer.part, answer.parsed
     if any(parsed.blanks) or not (part.answer.is_formulas or len(part.answer.units_due) > 1):
@@ -328,7 +323,7 @@ def _credit_one_mistake(answer: _WrongAnswer, is_copied: IsCopied) -> _Credit | 
     return _Credit(HALF, "one mistake gives all that is wrong")
 
 
-def _varies_as_expected(answer: _WrongAnswer) -> bool:
+def _varies_as_expected(answer: AnswerToCredit) -> bool:
     """Tell whether an answer depends on the configuration as the reference does: constants may match by chance."""
     if not answer.part.answer.is_formulas or answer.parsed.table is not None:
         return True

@@ -1,6 +1,6 @@
-"""GitHub and GitLab as a grading job meets them: where repositories are, and when the server received each push.
+"""Ask GitHub or GitLab, from a grading job, where repositories are and when the server received each push.
 
-The times of commits are what a student's machine says. The server keeps a list of pushes with times of its own clock:
+The times of commits come from a student's machine. The server keeps a list of pushes with times of its own clock:
 GitHub as the activity of a repository, GitLab as the events of a project.
 """
 
@@ -21,7 +21,7 @@ from qdot.exercises.common.errors import QdotError
 
 TOKEN = "QDOT_TOKEN"  # noqa: S105 - a variable's name
 PATIENCE = 60
-"""Seconds in which a server is to answer."""
+"""Seconds within which a server must answer."""
 PAUSES = (2, 10)
 """Seconds after which a server that failed is asked again."""
 
@@ -36,7 +36,7 @@ class Push:
 
 @dataclass(frozen=True)
 class Host:
-    """A server with repositories: the owner of those without one, the name and token that git and the API are given.
+    """A server with repositories: the default owner, and the login and token for git and the API.
 
     `pushes` yields the pushes to a branch of a repository, the last first.
     """
@@ -49,13 +49,13 @@ class Host:
     token: str = field(repr=False)
 
     def url(self, repository: str) -> str:
-        """Return where git finds a repository."""
+        """Return the address of a repository for git."""
         return f"{self.server}/{repository}.git"
 
     def git_environment(self) -> dict[str, str]:
-        """Return the environment in which git is given the token: no argument and no file holds it.
+        """Return the environment that passes the token to git: no argument and no file holds it.
 
-        Nobody is asked for a password, and what lies elsewhere (LFS) stays there.
+        Git asks nobody for a password and fetches no large files (LFS).
         """
         kept = {name: value for name, value in os.environ.items() if not name.startswith("QDOT_")}
         count = int(kept.get("GIT_CONFIG_COUNT") or 0)
@@ -68,22 +68,25 @@ class Host:
 
 
 def host_named(name: str, environment: Mapping[str, str]) -> Host:
-    """Return GitHub or GitLab as the variables of its jobs describe it. Raises QdotError."""
+    """Return GitHub or GitLab as the environment variables of its jobs describe it. Raises QdotError."""
     token = environment.get(TOKEN, "").strip()
     if not token:
         raise QdotError(f"{TOKEN} is not set; it is the token by which students' repositories are read (docs/ci.md)")
 
-    def said(variable: str, default: str = "") -> str:
+    def setting(variable: str, default: str = "") -> str:
         return (environment.get(variable) or default).rstrip("/")
 
     if name == "github":
-        server, api = said("GITHUB_SERVER_URL", "https://github.com"), said("GITHUB_API_URL", "https://api.github.com")
-        return Host(server, api, said("GITHUB_REPOSITORY_OWNER"), "x-access-token", _pushes_on_github, token)
-    server = said("CI_SERVER_URL", "https://gitlab.com")
+        server, api = (
+            setting("GITHUB_SERVER_URL", "https://github.com"),
+            setting("GITHUB_API_URL", "https://api.github.com"),
+        )
+        return Host(server, api, setting("GITHUB_REPOSITORY_OWNER"), "x-access-token", _pushes_on_github, token)
+    server = setting("CI_SERVER_URL", "https://gitlab.com")
     return Host(
         server,
-        said("CI_API_V4_URL", f"{server}/api/v4"),
-        said("CI_PROJECT_NAMESPACE"),
+        setting("CI_API_V4_URL", f"{server}/api/v4"),
+        setting("CI_PROJECT_NAMESPACE"),
         "oauth2",
         _pushes_on_gitlab,
         token,
@@ -106,7 +109,7 @@ def _pushes_on_gitlab(host: Host, repository: str, branch: str) -> Iterator[Push
 
 
 def _list_pages(host: Host, path: str) -> Iterator[Any]:
-    """Yield what a list of the API holds, page after page."""
+    """Yield the items of a list of the API, page after page."""
     url = f"{host.api}/{path}"
     while url:
         page, links = _request(host, url)
@@ -116,7 +119,7 @@ def _list_pages(host: Host, path: str) -> Iterator[Any]:
 
 
 def _request(host: Host, url: str) -> tuple[Any, str]:
-    """Return what the API answers, and its links to other pages; a server that fails is asked again, twice."""
+    """Return the API's answer and its links to other pages; a server that fails is asked again, twice."""
     request = urllib.request.Request(url, headers={"Authorization": f"Bearer {host.token}"})  # noqa: S310 - the CI's
     for pause in (*PAUSES, None):
         try:

@@ -1,12 +1,12 @@
-"""What students have pushed to their repositories: fetched as it was when it counts; feedback is handed back.
+"""Fetch what students have pushed to their repositories, as it was at the deadline, and hand back feedback.
 
     python -I -m qdot.grader.integrations.git_submissions collect DIR --on github
         fills DIR/submitted, listed in DIR/graded/collected.csv
     python -I -m qdot.grader.integrations.git_submissions hand-back DIR --on github
         puts feedback into the branch `feedback` of each
 
-It is the grading job that runs this, with the staff's token. Nothing that was fetched is run, and nothing in it says
-when it came in: the server does (`git_hosts`).
+The grading job runs this with the staff's token. Nothing that was fetched is run. The server, not the repository, says
+when a push came in (`git_hosts`).
 """
 
 import argparse
@@ -74,7 +74,7 @@ class Collected:
 
 
 def counts_until(assignment: Assignment, student: Student) -> datetime.datetime | None:
-    """Return the time after which a push of a student's counts no more, where there is one before: when work is due.
+    """Return the time after which a student's pushes no longer count: the deadline, unless late work may earn points.
 
     Where late work loses a share (`late`), it is that table's `until`; None where pushes count without an end. Without
     that table, being late costs nothing: who pushed nothing in time is graded by the last push.

@@ -1,9 +1,8 @@
-"""What Gradescope's autograder runs: `python -m qdot.grader.integrations.gradescope [ROOT] [--visibility WHEN]`.
+"""Grade as Gradescope's autograder: `python -m qdot.grader.integrations.gradescope [ROOT] [--visibility WHEN]`.
 
-ROOT is /autograder if nothing is said.
-Reads submission_metadata.json and submission/, writes results/results.json. Where there can be no mark (an unknown
-student, a failure of qdot itself) no results are written and the exit code is 2: Gradescope then says that the
-autograder failed, and gives no points; why is in what staff see of its output.
+ROOT is /autograder by default. It reads submission_metadata.json and submission/, and writes results/results.json. If
+there can be no mark (an unknown student, a failure of qdot itself), it writes no results and exits with code 2:
+Gradescope then reports that the autograder failed, gives no points, and shows the reason to the staff.
 """
 
 import argparse
@@ -31,7 +30,7 @@ from qdot.grader.submissions.submission import read_submission
 
 
 def results_of(root: Path, visibility: str = "visible", seconds: float = Limits.seconds) -> GradescopeResults:
-    """Return what results.json is to hold. Raises QdotError where there can be no mark."""
+    """Return the contents of results.json. Raises QdotError if there can be no mark."""
     assignment = load_assignment(root / "source" / "assignment")
     metadata = read_metadata(root / "submission_metadata.json")
     submission = root / "submission"
@@ -45,7 +44,7 @@ def grade_submission(
     assignment: Assignment, student: Student, submission: Path, metadata: Mapping[str, Any],
     visibility: str = "visible", seconds: float = Limits.seconds,
 ) -> GradescopeResults:  # fmt: skip
-    """Return the results of one submission, due and received when Gradescope says. Raises QdotError."""
+    """Return the results of one submission, with the deadline and time of Gradescope. Raises QdotError."""
     deadline = find_due_date(metadata)
     if deadline is not None:
         student = replace(student, due_date=deadline)
@@ -66,9 +65,9 @@ def read_metadata(path: Path) -> dict[str, Any]:
 
 
 def find_submitter(assignment: Assignment, metadata: dict[str, Any], submission: Path) -> Student:
-    """Return whose submission it is, by identifiers and names as anywhere. Raises QdotError.
+    """Return the student who submitted, by identifiers and names. Raises QdotError.
 
-    Of a group, it is the one to whom the notebook was handed out.
+    Of a group, it is the student to whom the notebook was handed out.
     """
     roster = Roster(assignment.roster)
     owners: dict[str, None] = {}
@@ -88,7 +87,7 @@ def find_submitter(assignment: Assignment, metadata: dict[str, Any], submission:
 
 
 def _claimed_students(assignment: Assignment, submission: Path) -> set[str]:
-    """Return to whom the notebook was handed out that would be graded, by its metadata."""
+    """Return the student to whom the submitted notebook was handed out, by its metadata."""
     files = files_of_one(assignment, submission)
     if files is None or files.obstacle:
         return set()
@@ -96,7 +95,7 @@ def _claimed_students(assignment: Assignment, submission: Path) -> set[str]:
 
 
 def find_due_date(metadata: Mapping[str, Any]) -> datetime.datetime | None:
-    """Return when it is due in Gradescope for this student, extensions included; None where nothing is said."""
+    """Return the deadline in Gradescope for this student, extensions included; None if there is none."""
     of_users = [user.get("assignment") for user in metadata.get("users") or ()]
     for source in (*of_users, metadata.get("assignment")):
         deadline = parse_time(source.get("due_date")) if isinstance(source, dict) else None
@@ -111,7 +110,7 @@ DAY = datetime.timedelta(days=1)
 def apply_attempt_policy(
     results: GradescopeResults, metadata: dict[str, Any], policy: AttemptPolicy
 ) -> GradescopeResults:
-    """Return the results with the score of an earlier submission, where that is higher or this one counts no more."""
+    """Return the results with the score of an earlier submission if that is higher, or if this one no longer counts."""
     earlier = [
         submission
         for submission in metadata.get("previous_submissions") or ()
@@ -134,7 +133,7 @@ def apply_attempt_policy(
 
 
 def parse_time(text: object) -> datetime.datetime | None:
-    """Return a moment that Gradescope tells, None where it tells none."""
+    """Return a time that Gradescope gives, None if it gives none."""
     try:
         moment = datetime.datetime.fromisoformat(str(text))
     except ValueError:

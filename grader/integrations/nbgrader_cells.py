@@ -1,6 +1,6 @@
-"""Notebooks as nbgrader has them: made whole again after students changed them, and filled with qdot's marks.
+"""Restore the cells of nbgrader's notebooks after students changed them, and fill in qdot's marks.
 
-Nothing here needs nbgrader; `nbgrader_plugin` hands over what nbgrader's database has.
+Nothing here needs nbgrader; `nbgrader_plugin` passes on the contents of nbgrader's database.
 """
 
 import textwrap
@@ -17,7 +17,7 @@ from qdot.grader.reports.rows import Row
 
 
 def restore_cells(cells: Sequence[Cell], points: Mapping[str, float]) -> list[Cell]:
-    """Return a student's cells with every part's marks exactly once, behind the answer; `points` are by part.
+    """Return a student's cells with one cell for each part's marks, behind its answer; `points` are by part.
 
     nbgrader's metadata are made anew: what students changed in them decides nothing, and stops nobody's grading. Of
     several cells with the name of an answer the first keeps it. What was written into a cell for marks is kept.
@@ -46,7 +46,7 @@ def _metadata_text(metadata: object, name: str) -> str:
 
 
 def without_self_checks(cells: Sequence[Cell], problems: Problems) -> list[Cell]:
-    """Return the cells but for the notebook's own checks, where nobody has touched them.
+    """Return the cells without the notebook's own checks, unless somebody changed them.
 
     The staff read each student's notebook, and nbgrader's pages fold nothing: what checks is longer than all answers.
     """
@@ -56,7 +56,7 @@ def without_self_checks(cells: Sequence[Cell], problems: Problems) -> list[Cell]
 
 
 def fill_in(cells: Sequence[Cell], rows: Sequence[Row]) -> None:
-    """Put what came of each part into the cells with its marks; all other outputs go. Raises QdotError.
+    """Write the outcome of each part into the cell for its marks; remove all other outputs. Raises QdotError.
 
     Where a part is not answered, and its cell still says so, nbgrader is told that the cell is as it was handed out.
     """
@@ -92,7 +92,7 @@ def _describe_mismatch(row: Row | None) -> str:
 
 
 def make_outputs(row: Row) -> list[dict[str, Any]]:
-    """Return outputs that nbgrader scores with a part's points, and that say why.
+    """Return outputs that nbgrader scores with a part's points, and that give the reason.
 
     An error is 0 points; else the value is the points. The words come in a stream before it, never on standard error,
     which would be 0 points.

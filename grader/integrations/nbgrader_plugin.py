@@ -1,4 +1,4 @@
-"""What nbgrader runs in the place of its own steps, so that `nbgrader autograde` marks by qdot: `configure(c)`.
+"""Replace nbgrader's own steps so that `nbgrader autograde` marks by qdot: `configure(c)`.
 
 Assignments whose folder is qdot/ASSIGNMENT in the course are marked by qdot: no kernel is started, the notebook as it
 was handed in runs in qdot's sandbox, and is compared with the problems of the student whom nbgrader names. Every other
@@ -23,7 +23,7 @@ from qdot.exercises.common.errors import QdotError
 from qdot.exercises.exports.nbgrader import SIGN
 from qdot.grader.cli.class_commands import check_sandbox
 from qdot.grader.grading.batch import files_of_one, grade_one, limits_of, student_named
-from qdot.grader.grading.marking import format_points
+from qdot.grader.grading.marking import format_points, max_points_of_parts
 from qdot.grader.grading.result import Result
 from qdot.grader.integrations.nbgrader_cells import GENERATE, fill_in, restore_cells, without_self_checks
 from qdot.grader.reports.rows import make_rows
@@ -37,7 +37,7 @@ Handed = tuple[NotebookNode, Any]
 def configure(c: Any) -> None:
     """Set nbgrader's configuration; what else is set in it stays.
 
-    Raises QdotError for an nbgrader that has other steps than those that are to be replaced.
+    Raises QdotError if this nbgrader has other steps than those to be replaced.
     """
     traits = Autograde.class_traits()
     sanitize, steps = (list(traits[f"{name}_preprocessors"].default()) for name in ("sanitize", "autograde"))
@@ -49,10 +49,10 @@ def configure(c: Any) -> None:
 
 
 class MakeWhole(NbGraderPreprocessor):
-    """Gives a student's notebook the cells that it had, before nbgrader looks at them."""
+    """Restore the cells of a student's notebook before nbgrader looks at them."""
 
     def preprocess(self, nb: NotebookNode, resources: Any) -> Handed:
-        """Return the notebook with its cells. Raises QdotError where an assignment of qdot has lost its folder."""
+        """Return the notebook with its cells. Raises QdotError if an assignment of qdot has lost its folder."""
         about = resources["nbgrader"]
         with Gradebook(about["db_url"]) as gradebook:
             pattern = gradebook.find_notebook(about["notebook"], about["assignment"])
@@ -64,11 +64,7 @@ class MakeWhole(NbGraderPreprocessor):
                     f"{about['assignment']} is marked by qdot, and {FOLDER}/{about['assignment']} is missing"
                 )
             return nb, resources
-        points = {
-            f"{slot.name}.{part}": worth
-            for slot in assignment.slots
-            for part, worth in zip(slot.questions, slot.max_points, strict=True)
-        }
+        points = max_points_of_parts(assignment)
         if sum(source.startswith(SIGN) for source in sources) != len(points):
             raise QdotError(f"nbgrader knows other cells than {about['assignment']} has; {GENERATE}")
         nb.cells = [from_dict(cell) for cell in restore_cells(nb.cells, points)]
@@ -76,19 +72,17 @@ class MakeWhole(NbGraderPreprocessor):
 
 
 class Mark(Execute):
-    """Marks by qdot; what is no assignment of qdot is run by nbgrader."""
+    """Mark by qdot; assignments that are not qdot's are run by nbgrader."""
 
     seconds = Float(Limits.seconds, help="Processor time that a student's notebook may take.").tag(config=True)
 
     def preprocess(self, nb: NotebookNode, resources: Any, *others: Any, **named: Any) -> Handed:
-        """Return the notebook with the marks and the reasons. Raises QdotError where there can be no mark."""
+        """Return the notebook with the marks and the reasons. Raises QdotError if there can be no mark."""
         about = resources["nbgrader"]
         assignment = _assignment_of_qdot(self, about["assignment"])
         if assignment is None:
             return super().preprocess(nb, resources, *others, **named)
-        result = _grade(
-            assignment, about["student"], _submission_folder(self, about) / f"{about['notebook']}.ipynb", self
-        )
+        result = _grade(assignment, about, self)
         rows = make_rows(result, assignment.feedback)
         fill_in(nb.cells, rows)
         problems = assignment.problems(about["student"])
@@ -101,10 +95,10 @@ class Mark(Execute):
 
 
 class Late(AssignLatePenalties):
-    """Takes off what assignment.toml says; by nbgrader's own rule where the assignment is none of qdot's."""
+    """Apply the late rule of assignment.toml, or nbgrader's own if the assignment is not qdot's."""
 
     def preprocess(self, nb: NotebookNode, resources: Any) -> Handed:
-        """Return the notebook as it is, after its penalty is in the database."""
+        """Return the notebook unchanged, after writing its penalty to the database."""
         if "qdot" not in resources:
             return super().preprocess(nb, resources)
         about = resources["nbgrader"]
@@ -116,17 +110,12 @@ class Late(AssignLatePenalties):
 
 
 def _course(step: Any) -> Any:
-    """Return nbgrader's description of the course in which a step of a conversion is done."""
+    """Return nbgrader's description of the course of a conversion step."""
     return step.parent.parent.coursedir
 
 
-def _submission_folder(step: Any, about: Any) -> Path:
-    course = _course(step)
-    return Path(course.root, course.format_path(course.submitted_directory, about["student"], about["assignment"]))
-
-
 def _assignment_of_qdot(step: Any, key: str) -> Assignment | None:
-    """Return the assignment by which qdot marks; None where it is none of qdot's. Raises QdotError."""
+    """Return the assignment by which qdot marks; None if it is not qdot's. Raises QdotError."""
     folder = Path(_course(step).root, FOLDER, key)
     if not folder.is_dir():
         return None
@@ -136,19 +125,21 @@ def _assignment_of_qdot(step: Any, key: str) -> Assignment | None:
     return assignment
 
 
-def _grade(assignment: Assignment, identifier: str, file: Path, step: Mark) -> Result:
-    student = student_named(assignment, identifier)
+def _grade(assignment: Assignment, about: Any, step: Mark) -> Result:
+    """Return the result of the submission that nbgrader describes."""
+    student, course = student_named(assignment, about["student"]), _course(step)
     _check_sandbox_once(assignment.sandbox == "strict")
-    received = _course(step).get_existing_timestamp(str(file.parent))
+    folder = Path(course.root, course.format_path(course.submitted_directory, student.id, about["assignment"]))
+    received = course.get_existing_timestamp(str(folder))
     if received is not None and received.tzinfo is None:
         received = received.replace(tzinfo=datetime.UTC)
-    handed_in = files_of_one(assignment, file, received, "nbgrader")
+    handed_in = files_of_one(assignment, folder / f"{about['notebook']}.ipynb", received, "nbgrader")
     return grade_one(assignment, student, handed_in, limits_of(step.seconds))
 
 
 @cache
 def _check_sandbox_once(strict: bool) -> None:
-    """Say what this machine does not enforce, once. Raises QdotError where the assignment demands that it does."""
+    """Report once what this machine does not enforce. Raises QdotError if the assignment requires it."""
     check_sandbox(strict)
 
 

@@ -1,7 +1,7 @@
-"""Marks as Otter's autograder takes them: a submission marked by qdot, and the tests, which only look marks up.
+"""Mark a submission for Otter's autograder, whose tests only look the marks up.
 
-Otter runs tests in the process that has run the student's code, so that nothing by which answers are found may be
-there: qdot marks before, in its own sandbox, and what is handed over is what the student is told anyway.
+Otter runs tests in the process that has run the student's code, so nothing that reveals answers may be there. qdot
+marks before that, in its own sandbox, and passes on only what the student is told anyway.
 """
 
 import json
@@ -25,19 +25,19 @@ NAME = "qdot_marks"
 
 @dataclass(frozen=True)
 class Mark:
-    """What a part earned: its points, the most that it may earn, and what is said of it."""
+    """The points of a part, the most points that it has, and the feedback."""
 
     points: float
     of: float
-    said: str
+    feedback: str
 
 
 def results_for(
     folder: Path, notebook: Path, metadata: Mapping[str, Any], seconds: float = Limits.seconds
 ) -> GradescopeResults:
-    """Return a submission's results as Gradescope has them. Raises QdotError where there can be no mark.
+    """Return a submission's results in Gradescope's form. Raises QdotError if there can be no mark.
 
-    Without users in `metadata`, which Gradescope gives, it is the student's who is named in the notebook.
+    Without users in `metadata`, which Gradescope gives, the student is the one named in the notebook.
     """
     assignment = load_assignment(folder)
     if metadata.get("users"):
@@ -64,12 +64,12 @@ def marks_of(results: GradescopeResults) -> dict[str, Mark]:
 
 
 def code_of_marks(marks: Mapping[str, Mark]) -> str:
-    """Return the code of a cell that has the marks ready for the tests, and nothing of the student's."""
+    """Return the code of a cell that loads the marks for the tests and runs nothing of the student's."""
     return f"import json\n{NAME} = json.loads({json.dumps(as_json(marks))!r})"
 
 
 def require_full_points(marks: Mapping[str, Mapping[str, Any]] | None, part: str) -> None:
-    """Raise AssertionError with what is said of an answer that does not earn all of its points.
+    """Raise AssertionError with the feedback on an answer that does not earn all of its points.
 
     `marks` are what the cell of `code_of_marks` has read.
     """
@@ -77,4 +77,4 @@ def require_full_points(marks: Mapping[str, Mapping[str, Any]] | None, part: str
         raise AssertionError("qdot has not marked this notebook, so that it earns nothing")
     mark = Mark(**marks[part])
     if mark.points < mark.of:
-        raise AssertionError(mark.said)
+        raise AssertionError(mark.feedback)

@@ -1,4 +1,4 @@
-"""What Otter's autograder calls, so that it marks by qdot: the plugin `Marks`.
+"""Let Otter's autograder mark by qdot: the plugin `Marks`.
 
 Otter works in the folder of the submission, from which Python would import whatever the student put there. So all that
 came with the notebook is taken away first, the notebook is marked from elsewhere, and then what decides the answers is
@@ -27,10 +27,10 @@ OTTERS = "tests"
 
 
 class Marks(AbstractOtterPlugin):
-    """Marks the submission by the assignment that is in the autograder."""
+    """Mark the submission by the assignment that is in the autograder."""
 
     def before_grading(self, config: Any) -> None:
-        """Mark, and take away all by which answers could be found. Raises QdotError where there can be no mark."""
+        """Mark, and remove everything that could reveal answers. Raises QdotError if there can be no mark."""
         submission = Path(self.submission_path).absolute()
         _remove_all_but({submission, submission.parent / OTTERS})
         assignment = submission.parent.parent / "source" / "files" / FOLDER
@@ -41,13 +41,13 @@ class Marks(AbstractOtterPlugin):
             shutil.rmtree(assignment, ignore_errors=True)
 
     def before_execution(self, submission: NotebookNode | str) -> NotebookNode:
-        """Return what is run in the place of the student's notebook: a cell with the marks."""
+        """Return the notebook that is run in place of the student's: a cell with the marks."""
         metadata = dict(submission.metadata) if isinstance(submission, NotebookNode) else {}
         kept = {name: metadata[name] for name in ("kernelspec", "language_info") if name in metadata}
         return new_notebook(metadata=kept, cells=[new_code_cell(code_of_marks(marks_of(self.results)), id="marks")])
 
     def after_grading(self, results: Any) -> None:
-        """Give each part its points, less what is taken off for lateness, and say what is said of the whole."""
+        """Give each part its points, less the late penalty, and show the notes on the whole submission."""
         marks = marks_of(self.results)
         earned = sum(mark.points for mark in marks.values())
         counting = self.results.score / earned if earned else 1
@@ -58,7 +58,7 @@ class Marks(AbstractOtterPlugin):
 
 
 def _remove_all_but(kept: set[Path]) -> None:
-    """Take all else out of the folder of these files."""
+    """Remove everything else from the folder of these files."""
     for path in next(iter(kept)).parent.iterdir():
         if path in kept:
             continue
@@ -70,7 +70,7 @@ def _remove_all_but(kept: set[Path]) -> None:
 
 @contextlib.contextmanager
 def _work_elsewhere() -> Iterator[None]:
-    """Work in a new, empty folder, and have the processes that are started import nothing from where they work."""
+    """Work in a new, empty folder; processes that are started import nothing from their working folder."""
     before = os.environ.get("PYTHONSAFEPATH")
     os.environ["PYTHONSAFEPATH"] = "1"
     try:

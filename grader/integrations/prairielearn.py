@@ -1,4 +1,4 @@
-"""What the server.py of an exported PrairieLearn question calls: make a variant, read what was typed, grade it.
+"""Serve an exported PrairieLearn question, whose server.py calls this: make a variant, parse answers, grade them.
 
 `data` is PrairieLearn's dictionary, JSON all through. Solutions, and which options are right, are among
 `correct_answers` only, which no panel but the answer's shows. Its elements have taken what was chosen or typed when we
@@ -65,9 +65,9 @@ def generate(data: Data, folder: str, slot: str) -> None:
 
 
 def parse(data: Data, folder: str, slot: str) -> None:
-    """Say of each answer that can't be read why; the submission is then not graded, and costs no attempt.
+    """Say why answers can't be read; the submission is then not graded, and costs no attempt.
 
-    What the elements themselves could not read is left as they said it.
+    Errors of the elements themselves stay.
     """
     problem = _problem(data, folder, slot)
     blank = True
@@ -86,9 +86,9 @@ def parse(data: Data, folder: str, slot: str) -> None:
 
 
 def grade(data: Data, folder: str, slot: str) -> None:
-    """Mark every part as `qdot grade` does: share of the points, what follows from earlier answers, the mistake.
+    """Mark every part as `qdot grade` does: partial credit, follow-through, the mistake.
 
-    What fails in qdot itself makes the submission invalid, so that it costs nothing.
+    If qdot itself fails, the submission is invalid and costs nothing.
     """
     problem = _problem(data, folder, slot)
     answers = {part.name: typed for part in problem.parts if (typed := part.answer.accept(_Typed(data, part)))}
@@ -111,7 +111,7 @@ def grade(data: Data, folder: str, slot: str) -> None:
 
 
 def _part_scores(part: Part, verdict: Verdict, tells_entries: bool) -> Data:
-    """Return the score of a part, and, for the boxes of several numbers, whether each is right, where that is told."""
+    """Return the score of a part and, if `tells_entries`, whether each of several numbers is right."""
     assert verdict.points is not None
     scores: Data = {part.name: {"score": verdict.points / part.points, "weight": part.points}}
     names, entries = input_names(part), verdict.judgement.entries
@@ -134,7 +134,7 @@ def _slot_and_hints(data: Data, folder: str, slot: str) -> tuple[Slot, bool]:
 
 
 def _problem(data: Data, folder: str, slot: str) -> Problem:
-    """Return the problem of a variant. Raises QdotError where another engine made it."""
+    """Return the problem of a variant. Raises QdotError if another engine made it."""
     if data["params"]["engine"] != ENGINE:
         raise QdotError(
             f"this variant was made by engine {data['params']['engine']} of qdot, and engine {ENGINE} is installed"
@@ -169,7 +169,7 @@ def _fields(problem: Problem, part: Part) -> list[Data]:
 
 @dataclass(frozen=True)
 class _Offered(AnswerVisitor[Any]):
-    """Options as elements take them: in our order, under our letters, of which worked solutions speak."""
+    """Options in the form of the elements: in our order, under the letters that worked solutions use."""
 
     problem: Problem
     part: Part
@@ -221,7 +221,7 @@ def _show_solution(problem: Problem, part: Part) -> Data:
 
 @dataclass(frozen=True)
 class _Typed(AnswerVisitor[str]):
-    """What was chosen or typed, as it would be typed in a notebook; "" where that is nothing."""
+    """The chosen or typed answer as it would be typed in a notebook; "" if there is none."""
 
     data: Data
     part: Part
@@ -247,7 +247,7 @@ class _Typed(AnswerVisitor[str]):
         return typed
 
     def _chosen(self) -> str:
-        """Return the letters of what was ticked: the element shows options in our order, under keys of its own."""
+        """Return the letters of the ticked options: the element shows them in our order, under its own keys."""
         keys = [option["key"] for option in self.data["params"].get(self.part.name, ())]
         ticked = self.data["submitted_answers"].get(self.part.name) or ()
         return "".join(LETTERS[keys.index(key)] for key in ticked if key in keys)
@@ -258,7 +258,7 @@ _NUMBERS = [str(number) for number in range(len(LETTERS))]
 
 
 def _typed_texts(data: Data, part: Part) -> list[str]:
-    """Return the text in each input of a part. The elements turn numbers into numbers; what was typed is kept raw."""
+    """Return the text in each input of a part, as it was typed, before the elements parse numbers."""
     numeric = part.answer.is_in_numbers and part.answer.units_due
     source = data["raw_submitted_answers"] if numeric else data["submitted_answers"]
     texts = (source.get(name) for name in input_names(part))
@@ -266,7 +266,7 @@ def _typed_texts(data: Data, part: Part) -> list[str]:
 
 
 def _describe_incomplete(data: Data, part: Part) -> str:
-    """Return what is said where some numbers or matches of a part are given and others not, "" where that is not so."""
+    """Return which numbers or matches of a part are missing if others are there, else ""."""
     if part.answer.matched:
         is_filled = [text in _NUMBERS for text in _typed_texts(data, part)]
         left = [item for item, there in zip(part.answer.matched, is_filled, strict=True) if not there]
@@ -279,7 +279,7 @@ def _describe_incomplete(data: Data, part: Part) -> str:
 
 
 def _why_unreadable(problem: Problem, part: Part, typed: str) -> str:
-    """Return why an answer can't be read, "" where it can be, or is left blank."""
+    """Return why an answer can't be read, "" if it can be or is blank."""
     if len(typed) > LONGEST:
         return f"an answer has at most {LONGEST} characters, and this has {len(typed)}"
     if not typed:
@@ -289,7 +289,7 @@ def _why_unreadable(problem: Problem, part: Part, typed: str) -> str:
 
 
 def _describe_outcome(problem: Problem, verdict: Verdict) -> str:
-    """Return what is said of an answer, which gives nothing away: a variant may be tried again."""
+    """Return the feedback on an answer, which gives nothing away: a variant may be tried again."""
     outcome, entries = verdict.judgement.outcome, verdict.judgement.entries
     words = _OUTCOMES[outcome]
     if verdict.followed_from is not None:

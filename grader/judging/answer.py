@@ -144,7 +144,7 @@ def read_numbers(text: str, count: int, labels: Sequence[str] = (), units: Seque
 def _read_entries(
     text: str, shape: Shape, domain: Domain, labels: Names, columns: Names = (), are_numbers: bool = False
 ) -> ParsedAnswer:
-    """Read the entries of a matrix, a vector or of numbers, which may be named."""
+    """Read the entries of a matrix or vector, or numbers; they may be named."""
     parsed = _parse(text, domain)
     if parsed.tree is None:
         return parsed
@@ -184,7 +184,7 @@ def _or_table(
 
 
 def _other_unit(text: str, labels: Sequence[str], units: Sequence[str]) -> str:
-    """Say which unit of a number can't be right where it stands; nothing where all can."""
+    """Say which unit of a number can't be right at its place; "" if all can."""
     text = text.strip().strip("[](){}")
     mark = ";" if ";" in text else "\n" if "\n" in text else ","
     in_order = text.count(mark) + 1 == len(units)
@@ -253,7 +253,7 @@ def _require_conditions(tree: Node, text: str, domain: Domain, joints: Sequence[
 
 
 def _last_in_chain(tree: Node, joints: Sequence[str]) -> str:
-    """Return the last factor of a product between two signs =, where it is a joint that may begin another condition."""
+    """Return the last factor of a product between two signs = if it is a joint, which may begin another condition."""
     products = (side for node in nodes_of(tree) for side in chain_of(node)[1:-1] if side.kind == "*")
     factors = (product.args[1] for product in products)
     return next((str(factor.value) for factor in factors if factor.kind == "name" and factor.value in joints), "")
@@ -269,7 +269,7 @@ def _is_bare(node: Node, joints: Sequence[str]) -> bool:
 
 
 def _drop_blanks(node: Node) -> Node:
-    """Return conditions without what says nothing: blanks, dots behind 0, pi, 2*pi, …, det J = 0, k in Z."""
+    """Return conditions without entries that say nothing: blanks, the dots of 0, pi, 2*pi, …, det J = 0, k in Z."""
     if node.kind in ("eq", "in", "pair") and node.args[1].kind in ("list", "set"):
         return node.with_args((node.args[0], _drop_blanks(node.args[1])))
     if node.kind not in ("and", "or", "list", "set"):
@@ -317,7 +317,7 @@ def _says_nothing(node: Node) -> bool:
 
 
 def with_joint(node: Node, joints: Sequence[str]) -> Node:
-    """Give bare values, as in {0, pi}, to the only joint there is; ReadError where there are several.
+    """Assign bare values, as in {0, pi}, to the only joint. Raises ReadError if there are several joints.
 
     Which of several was meant is not known, and the right answer is nobody to ask.
     """
@@ -333,7 +333,7 @@ OR = "commas between conditions mean 'or'; write 'and' between those that have t
 
 
 def combine_with_and(node: Node, joints: Sequence[str]) -> Node | None:
-    """Return a list of conditions on different joints as if commas meant "and"; None where they can only mean "or".
+    """Return a list of conditions on different joints as if commas meant "and"; None if they can only mean "or".
 
     Conditions on the same joints remain alternatives, and values belong to the joint before them.
     """
@@ -381,7 +381,7 @@ def with_points(text: str) -> str:
 
 
 def _ends_of_brackets(text: str) -> dict[int, int]:
-    """Return where each bracket is closed, of whatever kind; those that are not are left out."""
+    """Return the place at which each bracket is closed, of any kind; brackets that are never closed are left out."""
     ends, opened = dict[int, int](), list[int]()
     for at, char in enumerate(text):
         if char in "([{":
@@ -429,7 +429,7 @@ def _unwrap(node: Node, domain: Domain) -> Node:
 
 
 def is_all_blank(node: Node) -> bool:
-    """Tell whether nothing but blanks is in a tree."""
+    """Tell whether a tree contains only blanks."""
     if node.kind in ("list", "set"):
         return all(map(is_all_blank, node.args)) and bool(node.args)
     return node.kind == "blank"
@@ -454,7 +454,7 @@ LINEAR, ANGULAR = ("vx", "vy", "vz"), ("wx", "wy", "wz")
 
 
 def _other_component(tree: Node, labels: Sequence[str]) -> str:
-    """Return the name before a formula, where it is that of another component of a velocity than the one asked."""
+    """Return the name before a formula if it is another component of a velocity than the expected one, else ""."""
     if [label for label in map(_label_of, labels) if label in LINEAR] == [] or len(labels) != 1:
         return ""
     while tree.kind in ("list", "set", "dict") and len(tree.args) == 1:
@@ -543,7 +543,7 @@ def _unlabelled(node: Node, labels: Sequence[str], shape: tuple[int, int] = (0, 
 
 
 def _refuse_repetition(node: Node) -> Node:
-    """Return entries of which two begin alike, as rows of a matrix may; ReadError where two have the same name."""
+    """Return rows of which two begin alike; raise ReadError for two entries with the same name."""
     if not all(map(_is_named, node.args)):
         return node
     written = [str(arg.args[0].value) for arg in node.args]
@@ -553,7 +553,7 @@ def _refuse_repetition(node: Node) -> Node:
 
 
 def _of_vectors(node: Node, shape: tuple[int, int], labels: Sequence[str], columns: Sequence[str]) -> Node | None:
-    """Return the matrix of v = […], ω = […] or of z0 = […], z1 = […], which may come in any order; None for others.
+    """Return the matrix of v = […], ω = […] or of z0 = […], z1 = […], in any order; None for anything else.
 
     The columns of a Jacobian, or the screws, are J1, J2, or S1, S2.
     """
@@ -580,7 +580,7 @@ _COLUMNS = ("j", "s")
 
 
 def _name_before(node: Node) -> str:
-    """Return the name before an entry; S1 before one is no sine. Nothing where there is none."""
+    """Return the name before an entry (S1 is no sine there), or ""."""
     name = node.args[0] if node.kind in ("pair", "eq") else node
     if node.kind in ("pair", "eq") and name.kind == "call" and name.value == "sin" and name.args[0].kind == "name":
         return str(name.args[0].value).replace("theta", "s")
@@ -588,7 +588,7 @@ def _name_before(node: Node) -> str:
 
 
 def _vector(node: Node) -> tuple[Node, ...]:
-    """Return the entries of a row or column; nothing of what is none."""
+    """Return the entries of a row or column; () for anything else."""
     rows = node.args if node.kind == "list" else ()
     entries = [row.args[0] if row.kind == "list" and len(row.args) == 1 else row for row in rows]
     return tuple(entries) if not any(entry.kind == "list" for entry in entries) else ()

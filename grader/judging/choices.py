@@ -12,7 +12,7 @@ from qdot.grader.judging.answer import ParsedAnswer, refuse
 from qdot.grader.judging.verdict import Judgement, correct, missing, partial, wrong
 
 NOTHING = ("", "blank", "ellipsis", "none")
-"""What is said where nothing was answered."""
+"""Texts that mean no answer."""
 
 
 # --- reading ---
@@ -55,7 +55,7 @@ _BLANK = missing("the answer was left blank")
 
 
 def chosen_letters(student: str, options: int) -> list[int] | None:
-    r"""Return the options that are meant by letters in a row or with commas between; None where it is something else.
+    r"""Return the options for letters in a row or with commas between them; None for any other text.
 
     >>> chosen_letters("A, c", 4), chosen_letters("['B', 'A']", 4), chosen_letters("{1: 'B', 2: 'A'}", 4)
     ([0, 2], [1, 0], [1, 0])
@@ -89,7 +89,7 @@ _LABEL = re.compile(r"^(?:answer|option|antwort|lösung|solution)(?: is| ist| ?[
 
 
 def chosen_option(student: str, options: Sequence[str]) -> int | None:
-    """Return the option that is meant by its letter or its own text; None where that is not clear."""
+    """Return the option with this letter or text; None if that is not clear."""
     plain = _strip(student)
     if tuple(options) == TRUE_FALSE:
         plain = {"t": "true", "f": "false"}.get(plain, plain)

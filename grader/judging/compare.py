@@ -133,7 +133,7 @@ def safely(request: Mapping[str, Any], number: int) -> Judgement:
 
 
 def as_text(student: Any, depth: int = 0) -> str:
-    """Return an answer given as text, number or nested lists of them as one text; nothing for null."""
+    """Return an answer (a text, a number or nested lists of these) as one text; "" for null."""
     if student is None:
         return ""
     if isinstance(student, list):  # what lies deeper than the reader goes is left out, and refused there

@@ -91,7 +91,7 @@ def matrix_judgement(comparison: Comparison, blanks: Sequence[bool], reference: 
 
 
 def _count(equal: Sequence[bool], blanks: Sequence[bool], is_zero: Sequence[bool], what: str = "entries") -> str:
-    """Say how many entries are right as they are counted: those that are zero in the reference earn nothing."""
+    """Say how many entries are right; entries that are zero in the reference don't count."""
     zeros = list(is_zero) if not all(is_zero) else [False] * len(is_zero)
     right = sum(same and not zero for same, zero in zip(equal, zeros, strict=True))
     total = len(zeros) - sum(zeros)
@@ -102,7 +102,7 @@ def _count(equal: Sequence[bool], blanks: Sequence[bool], is_zero: Sequence[bool
 
 
 def _difference(comparison: Comparison, columns: int) -> str:
-    """Say where an entry differs, and by how much; nothing where none that was answered does."""
+    """Say where an entry differs, and by how much; "" if no answered entry does."""
     example = comparison.certificate.counterexample
     if not isinstance(example, EntryDifference):
         return ""
@@ -111,7 +111,7 @@ def _difference(comparison: Comparison, columns: int) -> str:
 
 
 def unknown_symbols(parsed: ParsedAnswer, domain: Domain) -> str:
-    """Return a sentence on symbols that the problem does not have; nothing where there are none."""
+    """Return a sentence on symbols that the problem does not have; "" if there are none."""
     used = parsed.symbols - set(domain.roles)
     if not used:
         return ""
@@ -154,7 +154,7 @@ def judge_numbers(
 def judge_direction(
     parsed: ParsedAnswer, reference: Sequence[Node], domain: Domain, seed: str, tolerance: float | None = None
 ) -> Judgement:
-    """Judge a vector: right where it is the reference times any factor other than zero.
+    """Judge a vector, which is right if it is the reference times any factor other than zero.
 
     Without `tolerance` both are formulas, equal up to the factor at every configuration; with it they are numbers, and
     the unit vectors may differ by that much in length of their difference.
@@ -305,7 +305,7 @@ _EXACTLY = "the exact value, as in pi/3 or acos(1/3)"
 
 
 def _joints_of(piece: Piece, space: Space) -> frozenset[str]:
-    """Return the joints of which a piece says something."""
+    """Return the joints that a piece restricts."""
     return frozenset(space.joints) & {name for atom in piece for name in (*names(atom.zero), atom.joint)}
 
 
@@ -327,7 +327,7 @@ def _matched_words(matched: Sequence[tuple[int, int]], unsound: int) -> str:
 
 
 def by_joints(reference: Sequence[Node], joints: Sequence[str]) -> list[list[Node]]:
-    """Return conditions in groups that name the same joints, where it is not known what belongs together."""
+    """Return conditions in groups that name the same joints, because it is not known which ones belong together."""
     groups: dict[frozenset[str], list[Node]] = {}
     for tree in reference:
         groups.setdefault(frozenset(names(tree) & set(joints)), []).append(tree)

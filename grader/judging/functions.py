@@ -58,7 +58,7 @@ def read_table(text: str, domain: Domain, seed: str) -> Table:
 
 
 def constant_text(text: str) -> str | None:
-    """Return the values as the text of a matrix where they are the same at all points; None where they vary."""
+    """Return the values as the text of a matrix if they are the same at all points, else None."""
     shape, values = table_values(text)
     if shape is None or not np.all(values == values[0]) or np.any(values.imag != 0):
         return None
@@ -67,7 +67,7 @@ def constant_text(text: str) -> str | None:
 
 
 def table_values(answer: str) -> tuple[tuple[int, ...] | None, np.ndarray]:
-    """Return shape and values (points, entries) of a table, or None and nothing where the text is no table."""
+    """Return shape and values (points, entries) of a table; (None, no values) if the text is no table."""
     try:
         content = json.loads(answer.removeprefix(TABLE))
         shape = tuple(int(size) for size in content["shape"])

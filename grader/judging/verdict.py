@@ -59,7 +59,7 @@ class Diagnosis:
 
     @property
     def names(self) -> str:
-        """The names of the mistakes as results.jsonl has them, none as an empty text."""
+        """The names of the mistakes as in results.jsonl, "" for none."""
         return (" or " if self.either else " and ").join(self.mistakes)
 
 
@@ -68,7 +68,7 @@ NOT_THE_MISTAKE = ("degrees", "every", "zero")
 
 
 def locate_mistake(mistake: str, words: Mapping[str, object]) -> str:
-    """Return a mistake with where it was made, the same for all arms on which it is made there.
+    """Return a mistake with its place, the same for all arms on which it is made there.
 
     >>> locate_mistake("offset-sign", {"joint": 2, "degrees": "45°"})
     'offset-sign joint=2'
@@ -108,18 +108,18 @@ def missing(reason: str = "nothing was handed in for this part") -> Judgement:
 
 
 def wrong(reason: str, certificate: Certificate | None = None) -> Judgement:
-    """Return the judgement on an answer that is wrong throughout."""
+    """Return the judgement on an answer that is entirely wrong."""
     return Judgement(Outcome.WRONG, 0.0, reason, certificate)
 
 
 def partial(share: float, reason: str, certificate: Certificate | None = None) -> Judgement:
-    """Return the judgement for a share of the points; CORRECT is said by `correct` alone."""
+    """Return the judgement for a share of the points; only `correct` returns CORRECT."""
     outcome = Outcome.WRONG if share <= 0 else Outcome.PARTIAL
     return Judgement(outcome, max(0.0, share), reason, certificate)
 
 
 def correct(certificate: Certificate | None = None, reason: str = "right") -> Judgement:
-    """Return the judgement on an answer of which every comparison passed."""
+    """Return the judgement on an answer that passed every comparison."""
     return Judgement(Outcome.CORRECT, 1.0, reason, certificate)
 
 
@@ -127,7 +127,7 @@ def correct(certificate: Certificate | None = None, reason: str = "right") -> Ju
 
 
 def at_words(at: Mapping[str, float]) -> str:
-    """Return where an entry differs, as in " at theta1 = 0.61, theta2 = -1.32"; nothing where there is no symbol."""
+    """Return where an entry differs, as in " at theta1 = 0.61, theta2 = -1.32"; "" without symbols."""
     listed = ", ".join(f"{name} = {value:g}" for name, value in at.items())
     return f" at {listed}" if listed else ""
 

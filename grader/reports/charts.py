@@ -139,13 +139,9 @@ def draw_outcomes(parts: Sequence[str], counts: Sequence[Mapping[Outcome, int]])
         axes.set(xlim=(0, 100), xticks=range(0, 101, 25))
         axes.set_xlabel("% of those who handed in")
         axes.legend(
-            loc="lower center",
-            bbox_to_anchor=(0.36, 1.0),
-            ncols=5,
-            columnspacing=0.9,
-            handlelength=1.3,
+            loc="lower center", bbox_to_anchor=(0.36, 1.0), ncols=5, columnspacing=0.9, handlelength=1.3,
             handletextpad=0.5,
-        )
+        )  # fmt: skip
 
     return _chart("outcomes", 1.15 + 0.27 * len(parts), draw)
 

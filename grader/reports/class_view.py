@@ -9,6 +9,7 @@ from qdot.exercises.assignment.assignment import Assignment, Student
 from qdot.exercises.assignment.lateness import describe_duration
 from qdot.exercises.mistakes.catalogue import CATALOGUE
 from qdot.exercises.quizzes import ASKED
+from qdot.grader.grading.marking import max_points_of_parts
 from qdot.grader.grading.result import AppliedOverride, PartResult, Result
 from qdot.grader.judging.verdict import Outcome
 from qdot.grader.reports.answers import make_visible
@@ -31,7 +32,6 @@ class PartOfClass:
     share: float | None
     discrimination: Interval | None
     followed: int
-    by_hand: int
 
     @property
     def graded(self) -> int:
@@ -136,23 +136,19 @@ def summarize_parts(assignment: Assignment, results: Sequence[Result]) -> list[P
     work = [result.parts for result in select_graded(results)]
     rows = _rows(results)
     of_class = []
-    names = [(slot, question) for slot in assignment.slots for question in slot.questions]
-    points = [most for slot in assignment.slots for most in slot.max_points]
-    for index, ((slot, question), most) in enumerate(zip(names, points, strict=True)):
-        name = f"{slot.name}.{question}"
+    for index, (name, most) in enumerate(max_points_of_parts(assignment).items()):
         answers = [parts[name] for parts in work]
         shares = [part.points / most for part in answers if part.points is not None]
         count = Counter(part.outcome for part in answers)
         of_class.append(
             PartOfClass(
                 name,
-                ASKED[question].title,
+                ASKED[name.split(".", 1)[1]].title,
                 most,
                 {outcome: count[outcome] for outcome in Outcome},
                 statistics.fmean(shares) if shares else None,
                 discrimination(rows, index) if rows else None,
                 sum(part.followed_from is not None for part in answers),
-                sum(part.override is not None and part.override.points is not None for part in answers),
             )
         )
     return of_class

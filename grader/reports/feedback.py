@@ -86,18 +86,8 @@ class ProblemOnPage:
     id: str
     title: str
     figure: str
-    given: str
+    statement: str
     parts: tuple[PartOnPage, ...]
-
-    @property
-    def points(self) -> float:
-        """The points of all parts that have any."""
-        return sum(part.result.points or 0.0 for part in self.parts)
-
-    @property
-    def max_points(self) -> float:
-        """The most points of all parts."""
-        return sum(part.result.max_points for part in self.parts)
 
 
 def page_fingerprint(assignment: Assignment, student: Student, result: Result) -> str:
@@ -181,7 +171,7 @@ def _problems(assignment: Assignment, student: Student, result: Result) -> list[
             id=f"problem-{number}",
             title=f"Problem {number}: {problem.title}",
             figure=stored.figure(slot, problem),
-            given=_add_caption(stored.statement(slot, problem), problem),
+            statement=_add_caption(stored.statement(slot, problem), problem),
             parts=_parts(stored, number, slot, problem, problem_result.parts, assignment.feedback),
         )
         for number, ((slot, problem), problem_result) in enumerate(

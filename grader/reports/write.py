@@ -7,7 +7,7 @@ from pathlib import Path
 
 from qdot.exercises.assignment.assignment import Assignment, Student
 from qdot.exercises.common.errors import QdotError
-from qdot.exercises.common.files import clean_up_after, flush_disk_after, write_atomically
+from qdot.exercises.common.files import clean_up_after, flush_disks_after, write_atomically
 from qdot.exercises.common.parallel import ordered_map
 from qdot.grader.grading.attempt import describe_error
 from qdot.grader.grading.final_result import ungraded_result
@@ -42,13 +42,12 @@ def write_reports(
     ours = [*(_page_path(folder, student) for student, _ in pages), results_path(assignment), folder / "grades.csv"]
     every = ordered_map(_write_or_mark_ungraded, old, jobs, _keep_assignment, (assignment,), lost)
     with clean_up_after(ours):
-        with contextlib.closing(every), flush_disk_after(folder) as now_and_then:
+        with contextlib.closing(every), flush_disks_after():
             for (student, _), result in zip(old, every, strict=True):
                 if result is None:
                     unwritten.append(student.id)
                 else:
                     final[student.id] = result
-                now_and_then()
                 each()
         for _ in range(len(pages) - len(old)):
             each()

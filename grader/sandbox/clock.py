@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 
 import mpmath
 
-from qdot.exercises.common.time_limit import Watch, stop_alarm
+from qdot.exercises.common.time_limit import Watch, stop_watch
 
 
 class Overlong(BaseException):
@@ -34,7 +34,7 @@ class Budget:
         try:
             yield
         finally:
-            stop_alarm(watch, Overlong)
+            stop_watch(watch, Overlong)
             self.left -= time.process_time() - begun
             mpmath.mp.prec = digits  # interrupted code may not have restored it
 

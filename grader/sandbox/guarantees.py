@@ -84,11 +84,7 @@ class Findings:
 
     def as_json(self) -> dict[str, Any]:
         """Return the findings as data."""
-        return {
-            "strict": self.is_strict,
-            "guarantees": [asdict(guarantee) for guarantee in self.guarantees],
-            "lacking": self.lacking,
-        }
+        return {"strict": self.is_strict, **asdict(self)}
 
 
 def probe(without: Iterable[str] = (), quick: bool = False) -> Findings:

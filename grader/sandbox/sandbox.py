@@ -157,7 +157,7 @@ NEEDED, ONE_OF = {"seccomp", "limits", "privileges"}, {"namespaces", "landlock"}
 
 @dataclass(frozen=True)
 class _Message:
-    """What the process that forks says: that it is ready, why it is not, what is used, or how a notebook ended.
+    """A message of the forking process: that it is ready, or why not, what a notebook has used, or how it ended.
 
     `lacking` says which measures can't be taken, and why. A notebook is ended by a `signal`, 0 for none; its `seconds`
     are of processor time, as those `used` so far, and its `memory` is in bytes.
@@ -252,24 +252,24 @@ class Sandbox:
         run = Run(limits=self.limits)
 
         def take(line: dict[str, Any]) -> None:
-            name, cell, missed, lost, at = (line.get(key) for key in ("name", "cell", "missed", "lost", "set"))
-            if _is_cell(line.get("begun"), cells):
-                run.begun = line["begun"]
-            if isinstance(name, str) and name in names and isinstance(line.get("text"), str):
-                run.answers[name] = _replace_surrogates(line["text"])
-                run.failures.pop(name, None)
-                run.earlier.setdefault(name, []).append(run.answers[name])
-            elif isinstance(name, str) and name in names:
-                run.failures[name] = _printable_error(line.get("error"))
-                run.answers.pop(name, None)
-            elif _is_cell(cell, cells):
-                run.cell_errors[cell] = _printable_error(line.get("error"))
-                if _is_line(line.get("line")):
-                    run.stopped_at[cell] = line["line"]
-            elif _is_cell(missed, cells) and _is_line(line.get("line")):
-                run.missed.setdefault(missed, (line["line"], _printable_error(line.get("error"))))
-            elif isinstance(lost, str) and _is_cell(at, cells) and len(run.lost) < MOST_LOST:
-                run.lost[_printable_error(lost)[:40]] = at, _printable_error(line.get("value"))[:40]
+            match line:
+                case {"begun": index} if _is_cell(index, cells):
+                    run.begun = index
+                case {"name": str(name), "text": str(text)} if name in names:
+                    run.answers[name] = _replace_surrogates(text)
+                    run.failures.pop(name, None)
+                    run.earlier.setdefault(name, []).append(run.answers[name])
+                case {"name": str(name)} if name in names:
+                    run.failures[name] = _printable_error(line.get("error"))
+                    run.answers.pop(name, None)
+                case {"cell": index} if _is_cell(index, cells):
+                    run.cell_errors[index] = _printable_error(line.get("error"))
+                    if _is_line(line.get("line")):
+                        run.stopped_at[index] = line["line"]
+                case {"missed": index, "line": number} if _is_cell(index, cells) and _is_line(number):
+                    run.missed.setdefault(index, (number, _printable_error(line.get("error"))))
+                case {"lost": str(symbol), "set": index} if _is_cell(index, cells) and len(run.lost) < MOST_LOST:
+                    run.lost[_printable_error(symbol)[:40]] = index, _printable_error(line.get("value"))[:40]
 
         run.end = self.exchange(request, take)
         return run

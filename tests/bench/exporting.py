@@ -21,8 +21,8 @@ from pathlib import Path
 from qdot.exercises.assignment.assignment import load_assignment
 from qdot.exercises.exports.bank import bank
 from qdot.exercises.exports.export_format import Order
-from qdot.grader.grading.certify import failures_of
-drawn = sum(1 for _ in bank(Order(load_assignment(Path(sys.argv[1])), failures_of, variants=int(sys.argv[2]))))
+from qdot.grader.grading.certify import find_failures
+drawn = sum(1 for _ in bank(Order(load_assignment(Path(sys.argv[1])), find_failures, variants=int(sys.argv[2]))))
 assert drawn
 """
 

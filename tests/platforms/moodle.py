@@ -20,7 +20,7 @@ from qdot.exercises.assignment.assignment import Student
 from qdot.exercises.exports.export_format import File
 from qdot.exercises.exports.items import Choose, Field, Item, Match, Numeric, items
 from qdot.exercises.exports.markup import decimal
-from qdot.exercises.exports.moodle import WEIGHTS, moodle_files
+from qdot.exercises.exports.moodle import WEIGHTS, export_moodle
 from tests.platforms.given import EVERYTHING, PLAIN, order
 from tests.platforms.records import Counts, Record, today
 from tests.support.handing_in import a_class, hand_in, right
@@ -58,7 +58,7 @@ def run(software: Path, work: Path) -> Record:
     for which, variants in VARIANTS.items():
         one = order(work / which, which, variants)
         asked = list(items(one))
-        bank, quiz = [_written(work, file) for file in moodle_files(one)]
+        bank, quiz = [_written(work, file) for file in export_moodle(one)]
         tries = {item.title: list(tries_of(item)) for item in asked}
         requests = {name: [one.request() for one in given] for name, given in tries.items()}
         answer = ask(software, xml=str(bank), quiz=str(quiz), tries=requests)

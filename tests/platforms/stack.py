@@ -14,7 +14,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from qdot.exercises.exports.stack import stack_questions
+from qdot.exercises.exports.stack import export_stack
 from tests.platforms.given import PLAIN, PUMA, order
 from tests.platforms.records import Counts, Record, today
 
@@ -33,7 +33,7 @@ def run(software: Path, work: Path) -> Record:
     """Import the ready-made set and one with PUMA, show every question, and run all question tests."""
     paths = []
     for which in (PLAIN, PUMA):
-        (file,) = stack_questions(order(work / which, which))
+        (file,) = export_stack(order(work / which, which))
         paths.append(work / file.path)
         paths[-1].write_text(str(file.content), encoding="utf-8")
     with ThreadPoolExecutor() as both:

@@ -78,4 +78,5 @@ def diagnose(problem: Problem, part: Part, text: str, seed: str, points_seed: st
 
 def earned(problem: Problem, part: Part, text: str, seed: str) -> Judgement:
     given = read_answer(problem, part, text)
-    return partial_credit.give_partial_credit(problem, part, judge_given(problem, part, given, seed), given, seed)
+    answer = partial_credit.AnswerToCredit(problem, part, given, seed)
+    return partial_credit.give_partial_credit(answer, judge_given(problem, part, given, seed))

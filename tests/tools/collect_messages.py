@@ -8,6 +8,7 @@ sources give the same bytes: no dates, no line numbers, one line a text.
 import io
 import json
 import re
+import tomllib
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
@@ -82,8 +83,19 @@ def _find_messages() -> Iterator[FoundMessage]:
         yield "exercises/mistakes", mistake.says, mistake_context(mistake.name)
     for where in sorted({mistake.where for mistake in CATALOGUE.values() if not is_formula(mistake.where)}):
         yield "exercises/mistakes", where, SOURCE
+    for text in _errata_texts():
+        yield "exercises/docs/errata.toml", text, "erratum"
     for key, text in site_english().items():
         yield "site/src/text/en.ts", text, site_context(key)
+
+
+def _errata_texts() -> Iterator[str]:
+    """Yield the texts of the chapter's errata that have words outside of formulas."""
+    for entry in tomllib.loads((_EXERCISES / "docs" / "errata.toml").read_text(encoding="utf-8"))["erratum"]:
+        *texts, values = entry.values()
+        for text in (*texts, *(text for pair in values for text in pair)):
+            if re.search("[a-z]{2}", re.sub(r"\$[^$]*\$", "", text)):
+                yield text
 
 
 def _extract_messages(method: str, path: Path, shown: str) -> Iterator[FoundMessage]:

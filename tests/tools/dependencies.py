@@ -1,4 +1,4 @@
-"""Look up what docs/dependencies.md tells of each library: version, licence, size, and when it was last released.
+"""Look up each library of docs/dependencies.md: its licence, size, version, and the date of its last release.
 
     python -m tests.tools.dependencies uv.lock
 
@@ -7,22 +7,21 @@ our bounds allow. Sizes and licences are those of the libraries that are install
 """
 
 import datetime
-import json
 import platform
 import re
 import sys
 import tomllib
 from importlib.metadata import PackageNotFoundError, distribution
 from pathlib import Path
-from typing import Any
 
 from packaging.requirements import Requirement
 
 from qdot.exercises.common.console import say
 from qdot.exercises.common.files import write_atomically
-from qdot.exercises.docs.dependencies import DATA
 from tests.support import ROOT
 
+PAGE = ROOT / "docs" / "dependencies.md"
+PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
 LICENCES = {
     "BSD": "BSD-3-Clause",
     "BSD 3-Clause License": "BSD-3-Clause",
@@ -62,33 +61,30 @@ def brought(name: str) -> set[str]:
     return known
 
 
-def look_up(lock: Path) -> dict[str, Any]:
-    """Return all that is told."""
-    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
-    extras = project["optional-dependencies"]
-    asked = [(Requirement(line).name, "") for line in project["dependencies"]]
-    asked += [(Requirement(line).name, name) for name, lines in extras.items() for line in lines if name != "all"]
-    locked = {one["name"]: one for one in tomllib.loads(lock.read_text(encoding="utf-8"))["package"]}
-    libraries = {
-        name: {
-            "extra": extra, "version": locked[name]["version"], "licence": licence_of(name),
-            "megabytes": f"{bytes_of(name) / 1e6:.1f}",
-            "released": str(max(wheel["upload-time"] for wheel in locked[name]["wheels"]))[:10],
-        }
-        for name, extra in sorted(asked)
-    }  # fmt: skip
-    together = set().union(*(brought(name) for name, extra in asked if not extra))
-    return {
-        "date": datetime.datetime.now(datetime.UTC).date().isoformat(), "python": platform.python_version(),
-        "base": {"count": len(together), "megabytes": round(sum(map(bytes_of, together)) / 1e6)},
-        "libraries": libraries,
-    }  # fmt: skip
+def look_up(page: str, lock: Path) -> str:
+    """Return the page with the columns that can be looked up, the date and the sum."""
+    locked = {package["name"]: package for package in tomllib.loads(lock.read_text(encoding="utf-8"))["package"]}
+    bases = [Requirement(line).name for line in PROJECT["dependencies"]]
+    together = set().union(*map(brought, bases))
+    date, python = datetime.datetime.now(datetime.UTC).date().isoformat(), platform.python_version()
+    megabytes = round(sum(map(bytes_of, together)) / 1e6)
+    page = re.sub(r"dates are of \S+ \(Python [^)]*\)", f"dates are of {date} (Python {python})", page)
+    page = re.sub(r"\d+ libraries, \d+ MB", f"{len(together)} libraries, {megabytes} MB", page)
+
+    def row(match: re.Match[str]) -> str:
+        name, released = match[1], max(wheel["upload-time"] for wheel in locked[match[1]]["wheels"])
+        size = f"{bytes_of(name) / 1e6:.1f}"
+        return (
+            f"| {name} | {match[2]} | {licence_of(name)} | {size} | {locked[name]['version']} | {str(released)[:10]} |"
+        )
+
+    return re.sub(r"(?m)^\| ([\w-]+) \| ([^|]+) \|(?: [^|]+ \|){3} 20\d\d-\d\d-\d\d \|$", row, page)
 
 
 if __name__ == "__main__":
     try:
-        content = look_up(Path(sys.argv[1]))
+        text = look_up(PAGE.read_text(encoding="utf-8"), Path(sys.argv[1]))
     except (IndexError, OSError, PackageNotFoundError) as error:
         sys.exit(f"{error}\n{__doc__}")
-    write_atomically(DATA, json.dumps(content, indent=1) + "\n")
-    say(f"wrote {DATA.relative_to(ROOT)}")
+    write_atomically(PAGE, text)
+    say(f"wrote {PAGE.relative_to(ROOT)}")

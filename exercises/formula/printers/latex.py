@@ -34,7 +34,7 @@ def _row(pieces: Pieces) -> str:
 
 
 def _index(index: Layout) -> str:
-    """Return an index or a power, in which there are no blanks beside signs."""
+    """Return an index or a power, without blanks beside signs."""
     if index.kind != "row":
         return _piece(index)
     shown = _piece(index.inner[0])

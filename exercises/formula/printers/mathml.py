@@ -149,7 +149,7 @@ _TEMPLATES = {
 
 
 def _mend_row(pieces: Pieces, shown: Sequence[str]) -> list[str]:
-    """Return a row in which functions stand apart, and signs belong to what is behind them where a term begins."""
+    """Return a row with space around functions, and with signs attached to what follows if a term begins."""
     mended = list(shown)
     for k, piece in enumerate(pieces):
         if piece in (PLUS, MINUS) and pieces[k - 1] in _BEGINS_A_TERM:

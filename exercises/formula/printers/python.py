@@ -97,7 +97,7 @@ def matrix_code(rows: Sequence[Sequence[str]], taken: int) -> str:
 
 
 def list_code(items: Sequence[str], taken: int, depth: int = 0) -> str:
-    """Return a list, on one line where it fits behind what is `taken`."""
+    """Return a list, on one line if it fits after the columns that are `taken`."""
     line = f"[{', '.join(items)}]"
     if taken + len(line) <= WIDTH and "\n" not in line:
         return line

@@ -37,7 +37,7 @@ class _Box:
 
 
 def shown_width(text: str) -> int:
-    """Return how many columns a text takes in a terminal: the dot over a letter takes none."""
+    """Return the number of columns that a text takes in a terminal: the dot over a letter takes none."""
     return sum(not unicodedata.combining(ch) for ch in text)
 
 
@@ -168,7 +168,7 @@ def _needs_space(before: str, text: str) -> bool:
 
 @lru_cache(maxsize=4096)
 def unicode_math(formula: Layout) -> str:
-    r"""Return a formula as text, over several lines where it holds a matrix.
+    r"""Return a formula as text, on several lines if it contains a matrix.
 
     >>> from qdot.exercises.formula.latex import parse_latex
     >>> unicode_math(parse_latex(r"a_{1} c_{12} - \dot{\theta}_{2}"))

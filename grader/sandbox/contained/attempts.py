@@ -1,7 +1,6 @@
-"""What a probe tries in a notebook's place, past the audit hook: whatever succeeds is not contained on this machine.
+"""What a probe tries instead of a notebook, without the audit hook: whatever succeeds is not prevented on this machine.
 
-Each attempt returns what it achieved, in words; it raises OSError, or another exception, where it was refused. Those
-that are stopped by being killed are made `ALONE`, each in a notebook's place of its own.
+Attempts that end with the death of their process are made `ALONE`, each in a process of its own.
 """
 
 import contextlib
@@ -14,7 +13,7 @@ import sys
 import time
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from . import kernel
 
@@ -24,19 +23,30 @@ except ImportError:  # Windows, where this is imported, and never runs
     fcntl = None  # type: ignore[assignment]
 
 MOST, MOST_WRITTEN = 200, 256_000_000
-"""So many processes are no longer a limit, nor are so many bytes: four times the quota, where it has to be counted."""
+"""Numbers of processes and of bytes that show that nothing limits them; the bytes are four times the quota."""
+
+SOME = 8_000_000
+"""Bytes of a file that is not too large by itself."""
+
+
+class Attempt(NamedTuple):
+    """The guarantees that an attempt tests, what it achieves, and an action that raises or returns False if refused."""
+
+    guarantees: str
+    achieved: str
+    action: Callable[[dict[str, Any]], object]
 
 
 def make(targets: dict[str, Any], report: Callable[[dict[str, Any]], None]) -> None:
-    """Make every attempt, or the one that is `alone`; report what each achieved, nothing where it was refused."""
+    """Make every attempt, or the one that is `alone`; report what each achieved, "" if it was refused."""
     signal.signal(signal.SIGXCPU, signal.SIG_IGN)
     alone = targets["alone"]
-    for guarantees, attempt in ATTEMPTS if alone is None else (ALONE[alone],):
+    for attempt in ATTEMPTS if alone is None else (ALONE[alone],):
         try:
-            achieved = attempt(targets)
+            achieved = attempt.achieved if attempt.action(targets) is not False else ""
         except Exception:
             achieved = ""
-        for guarantee in guarantees.split():
+        for guarantee in attempt.guarantees.split():
             report({"guarantee": guarantee, "achieved": achieved})
     if not targets["seconds"]:
         report({"done": True})
@@ -45,58 +55,105 @@ def make(targets: dict[str, Any], report: Callable[[dict[str, Any]], None]) -> N
     report({"guarantee": "time", "achieved": f"computed for {targets['seconds'] + 1} s"})
 
 
-def _read(targets: dict[str, Any]) -> str:
-    return f"read a file of another user's folder ({len(Path(targets['file']).read_bytes())} bytes)"
-
-
-def _write(targets: dict[str, Any]) -> str:
-    Path(targets["open"], "planted").touch()
-    return "wrote into another folder"
-
-
-def _alter(targets: dict[str, Any]) -> str:
-    os.chmod(targets["file"], 0o600)
-    return "changed the rights of another folder's file"
-
-
-def _alter_by_descriptor(_: dict[str, Any]) -> str:
+def _alter_library(_: dict[str, Any]) -> None:
     library = os.open(os.__file__, os.O_RDONLY)
-    os.fchmod(library, os.fstat(library).st_mode & 0o7777)  # to what they are: nobody is harmed where this succeeds
-    return "changed the rights of a library"
+    os.fchmod(library, os.fstat(library).st_mode & 0o7777)  # to what they are: nobody is harmed if this succeeds
 
 
-def _list(targets: dict[str, Any]) -> str:
-    return f"listed another folder ({len(os.listdir(Path(targets['file']).parent))} files)"
+def _connect_abstract(targets: dict[str, Any]) -> None:
+    with socket.socket(socket.AF_UNIX) as end:
+        end.connect(targets["abstract"])
 
 
-def _fill(targets: dict[str, Any]) -> str:
+def _send(targets: dict[str, Any]) -> None:
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as end:
+        end.sendto(b"x", ("127.0.0.1", targets["port"]))
+
+
+def _signal(targets: dict[str, Any]) -> None:
+    if targets["pid"] == os.getpid():  # both are the first in their namespaces, as if the grader is in a container
+        raise ProcessLookupError
+    os.kill(targets["pid"], 0)
+
+
+def _trace(targets: dict[str, Any]) -> bool:
+    seize = 0x4206  # stops nobody
+    return sys.platform == "linux" and ctypes.CDLL(None).ptrace(seize, targets["pid"], 0, 0) == 0
+
+
+def _start(_: dict[str, Any]) -> None:
+    os.waitpid(os.posix_spawn(sys.executable, [sys.executable, "-c", ""], {}), 0)
+
+
+def _multiply(_: dict[str, Any]) -> bool:
+    """Start processes that leave their session and wait; they hold the pipe, which closes when all have ended."""
+    for number in range(MOST):
+        try:
+            pid = os.fork()
+        except OSError:
+            return False
+        if pid == 0:
+            os.setsid()
+            if number == 0 and os.fork():
+                os._exit(0)
+            while True:
+                signal.pause()
+    return True
+
+
+def _share_memory(_: dict[str, Any]) -> None:
+    for size in range(64):
+        os.truncate(os.memfd_create(str(size)), 10_000_000)
+
+
+ATTEMPTS = (
+    Attempt("files", "read a file of another user's folder", lambda targets: Path(targets["file"]).read_bytes()),
+    Attempt("files", "wrote into another folder", lambda targets: Path(targets["open"], "planted").touch()),
+    Attempt("files", "changed the rights of another folder's file", lambda targets: os.chmod(targets["file"], 0o600)),
+    Attempt("files", "changed the rights of a library", _alter_library),
+    Attempt("files", "listed another folder", lambda targets: os.listdir(Path(targets["file"]).parent)),
+    Attempt(
+        "network", "connected to a port of this machine",
+        lambda targets: socket.create_connection(("127.0.0.1", targets["port"]), timeout=2),
+    ),
+    Attempt("network", "sent a datagram", _send),
+    Attempt("network", "connected to a socket of this machine", _connect_abstract),
+    Attempt("processes", "reached the grader with a signal", _signal),
+    Attempt("memory", "was given more memory than the limit", lambda targets: mmap.mmap(-1, targets["memory"] + SOME)),
+    Attempt("memory", "was given memory that no limit counts", _share_memory),
+    Attempt("privileges", "became root of a namespace", lambda _: kernel.unshare(kernel.NEWUSER)),
+    Attempt("processes", "reached into the grader's memory", _trace),
+    Attempt("processes", "started a program", _start),
+    Attempt("privileges", "changed its root folder", lambda _: os.chroot(".")),
+    Attempt("privileges", "took precedence over other processes", lambda _: os.nice(-1)),
+    Attempt("processes memory", f"started {MOST} processes", _multiply),
+)  # fmt: skip
+"""The attempts in order; many processes also have the memory of many."""
+
+
+def _fill(_: dict[str, Any]) -> None:
     with open("large", "wb") as file:
-        for _ in range(200):
+        for _number in range(200):
             file.write(bytes(1 << 20))
-    return "wrote a file of 200 MB"
 
 
-def _fill_many(_: dict[str, Any]) -> str:
+def _fill_many(_: dict[str, Any]) -> None:
     """Write many files, none of which is too large by itself."""
-    content = bytes(8_000_000)
-    for number in range(MOST_WRITTEN // len(content)):
-        Path(str(number)).write_bytes(content)
-    return f"wrote {MOST_WRITTEN // 1_000_000} MB in all"
+    for number in range(MOST_WRITTEN // SOME):
+        Path(str(number)).write_bytes(bytes(SOME))
 
 
-def _fill_nameless(_: dict[str, Any]) -> str:
+def _fill_nameless(_: dict[str, Any]) -> None:
     """Write many files that have no names any more."""
     kept: list[Any] = []
-    content = bytes(8_000_000)
-    while len(content) * len(kept) < MOST_WRITTEN:
+    while SOME * len(kept) < MOST_WRITTEN:
         kept.append(open("nameless", "wb", buffering=0))  # noqa: SIM115 - it is to stay open
         os.unlink("nameless")
-        kept[-1].write(content)
-    return f"wrote {MOST_WRITTEN // 1_000_000} MB into files without names"
+        kept[-1].write(bytes(SOME))
 
 
-def _nest(_: dict[str, Any]) -> str:
-    """Leave folders that are hard to remove; whether they are gone afterwards is for the grader to see."""
+def _nest(_: dict[str, Any]) -> bool:
+    """Leave folders that are hard to remove; the grader looks whether they are gone afterwards."""
     os.mkdir("closed")
     os.mkdir("closed/inner", 0)
     with contextlib.suppress(OSError):  # refused where libraries could be closed in this way, too
@@ -104,34 +161,10 @@ def _nest(_: dict[str, Any]) -> str:
     for _depth in range(1200):
         os.mkdir("d")
         os.chdir("d")
-    return ""
+    return False
 
 
-def _connect(targets: dict[str, Any]) -> str:
-    socket.create_connection(("127.0.0.1", targets["port"]), timeout=2)
-    return "connected to a port of this machine"
-
-
-def _connect_abstract(targets: dict[str, Any]) -> str:
-    with socket.socket(socket.AF_UNIX) as end:
-        end.connect(targets["abstract"])
-    return "connected to a socket of this machine"
-
-
-def _send(targets: dict[str, Any]) -> str:
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as end:
-        end.sendto(b"x", ("127.0.0.1", targets["port"]))
-    return "sent a datagram"
-
-
-def _signal(targets: dict[str, Any]) -> str:
-    if targets["pid"] == os.getpid():  # both are the first in their namespaces, as where the grader has a container's
-        raise ProcessLookupError
-    os.kill(targets["pid"], 0)
-    return "reached the grader with a signal"
-
-
-def _signal_by_descriptor(_: dict[str, Any]) -> str:
+def _signal_by_descriptor(_: dict[str, Any]) -> bool:
     """Have the kernel kill the process that starts notebooks, as the owner of a pipe in which something arrives."""
     reading, writing = os.pipe()
     fcntl.fcntl(reading, fcntl.F_SETOWN, os.getppid())
@@ -139,76 +172,13 @@ def _signal_by_descriptor(_: dict[str, Any]) -> str:
     fcntl.fcntl(reading, fcntl.F_SETFL, os.O_ASYNC)
     os.write(writing, b"x")
     time.sleep(0.1)
-    return ""
+    return False
 
 
-def _start(_: dict[str, Any]) -> str:
-    os.waitpid(os.posix_spawn(sys.executable, [sys.executable, "-c", ""], {}), 0)
-    return "started a program"
-
-
-def _multiply(_: dict[str, Any]) -> str:
-    """Start processes that leave their session and wait; they hold the pipe, so that it tells when all have ended."""
-    for number in range(MOST):
-        try:
-            pid = os.fork()
-        except OSError:
-            return ""
-        if pid == 0:
-            os.setsid()
-            if number == 0 and os.fork():
-                os._exit(0)
-            while True:
-                signal.pause()
-    return f"started {MOST} processes"
-
-
-def _allocate(targets: dict[str, Any]) -> str:
-    mmap.mmap(-1, targets["memory"] + (1 << 20)).close()
-    return "was given more memory than the limit"
-
-
-def _share_memory(_: dict[str, Any]) -> str:
-    for size in range(64):
-        descriptor = os.memfd_create(str(size))
-        os.truncate(descriptor, 10_000_000)
-    return "was given memory that no limit counts"
-
-
-def _unshare(_: dict[str, Any]) -> str:
-    kernel.unshare(kernel.NEWUSER)
-    return "became root of a namespace"
-
-
-def _trace(targets: dict[str, Any]) -> str:
-    if sys.platform != "linux" or ctypes.CDLL(None).ptrace(0x4206, targets["pid"], 0, 0) != 0:  # seize: stops nobody
-        raise OSError
-    return "reached into the grader's memory"
-
-
-def _change_root(_: dict[str, Any]) -> str:
-    os.chroot(".")
-    return "changed its root folder"
-
-
-def _hurry(_: dict[str, Any]) -> str:
-    os.nice(-1)
-    return "took precedence over other processes"
-
-
-Attempt = tuple[str, Callable[[dict[str, Any]], str]]
-
-ATTEMPTS: tuple[Attempt, ...] = (
-    ("files", _read), ("files", _write), ("files", _alter), ("files", _alter_by_descriptor), ("files", _list),
-    ("network", _connect), ("network", _send), ("network", _connect_abstract), ("processes", _signal),
-    ("memory", _allocate), ("memory", _share_memory), ("privileges", _unshare), ("processes", _trace),
-    ("processes", _start), ("privileges", _change_root), ("privileges", _hurry), ("processes memory", _multiply),
+_WRITTEN = f"{MOST_WRITTEN // 1_000_000} MB"
+ALONE = (
+    Attempt("files", "wrote a file of 200 MB", _fill), Attempt("files", f"wrote {_WRITTEN} in all", _fill_many),
+    Attempt("files", f"wrote {_WRITTEN} into files without names", _fill_nameless), Attempt("files", "", _nest),
+    Attempt("processes", "", _signal_by_descriptor),
 )  # fmt: skip
-"""In the order in which they are made, each with the guarantees that it is against: who may have many processes has the
-memory of many."""
-
-ALONE: tuple[Attempt, ...] = (
-    ("files", _fill), ("files", _fill_many), ("files", _fill_nameless), ("files", _nest),
-    ("processes", _signal_by_descriptor),
-)  # fmt: skip
-"""Those that are each made in a notebook's place of its own."""
+"""The attempts that are each made in a process of their own."""

@@ -126,5 +126,5 @@ def _find_end(lines: Sequence[str], begin: int) -> int:
             if token.type == tokenize.NEWLINE:
                 return begin + token.start[0]
     except (tokenize.TokenError, SyntaxError):
-        pass  # it is no Python, which is told where it is run
+        pass  # it is no Python, which is reported when it is run
     return len(lines)

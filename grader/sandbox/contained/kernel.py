@@ -1,6 +1,6 @@
-"""Linux's system calls for containment that Python has no functions for, by way of ctypes; nothing is decided here.
+"""Linux's system calls for isolation that Python has no functions for, by ctypes; nothing is decided here.
 
-Every function raises OSError where the kernel refuses. Importing this calls nothing, so it can be imported anywhere.
+Every function raises OSError if the kernel refuses. Importing this calls nothing, so it can be imported anywhere.
 """
 
 import ctypes
@@ -12,7 +12,7 @@ import sys
 from collections.abc import Sequence
 from typing import Any
 
-NEWNS, NEWCGROUP, NEWUTS, NEWIPC = 0x00020000, 0x02000000, 0x04000000, 0x08000000
+NEWNS, NEWUTS, NEWIPC = 0x00020000, 0x04000000, 0x08000000
 NEWUSER, NEWPID, NEWNET = 0x10000000, 0x20000000, 0x40000000
 
 MS_RDONLY, MS_NOSUID, MS_NODEV, MS_REMOUNT, MS_BIND, MS_REC, MS_PRIVATE = 1, 2, 4, 32, 4096, 16384, 1 << 18
@@ -36,7 +36,7 @@ def _libc() -> Any:
 
 
 def forget() -> None:
-    """Let go of the C library: who looks for it in this process's objects should not find it."""
+    """Release the C library, so that a notebook does not find it among the objects of this process."""
     _libc.cache_clear()
 
 
@@ -60,7 +60,7 @@ def _by_machine(numbers: dict[str, int]) -> int:
 
 
 def prctl(option: int, *args: Any) -> None:
-    """Change something about this process."""
+    """Change a property of this process."""
     wide = [ctypes.c_ulong(arg) if isinstance(arg, int) else arg for arg in (*args, 0, 0, 0, 0)[:4]]
     _check_result(_libc().prctl(ctypes.c_int(option), *wide))
 
@@ -82,7 +82,7 @@ def mount(source: str | None, target: str, kind: str | None, flags: int, data: s
 
 
 def unmount(target: str) -> None:
-    """Take a file system away at once; it ends when nobody uses it."""
+    """Detach a file system at once; it ends when nobody uses it."""
     _check_result(_libc().umount2(os.fsencode(target), MNT_DETACH))
 
 
@@ -98,7 +98,7 @@ def make_read_only(target: str, devices: bool) -> None:
 
 
 def pivot_root(folder: str) -> None:
-    """Make a mount the root, and let go of what was the root."""
+    """Make a mount the root, and detach the old root."""
     os.chdir(folder)
     _syscall(_by_machine(_PIVOT_ROOT), b".", b".")
     unmount(".")
@@ -116,12 +116,12 @@ def drop_capabilities() -> None:
 
 
 def landlock_version() -> int:
-    """Return the version of Landlock's interface. Raises OSError where there is none."""
+    """Return the version of Landlock's interface. Raises OSError if there is none."""
     return _syscall(_LANDLOCK_CREATE, None, 0, 1)
 
 
 def landlock(handled: tuple[int, int, int], rules: Sequence[tuple[str, int]]) -> None:
-    """Allow only what the rules say: rights under paths; of files, network and scopes, `handled` is ruled by them."""
+    """Allow only the rights that the rules give below paths; `handled` restricts files, network and scopes."""
     size = 8 if not (handled[1] or handled[2]) else 16 if not handled[2] else 24
     ruleset = _syscall(_LANDLOCK_CREATE, struct.pack("QQQ", *handled), size, 0)
     try:

@@ -123,6 +123,8 @@ class Session:
 class Shell(standins.StandIn):
     """What `get_ipython()` returns: magics that run code or write files work, others do nothing."""
 
+    _session: Session
+
     def __init__(self, session: Session) -> None:
         vars(self)["_session"] = session
 

@@ -156,7 +156,7 @@ def _serve(control: socket.socket, measures: Measures, parent: str, namespace: i
     while True:
         child = _fork_child(measures, parent, namespace)
         request = b""  # as where the grader has ended
-        with contextlib.suppress(ConnectionError):  # so it ends where something that it was told was left unread
+        with contextlib.suppress(ConnectionError):  # raised if the grader ended and left something unread
             if control.recv(1):
                 socket.send_fds(control, [b"p"], child.pipes)
                 _close(child.pipes)

@@ -14,13 +14,13 @@ from qdot.exercises.arm.robot_file import read_robot
 from qdot.exercises.arm.shipped import results_from_text, results_to_text
 from qdot.exercises.arm.singularity import singular_set
 from qdot.exercises.arm.trigonometry import Factored
-from qdot.exercises.docs.shipped import lines, results_of
 from qdot.exercises.families import FAMILIES
 from qdot.exercises.families.structures import build_arm, read_clean_structures
 from qdot.exercises.generation import generate, questions_of, sample_chain
 from qdot.exercises.notebook.notebook import notebook_text, solution_notebook
 from qdot.exercises.problem.problem import ProblemId
 from tests.support.suites import few_families, several
+from tests.tools.shipped import lines, results_of
 
 X, Y = sp.symbols("x y")
 OF_STRUCTURES = [

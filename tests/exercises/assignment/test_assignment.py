@@ -382,26 +382,6 @@ def test_a_file_that_was_tidied_away_before_it_was_locked_is_begun_again(
     assert (tmp_path / "a.txt").read_text() == "whole"
 
 
-def test_many_files_are_made_lasting_now_and_then_and_in_the_end(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    now, asked = 0.0, []
-
-    def flush(folder: Path) -> None:
-        nonlocal now
-        asked.append((now, folder))
-        now += 0.2
-
-    monkeypatch.setattr(files, "_flush_disk", flush)
-    monkeypatch.setattr("qdot.exercises.common.files.time.monotonic", lambda: now)
-    with pytest.raises(KeyboardInterrupt), files.flush_disk_after(tmp_path) as now_and_then:  # also when it is stopped
-        for moment in (0.5, 0.9, 1.5, 1.9, 5.0, 6.0):  # having taken 0.2 s, it is not asked again for 4 s
-            now = moment
-            now_and_then()
-        raise KeyboardInterrupt
-    assert asked == [(1.5, tmp_path), (6.0, tmp_path), (6.2, tmp_path)]
-
-
 def test_the_students_notebook_gives_no_seed_away(released: Path) -> None:
     assignment = load_assignment(released)
     text = (released / "released" / "s001" / "hw.ipynb").read_text()

@@ -1,8 +1,7 @@
 """The generated pages of docs/: up to date, complete, and right in what they say of the chapter.
 
-What takes long to find out is taken from where it is kept: what families can be asked from the listing, how many
-structures there are from the page, thumbnails from their files. Listing and thumbnails are held against some families,
-in `make whole` against all of them; two of the numbers of structures are counted in `make whole` only.
+What families can be asked takes long to find out, and is taken from the listing, which is held against some families,
+in `make whole` against all of them.
 """
 
 import re
@@ -14,7 +13,7 @@ import pytest
 
 from qdot.exercises import docs
 from qdot.exercises.common.variation import STEPS
-from qdot.exercises.docs import corrections, documents, listing_text, thumbnails, write
+from qdot.exercises.docs import documents, listing_text, write
 from qdot.exercises.families import FAMILIES
 from qdot.exercises.families.listing import LISTING, listing
 from qdot.exercises.generation import find_out, questions_of
@@ -28,22 +27,11 @@ together = pytest.mark.xdist_group("docs")
 """In one process, which makes the pages once; families have groups of their own."""
 
 
-def kept_thumbnails(family: str) -> tuple[dict[str, str], dict[str, str]]:
-    """What `thumbnails` returns, as the page and the files have it."""
-    page = (DOCS / "families.md").read_text(encoding="utf-8")
-    steps = "|".join(STEPS)
-    shown = rf'src="(families/{family}(?:-(?:{steps}))?\.svg)" width="120" alt="[^"]*, ({steps})"'
-    paths = {step: path for path, step in re.findall(shown, page)}
-    drawn = {*paths.values(), f"families/{family}.svg"}
-    return paths, {path: (DOCS / path).read_text(encoding="utf-8") for path in drawn}
-
-
 @pytest.fixture(scope="module", autouse=True)
 def _kept() -> Iterator[None]:
     """Pages are made from what is kept."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(docs, "list_families", listing)
-        patch.setattr(docs, "thumbnails", kept_thumbnails)
         documents.cache_clear()
         yield
     documents.cache_clear()
@@ -61,11 +49,6 @@ def test_pages_are_up_to_date() -> None:
     assert LISTING.read_text(encoding="utf-8") == listing_text()
 
 
-def test_thumbnails_of_a_family_are_up_to_date(family: str) -> None:
-    """Where this fails, run: python -m qdot.exercises.docs"""
-    assert thumbnails(family) == kept_thumbnails(family)
-
-
 SLOW = ("lbr-7r", "random-3", "random-4")
 
 
@@ -77,15 +60,8 @@ def test_what_is_listed_of_a_family_is_what_its_arms_show(family: str) -> None:
     assert listing()[family] == find_out(FAMILIES[family])
 
 
-@together
-def test_an_arm_of_every_family_is_shown_at_every_step_and_difficulty_follows_them() -> None:
-    page, drawn = documents()["families.md"], documents()
+def test_difficulty_follows_the_steps() -> None:
     for name, listed in listing().items():
-        for step in STEPS:
-            shown = re.findall(
-                rf'src="(families/{name}(?:-(?:{"|".join(STEPS)}))?\.svg)" width="120" alt="[^"]*, {step}"', page
-            )
-            assert len(shown) == 1 and shown[0] in drawn
         assert list(listed.by_variation) == sorted(listed.by_variation)
         assert len(listed.by_variation) == (0 if FAMILIES[name].varied else len(STEPS))
 
@@ -96,7 +72,7 @@ def test_every_family_has_its_place_with_thumbnail_and_questions() -> None:
     sections = dict(re.findall(r"^## (\S+)\n(.*?)(?=^## |\Z)", page, re.MULTILINE | re.DOTALL))
     assert list(sections) == list(FAMILIES)
     for name, text in sections.items():
-        assert f"families/{name}.svg" in text and FAMILIES[name].title in text and FAMILIES[name].source in text
+        assert f"families/{name}.svg" in page and FAMILIES[name].title in text and FAMILIES[name].source in text
         told, asked = set(re.findall(r"`([a-z-]+)`", text)), set(questions_of(name))
         assert told == (set(QUESTIONS) - asked if "all but" in text or "): all." in text else asked)
 
@@ -121,35 +97,6 @@ def test_pages_have_every_question_good_links_whole_drawings_and_the_chapters_re
         r"a_{2} a_{3} s_{3} (a_{1} + a_{2} c_{2} + a_{3} c_{23})",
     ):
         assert formula in page
-
-
-def of(where: str) -> list[float]:
-    """The numbers that show an erratum."""
-    (found,) = [erratum for erratum in corrections() if where in erratum.where]
-    texts = [re.sub(r" m/s| m", "", text).replace("−", "-") for _, text in found.values]
-    return [float(text) for text in texts]
-
-
-@together
-def test_printed_formulas_and_claims_fail_where_the_right_ones_hold() -> None:
-    printed, right = of("of $T$")
-    assert printed != right == 1
-    printed, right = of("$v_x$ and $v_y$")
-    assert abs(printed - right) > 0.1
-    printed_x, printed_y, right = of("$J^{-1}$")
-    assert abs(printed_x) > 0.1 and abs(printed_y - 0.2) > 0.1 and right == 0
-    printed, right, difference = of("partial")
-    assert right == pytest.approx(difference, rel=1e-3) and abs(printed - right) > 0.01
-    rank_straight, det_straight, rank_shoulder, det_shoulder = of("Example 6.3, singular")
-    assert rank_straight == 3 and det_straight != 0 and rank_shoulder == 2 and det_shoulder == 0
-    terms, total, product = of(r"$\det J$")
-    assert terms > 3 and total == pytest.approx(product, rel=1e-3)
-    assert of("aligned") == [2, 1] and of("inverse solutions") == [1, 2]
-    at_stop, stretched = of("boundary singularities")
-    assert at_stop != 0 and stretched == 0
-    assert of("not invertible") == [0, 0]
-    (equal,) = [erratum for erratum in corrections() if "$s_2 = 0$" in erratum.where]
-    assert [value for _, value in equal.values] == ["internal", "boundary"]
 
 
 @together

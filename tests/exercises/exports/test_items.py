@@ -14,8 +14,8 @@ from qdot.exercises.arm.kinematics import NumericChain
 from qdot.exercises.assignment.assignment import Student, load_assignment
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.exports.export_format import Order
-from qdot.exercises.exports.items import Choose, Field, Item, Numeric, Picture, WrongValue, items
-from qdot.exercises.exports.markup import allowance, decimal
+from qdot.exercises.exports.items import Choose, Field, Item, Numeric, WrongValue, items
+from qdot.exercises.exports.markup import Picture, allowance, decimal
 from qdot.exercises.exports.numbers import NumericPart, ask_in_numbers
 from qdot.exercises.families import FAMILIES
 from qdot.exercises.generation import generate, questions_of

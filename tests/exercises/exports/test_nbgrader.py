@@ -18,7 +18,7 @@ import pytest
 from qdot.exercises.assignment.assignment import Assignment, Student, load_assignment
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.exports.export_format import Order
-from qdot.exercises.exports.nbgrader import SIGN, checksum, nbgrader
+from qdot.exercises.exports.nbgrader import SIGN, checksum, export_nbgrader
 from qdot.exercises.problem.problem import variable
 from qdot.grader.integrations.nbgrader_cells import WIDTH, fill_in, make_outputs, restore_cells
 from qdot.grader.reports.rows import Row
@@ -289,7 +289,7 @@ def test_names_are_given_as_nbgrader_imports_them_which_takes_no_plus_in_an_iden
     students = [Student("ada", "Ada King Lovelace", "ada@example.org"), Student("hen"), Student("ada+x")]
     notes: list[str] = []
     order = Order(a_class(tmp_path / "hw", students), lambda _: (), note=notes.append)
-    (names,) = (str(file.content) for file in nbgrader(order) if file.path == "students.csv")
+    (names,) = (str(file.content) for file in export_nbgrader(order) if file.path == "students.csv")
     assert names.splitlines()[:3] == [
         "id,first_name,last_name,email", "ada,Ada King,Lovelace,ada@example.org", "hen,,,"
     ]  # fmt: skip

@@ -16,7 +16,6 @@ from qdot.exercises.common.extras import install_words
 from qdot.exercises.exports import boxes
 from qdot.exercises.exports.boxes import Box, box_of, options_of, scale_working_room, share_that_fits, working_room
 from qdot.exercises.exports.export_format import File, Order
-from qdot.exercises.exports.marking import TOO_LONG, marking
 from qdot.exercises.exports.paper import compile_pdf
 from qdot.exercises.exports.registry import EXPORT_FORMATS
 from qdot.exercises.exports.sheet import Sheet, sheets
@@ -25,16 +24,14 @@ from qdot.exercises.figure.tikz import tikz
 from qdot.exercises.formula.latex import parse_latex
 from qdot.exercises.formula.printers.speech import speak
 from qdot.exercises.formula.printers.typst import typst_string
-from qdot.exercises.generation import generate
 from qdot.exercises.notebook.notebook import solution_figure
-from qdot.exercises.problem.problem import Problem, ProblemId
+from qdot.exercises.problem.problem import Problem
 from qdot.exercises.writing.markup import parse_markdown, to_latex
 from qdot.exercises.writing.on_paper import on_paper
 from qdot.exercises.writing.short_answer import short_answer
 from qdot.exercises.writing.statement import hints, prompt, statement, worked_solution
 from qdot.exercises.writing.typst import ROOM, to_typst, typst_escaped
 from qdot.grader.grading.certify import find_failures
-from qdot.grader.grading.marking import share_earned
 from tests.grader.reports.test_feedback import Page
 from tests.support.command import fails
 from tests.support.handing_in import a_class
@@ -276,7 +273,7 @@ def an_exam(folder: Path, asked: dict[str, list[str]]) -> Order:
     problems = "".join(f'[[problem]]\nfamily = "{name}"\nquestions = {asked[name]}\n' for name in asked)
     text = f"title = 'Exam'\nkey = 'exam'\n{problems}".replace("'", '"')
     (folder / "assignment.toml").write_text(text, encoding="utf-8")
-    return Order(load_assignment(folder), lambda _: [], sheet="exam", versions=1, earns=share_earned)
+    return Order(load_assignment(folder), lambda _: [], sheet="exam", versions=1)
 
 
 @pytest.fixture(scope="module")
@@ -319,35 +316,6 @@ def test_a_figure_stands_beside_the_table_and_options_are_ticked(six: Order) -> 
     assert "**A.**" not in page and r"\item \textbf{A.}" not in source
 
 
-def test_a_marking_sheet_says_what_known_mistakes_earn(six: Order, tmp_path: Path) -> None:
-    order = replace(six, sheet="marking", assignment=replace(six.assignment, slots=six.assignment.slots[4:]))
-    made = files(order, "pdf")
-    assert list(made) == ["marking-versions/A.pdf", "marking-versions-all.pdf"]
-    assert all(file.private for file in made.values())
-    shown = text_of(made["marking-versions/A.pdf"].content, tmp_path)
-    assert "Determinant" in shown
-    page = str(files(order, "html")["marking-versions/A.html"].content)
-    source = str(files(order, "latex")["marking-versions/A.tex"].content)
-    assert page.count('class="marking"') == source.count(r"\begin{tabular}") == 6
-    (sheet,) = sheets(order)
-    for part in sheet.parts:
-        assert part.marking is not None and part.marking.rule and not part.solution
-        right, *wrong = part.marking.marks
-        assert right.earns == f"{part.worth:.3g}" and right.answer
-        assert all(float(mark.earns) < part.worth for mark in wrong)
-    determinant = next(part for part in sheet.parts if part.label == "1.2").marking
-    assert determinant is not None
-    assert ("Determinant with the wrong sign", "0.8") in [(mark.says, mark.earns) for mark in determinant.marks]
-
-
-@pytest.mark.whole
-def test_what_is_too_wide_for_a_marking_sheet_is_in_the_key() -> None:
-    wide = generate(ProblemId("planar-rpr", 5, ("inverse-velocity", "determinant")))
-    long, short = (marking(wide, part, share_earned).marks for part in wide.parts)
-    assert "key" in long[0].answer and "key" not in short[0].answer  # it would be printed too small to be read
-    assert TOO_LONG in {mark.answer for mark in long} and all(mark.answer for mark in long)  # no cell is empty
-
-
 def test_versions_have_no_names_and_are_no_students_problems(order: Order) -> None:
     made = files(replace(order, sheet="exam", versions=2), "html")
     assert list(made) == ["exam-versions/A.html", "exam-versions/B.html"]
@@ -357,8 +325,6 @@ def test_versions_have_no_names_and_are_no_students_problems(order: Order) -> No
     assert len(own | {sheet.problems[0].table for sheet in drawn}) == 4
     assert not any(student.id in str(file.content) for student in CLASS for file in made.values())
     assert EXPORT_FORMATS["html"].steps(replace(order, versions=2)) == 2
-    with pytest.raises(QdotError, match="needs the grader"):
-        files(replace(order, sheet="marking"), "html")
 
 
 def test_what_can_not_be_written_keeps_no_other_outlet_from_it(

@@ -80,7 +80,7 @@ def unzipped(content: bytes) -> Package:
 
 @pytest.fixture(scope="module")
 def moodles(order: Order, asked: list[Item]) -> dict[str, Any]:
-    return files_of(moodle.moodle_files, order, asked)
+    return files_of(moodle.export_moodle, order, asked)
 
 
 @pytest.fixture(scope="module")
@@ -97,12 +97,12 @@ def backup(moodles: dict[str, Any]) -> Package:
 
 @pytest.fixture(scope="module")
 def canvass(order: Order, asked: list[Item]) -> Package:
-    return unzipped(files_of(canvas.canvas_zip, order, asked)["hw.zip"])
+    return unzipped(files_of(canvas.export_canvas, order, asked)["hw.zip"])
 
 
 @pytest.fixture(scope="module")
 def qti_file(order: Order, asked: list[Item]) -> bytes:
-    content: bytes = files_of(qti.qti_zip, order, asked)["hw.zip"]
+    content: bytes = files_of(qti.export_qti, order, asked)["hw.zip"]
     return content
 
 
@@ -123,7 +123,7 @@ def test_platforms_tell_as_much_as_the_assignment_does(order: Order, level: str)
     assert any(wrong) == (at >= FEEDBACK.index("mistake"))
 
     quiz, ordered_quiz = (
-        unzipped(files_of(moodle.moodle_files, given, asked)["hw.mbz"])
+        unzipped(files_of(moodle.export_moodle, given, asked)["hw.mbz"])
         for given in (told, replace(told, solutions=True))
     )
     settings = parsed(quiz["activities/quiz_1/quiz.xml"])
@@ -135,10 +135,10 @@ def test_platforms_tell_as_much_as_the_assignment_does(order: Order, level: str)
 
     for ordered in (told, replace(told, solutions=True)):
         tells = level == "solutions" or ordered.solutions
-        package = unzipped(files_of(qti.qti_zip, ordered, asked)["hw.zip"])
+        package = unzipped(files_of(qti.export_qti, ordered, asked)["hw.zip"])
         each = [text for name, text in package.items() if name.startswith("items/")]
         assert {b'identifier="solution"' in text for text in each} == {tells}
-        package = unzipped(files_of(canvas.canvas_zip, ordered, asked)["hw.zip"])
+        package = unzipped(files_of(canvas.export_canvas, ordered, asked)["hw.zip"])
         assert (b'"general_fb"' in package["qdot-hw/qdot-hw.xml"]) == tells
         shown = b"<show_correct_answers>true" in package["qdot-hw/assessment_meta.xml"]
         assert shown == (at >= FEEDBACK.index("values") or ordered.solutions)
@@ -317,7 +317,7 @@ def test_moodles_quiz_draws_each_question_for_its_points(order: Order, asked: li
     assert [settings.findtext(f"quiz/{name}") for name in names] == ["0", "4", "0", "0", "0"]  # the last counts
     due = datetime(2027, 1, 15, 12, tzinfo=UTC)
     limited = replace(order.assignment, attempts=AttemptPolicy(best_of=3, apart=3600), due_date=due)
-    content = files_of(moodle.moodle_files, replace(order, assignment=limited), asked)["hw.mbz"]
+    content = files_of(moodle.export_moodle, replace(order, assignment=limited), asked)["hw.mbz"]
     settings = parsed(unzipped(content)["activities/quiz_1/quiz.xml"])
     told = [settings.findtext(f"quiz/{name}") for name in names]
     assert told == ["3", "1", "3600", "3600", str(int(due.timestamp()))]
@@ -374,7 +374,7 @@ def test_canvas_is_given_what_text2qti_gives_it(order: Order, asked: list[Item],
     subprocess.run([reader("text2qti"), "quiz.txt"], cwd=tmp_path, check=True, capture_output=True)
     golden = unzipped((tmp_path / "quiz.zip").read_bytes())
     unmatched = [one for one in asked if not isinstance(one.form, Match)]
-    ours = unzipped(files_of(canvas.canvas_zip, order, unmatched)["hw.zip"])
+    ours = unzipped(files_of(canvas.export_canvas, order, unmatched)["hw.zip"])
     assert sorted(paths_in(ours) - paths_in(golden)) == []
 
 
@@ -414,7 +414,7 @@ def test_canvas_finds_all_that_is_named(canvass: Package) -> None:
 
 def test_that_vectors_are_asked_for_by_one_entry_is_told_once(order: Order, asked: list[Item]) -> None:
     notes: list[str] = []
-    files_of(canvas.canvas_zip, replace(order, note=notes.append), asked)
+    files_of(canvas.export_canvas, replace(order, note=notes.append), asked)
     assert len(notes) == 1
 
 

@@ -17,7 +17,6 @@ import sympy as sp
 
 from qdot.exercises.answers import Expression, Matrix
 from qdot.exercises.assignment.assignment import Assignment, Student, load_assignment
-from qdot.exercises.exports import stack, stack_cost
 from qdot.exercises.exports.bank import bank
 from qdot.exercises.exports.export_format import Order
 from qdot.exercises.exports.known_wrong import known_wrong, same_entries
@@ -302,70 +301,6 @@ def test_answers_as_students_type_them_are_judged_alike(
     found = [line for line in maxima("\n".join(lines).replace(";", "$"), tmp_path) if line.startswith("RAN")]
     due = [f"RAN {value}" for _, value in cases]
     assert found == due, [case for case, line in zip(cases, found, strict=False) if line != f"RAN {case[1]}"]
-
-
-# --- what it costs ---
-
-
-@pytest.mark.integration
-def test_what_takes_longer_than_our_patience_is_given_up(order: Order, monkeypatch: pytest.MonkeyPatch) -> None:
-    needs("maxima", MAXIMA)
-    every = next(iter(bank(replace(order, variants=1))))
-    parts = [one for part in every.problem.parts if not isinstance(one := stack_part_of(every.problem, part), str)]
-    monkeypatch.setattr(stack_cost, "PATIENCE", 6.0)
-    dear = replace(parts[1], marking=("for i thru 10^12 do 1;",))
-    measured = stack_cost.costs([parts[0], dear, parts[2]])
-    assert measured is not None and measured[1] == 6 and measured[0] < 5 > measured[2]
-
-
-def test_what_is_too_dear_for_stack_is_left_out_and_told(order: Order, monkeypatch: pytest.MonkeyPatch) -> None:
-    notes: list[str] = []
-    monkeypatch.setattr(stack, "costs", lambda parts: [7.4, *(0.1 for _ in parts[1:])])
-    (file,) = EXPORT_FORMATS["stack"].files(replace(order, variants=1, note=notes.append))
-    (told,) = [note for note in notes if note.startswith("p1-001: 'position' is left out")]
-    assert " 7 s " in told and " 5 s " in told
-    left = [content(one, "name/text") for one in questions(ET.fromstring(file.content))]
-    assert len(left) == 5 and not [name for name in left if "position" in name]
-
-
-@pytest.mark.integration
-def test_only_where_the_first_question_test_is_not_cheap_are_the_others_measured(
-    order: Order, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    needs("maxima", MAXIMA)
-    problem = next(iter(bank(replace(order, variants=1)))).problem
-    determinant = stack_part_of(problem, next(part for part in problem.parts if part.name == "determinant"))
-    assert not isinstance(determinant, str) and determinant.cases[-1].value == "other1"  # which is 7
-    last = replace(determinant, marking=("for i thru (if is(ans1 = 7) then 10^6 else 1) do 1;",))
-    both = replace(determinant, marking=("for i thru (if is(ans1 = 7) then 2*10^6 else 10^6) do 1;",))
-
-    def measured(bound: float) -> list[float]:
-        monkeypatch.setattr(stack_cost, "NEXT_TO_NOTHING", bound)
-        return stack_cost.costs([last, both]) or []
-
-    (cheap, first), (dear, dearest) = measured(1000.0), measured(0.2)
-    assert cheap < first / 10 and dear < first / 10 and dearest > 1.5 * first
-    assert measured(-1.0)[0] > first / 2
-
-
-@pytest.mark.parametrize("program", [None, "/bin/true"])
-def test_that_costs_were_not_measured_is_told(
-    order: Order, monkeypatch: pytest.MonkeyPatch, program: str | None
-) -> None:
-    monkeypatch.setattr("shutil.which", lambda _: program)
-    notes: list[str] = []
-    (file,) = EXPORT_FORMATS["stack"].files(replace(order, variants=1, note=notes.append))
-    assert notes.count(stack.NOT_MEASURED) == 1 and len(questions(ET.fromstring(file.content))) == 7
-
-
-@pytest.mark.integration
-def test_a_question_on_six_joints_is_marked_in_time() -> None:
-    """In one question with all its parts, an arm of six joints took STACK 21 s, or more than it has."""
-    needs("maxima", MAXIMA)
-    problem = generate(ProblemId("puma-560", 3, ("velocity", "arm-block", "joint-axes")))
-    parts = [one for part in problem.parts if not isinstance(one := stack_part_of(problem, part), str)]
-    measured = stack_cost.costs(parts)
-    assert measured is not None and len(measured) == 3 and max(measured) < 2
 
 
 # --- qdot's side ---

@@ -1,7 +1,6 @@
 """The site as Python builds it: pages that lead where they say, a bank that a rerun keeps, what is wrong told."""
 
 import functools
-import hashlib
 import html
 import json
 import re
@@ -27,7 +26,6 @@ from qdot.exercises.site.chapter import ERRATA, chapter_pages
 from qdot.exercises.site.guide import COMMANDS, OTHERS, OWN_PAGES, arrange_pages
 from qdot.exercises.site.pages import assets_in, link_pages, pages
 from qdot.exercises.site.robots import robots_text
-from qdot.exercises.site.stale_files import LIST, remove_stale_files
 from qdot.grader.cli import site_commands as command
 from qdot.grader.cli.main import app
 from qdot.grader.cli.site_commands import _Quiet
@@ -52,7 +50,7 @@ def assets(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
 def uncertified(assets: None) -> Iterator[None]:
     """Certificates take longer than all that is looked at here."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(command, "failures_of", lambda _: [])
+        patch.setattr(command, "find_failures", lambda _: [])
         yield
 
 
@@ -175,7 +173,7 @@ def test_what_cannot_be_certified_is_drawn_anew_and_at_last_left_out(
         is_wrong = seed in wrong or (seed % 1000 == 1 and 1 not in wrong)
         return ["put in"] if "determinant" in names and is_wrong else []
 
-    monkeypatch.setattr(command, "failures_of", failures)
+    monkeypatch.setattr(command, "find_failures", failures)
     monkeypatch.setattr(supply, "DRAWS", 3)  # each of 10 would be made with all questions
     arguments = ordered(site)
     run(*arguments)
@@ -233,33 +231,6 @@ def test_a_built_site_is_served_and_what_is_not_there_is_answered_by_its_own_pag
             assert error.value.headers["Content-Type"] == "text/html; charset=utf-8"
         finally:
             server.shutdown()
-
-
-def test_a_rebuild_removes_what_an_earlier_build_wrote_and_nothing_else(
-    built: Path, few_pages: None, tmp_path: Path
-) -> None:
-    site = Path(shutil.copytree(built, tmp_path / "site"))
-    (site / "docs").mkdir(exist_ok=True)
-    for name in ("old/page.html", "docs/gone.html", "docs/changed.html"):
-        (site / name).parent.mkdir(exist_ok=True)
-        (site / name).write_text(name)
-    (tmp_path / "outside.html").write_text("outside")
-    remove_stale_files(site, ["old/page.html", "docs/gone.html", "docs/changed.html"])
-    listed = json.loads((site / LIST).read_text())
-    listed["files"]["../outside.html"] = hashlib.sha256(b"outside").hexdigest()
-    (site / LIST).write_text(json.dumps(listed))
-    (site / "docs" / "changed.html").write_text("the instructor's own now")
-    (site / "docs" / "foreign.html").write_text("nobody listed it")
-    run(*ordered(site))
-    assert not (site / "old").exists() and not (site / "docs" / "gone.html").exists()
-    assert (site / "docs" / "changed.html").read_text() == "the instructor's own now"
-    assert (site / "docs" / "foreign.html").exists() and (tmp_path / "outside.html").exists()
-    now = set(json.loads((site / LIST).read_text())["files"])
-    assert {"index.html", "sw.js", "assets/pages.js"} <= now
-    assert not now & {"docs/changed.html", "docs/foreign.html"}
-    (site / LIST).write_text('["no list"]')  # nothing is known to be qdot's: nothing is removed
-    assert remove_stale_files(site, ["index.html"]) == []
-    assert (site / "practice.html").exists()
 
 
 @pytest.mark.whole

@@ -1,6 +1,5 @@
 """The command line as its contract says: results on stdout, one clear message and code 2 for bad input."""
 
-import importlib
 import json
 import os
 import re
@@ -20,7 +19,7 @@ from qdot.exercises.answers import Matrix
 from qdot.exercises.common.parallel import _defer_stop
 from qdot.exercises.families import FAMILIES
 from qdot.exercises.quizzes import ASKED
-from qdot.grader.cli.main import COMMANDS, LISTING, WORKERS, app, program
+from qdot.grader.cli.main import COMMANDS, LISTING, app, program
 from tests.support.command import fails, run, runner
 from tests.support.handing_in import TOML
 from tests.support.suites import several
@@ -403,23 +402,6 @@ def test_a_stop_ends_everything_at_once_in_one_line(
     assert process.returncode == 128 + number
     all_gone(process.pid)
     assert not list(made.rglob("*.tmp"))
-
-
-@pytest.mark.parametrize("command", sorted(WORKERS))
-def test_what_is_loaded_ahead_of_a_command_is_what_its_processes_need(command: str) -> None:
-    assert command in [info.callback.__name__ for info in app.registered_commands if info.callback]
-    assert all(importlib.import_module(module) for module in WORKERS[command])
-
-
-def test_what_loads_ahead_ends_with_the_command(tmp_path: Path) -> None:
-    process = subprocess.Popen(
-        [sys.executable, "-m", "qdot", "grade", str(tmp_path / "nothing")],
-        stdout=subprocess.PIPE, stderr=subprocess.PIPE, start_new_session=True,
-    )  # fmt: skip
-    _, errors = process.communicate(timeout=60)
-    assert process.returncode == 2
-    assert errors.count(b"\n") == 1
-    all_gone(process.pid)
 
 
 def test_a_stop_while_processes_start_is_a_stop_whatever_fails_then() -> None:

@@ -185,7 +185,6 @@ def test_numbers_of_the_class(assignment: Assignment) -> None:
     assert (position.count[Outcome.CORRECT], position.count[Outcome.WRONG], position.graded) == (2, 1, 3)
     assert jacobian.share == pytest.approx(2 / 3)
     assert determinant.discrimination is None
-    assert position.by_hand == 1
     assert [(one.name, one.students, one.parts) for one in summarize_mistakes(results)] == [
         ("determinant-sign", ("s2",), ("p1.determinant",)),
         ("sine-for-cosine", ("s2",), ("p1.determinant",)),

@@ -12,7 +12,7 @@ import pytest
 
 from qdot import generate
 from qdot.exercises.assignment.assignment import Student
-from qdot.exercises.common.time_limit import Watch, stop_alarm
+from qdot.exercises.common.time_limit import Watch, stop_watch
 from qdot.exercises.problem.problem import Part, Problem
 from qdot.grader.grading import marking
 from qdot.grader.grading.check import check_notebook
@@ -91,7 +91,7 @@ def test_a_stop_on_the_way_to_the_end_changes_nothing() -> None:
             if kind := ends.pop(0):
                 raise kind
 
-    stop_alarm(Late(60, Overlong), Overlong)
+    stop_watch(Late(60, Overlong), Overlong)
     assert not ends
 
 

@@ -142,7 +142,7 @@ def test_the_probe_sees_what_nothing_prevents(without: set[str], guarantee: str,
 
 
 def test_the_probe_sees_what_is_left_behind() -> None:
-    nest = attempts.ALONE.index(("files", attempts._nest))
+    nest = [attempt.action for attempt in attempts.ALONE].index(attempts._nest)
     with Sandbox(Limits(seconds=10), {"namespaces"}, loaded=False) as sandbox:
         assert sandbox.exchange({"attempts": {"seconds": 0, "alone": nest}}, lambda _: None) == "killed"
         assert not sandbox.left_behind

@@ -1,4 +1,4 @@
-"""`python -m qdot.exercises.docs.shipped`: compute the results for structures of the registered families, to ship them.
+"""`python -m tests.tools.shipped`: compute the results for structures of the registered families, to ship them.
 
 These are the structures of arms at each step of variation, as far as DRAWS draws find them; of the chapter's arms in
 all conventions; of random arms, all clean structures; and of all real robots.

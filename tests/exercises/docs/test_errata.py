@@ -1,0 +1,109 @@
+"""The numbers of exercises/docs/errata.toml: computed from the derivation, the printed formulas as they are printed."""
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import sympy as sp
+
+from qdot.exercises.arm.chain import Chain
+from qdot.exercises.arm.classification import classify_pieces
+from qdot.exercises.arm.derivation import derive
+from qdot.exercises.arm.kinematics import NumericChain
+from qdot.exercises.docs import corrections, planar_2r, scorbot_arm
+
+A1, A2, A3, T1, T2, T3, QD1, QD2 = sp.symbols("a1 a2 a3 theta1 theta2 theta3 qd1 qd2")
+HALF, TWO_FIFTHS = sp.Rational(1, 2), sp.Rational(2, 5)
+
+
+def degrees(value: int) -> sp.Expr:
+    return sp.pi * sp.Rational(value, 180)
+
+
+TWO_R = {A1: HALF, A2: TWO_FIFTHS, T1: degrees(20), T2: degrees(40)}
+RATES = {QD1: sp.Integer(1), QD2: sp.Integer(2)}
+ELBOW = {A1: sp.Rational(1, 10), A2: HALF, A3: TWO_FIFTHS, T1: degrees(30), T2: degrees(-40), T3: degrees(70)}
+
+
+def numbers_of(where: str) -> list[float]:
+    (erratum,) = [erratum for erratum in corrections() if where in erratum.where]
+    return [float(value.removesuffix(" m/s").replace("−", "-")) for _, value in erratum.values]
+
+
+def rank(chain: Chain, configuration: Mapping[sp.Symbol, sp.Expr]) -> int:
+    jacobian = np.array(derive(chain).jacobian.xreplace(dict(configuration)).evalf(20).tolist(), dtype=float)
+    return int(np.linalg.matrix_rank(jacobian, tol=1e-9))
+
+
+def inverse_solutions(a1: float, a2: float, distance: float) -> int:
+    """How many poses of a planar 2R arm reach a point at this distance, by the law of cosines."""
+    cosine = (distance**2 - a1**2 - a2**2) / (2 * a1 * a2)
+    return 1 if abs(abs(cosine) - 1) < 1e-12 else 2 if abs(cosine) < 1 else 0
+
+
+def folded_kind(second: sp.Expr) -> str:
+    planar = planar_2r()
+    joints = tuple(replace(joint, a=a) for joint, a in zip(planar.joints, (HALF, second), strict=True))
+    return classify_pieces(replace(planar, joints=joints), ("theta2 = pi",)).kind
+
+
+def is_same(*computed: object) -> object:
+    """What numbers rounded to four digits are equal to."""
+    return pytest.approx([float(value) for value in computed], rel=6e-4, abs=1e-12)  # type: ignore[arg-type]
+
+
+def test_numbers_of_the_planar_arm() -> None:
+    planar = derive(planar_2r())
+    rotation, jacobian = planar.rotations[2].xreplace(TWO_R), planar.jacobian.xreplace(TWO_R).evalf()
+    cosine = sp.cos(T1 + T2).xreplace(TWO_R)
+    assert numbers_of("of $T$") == is_same(sp.sqrt(rotation[0, 0] ** 2 + cosine**2 + rotation[2, 0] ** 2), 1)
+    assert rotation[:, 0].norm() == 1
+
+    printed = -A1 * sp.sin(T1) * QD1 - A2 * sp.sin(T1 + T2) * QD1 + QD2
+    right = (planar.geometric[0, :] * sp.Matrix([QD1, QD2]))[0]
+    assert numbers_of("$v_x$ and $v_y$") == is_same(*(v.xreplace({**TWO_R, **RATES}) for v in (printed, right)))
+
+    wrong_inverse = jacobian.inv().as_mutable()
+    wrong_inverse[0, 1] *= -1
+    assert numbers_of("$J^{-1}$") == is_same(*(jacobian * wrong_inverse * sp.Matrix([0, sp.Rational(1, 5)])), 0)
+
+    stretched, folded = ({**TWO_R, T2: angle} for angle in (sp.S.Zero, sp.pi))
+    assert numbers_of("aligned") == [rank(planar_2r(), TWO_R), rank(planar_2r(), stretched)] == [2, 1]
+    at_stop, at_stretch, at_fold = (planar.determinant.xreplace(where) for where in (TWO_R, stretched, folded))
+    assert numbers_of("boundary singularities") == is_same(at_stop, at_stretch)
+    assert numbers_of("not invertible") == is_same(at_stretch, at_fold)
+
+
+def test_solutions_and_kinds_of_the_planar_arm() -> None:
+    point = NumericChain(planar_2r(), {"a1": 0.5, "a2": 0.4}).point(np.array([0.0, np.pi / 3]))
+    distance = float(np.linalg.norm(point))
+    (erratum,) = [erratum for erratum in corrections() if "inverse solutions" in erratum.where]
+    assert f"at {distance:.3f} m" in erratum.values[1][0]
+    solutions = [inverse_solutions(0.5, 0.4, 0.9), inverse_solutions(0.5, 0.4, distance)]
+    assert numbers_of("inverse solutions") == solutions == [1, 2]
+    (erratum,) = [erratum for erratum in corrections() if "$s_2 = 0$" in erratum.where]
+    assert [kind for _, kind in erratum.values] == [folded_kind(HALF), folded_kind(TWO_FIFTHS)]
+
+
+def test_numbers_of_the_scorbot() -> None:
+    scorbot, arm = derive(scorbot_arm()), scorbot_arm()
+    printed = -sp.sin(T1) * (A2 * sp.sin(T2) + A3 * sp.cos(T2 + T3))
+    step = sp.Rational(1, 10**5)
+    ahead, behind = (scorbot.position[1].xreplace({**ELBOW, T2: ELBOW[T2] + side * step}) for side in (1, -1))
+    difference = (ahead - behind).evalf(30) / (2 * step)
+    right = scorbot.geometric[1, 1].xreplace(ELBOW)
+    assert numbers_of("partial") == is_same(printed.xreplace(ELBOW), right, difference)
+
+    terms, product = sp.expand(scorbot.jacobian.det(method="berkowitz")), scorbot.determinant
+    count = len(sp.Add.make_args(terms))
+    assert numbers_of(r"$\det J$") == is_same(count, terms.xreplace(ELBOW), product.xreplace(ELBOW))
+
+    bent = {symbol: value for symbol, value in ELBOW.items() if symbol != T2}
+    shoulder = {**bent, T2: sp.nsolve(product.xreplace(bent), T2, 2.0, prec=30)}
+    straight = {**bent, T2: sp.S.Zero}
+    found = rank(arm, straight), product.xreplace(straight), rank(arm, shoulder), product.xreplace(shoulder)
+    assert numbers_of("Example 6.3, singular") == is_same(*found)
+    assert found[0] == 3 and found[2] == 2
+    (erratum,) = [erratum for erratum in corrections() if "Example 6.3, singular" in erratum.where]
+    assert rf"\theta_2 = {float(sp.deg(shoulder[T2])):.2f}^\circ" in erratum.at
