@@ -104,7 +104,7 @@ oldest: $(VENV)/.oldest .venvs/readers/.installed
 	$(PYTEST) -o filterwarnings=default
 
 docs: $(VENV)/.dev  ## write the pages of docs/ that are made from the code
-	$(PY) -m qdot.exercises.docs
+	$(PY) -m tests.tools.docs_pages
 	$(PY) -m qdot.grader.cli.reference_pages
 
 shipped: $(VENV)/.dev  ## work out what structures of the registered families give, for the wheel, after a change of their code (two minutes)

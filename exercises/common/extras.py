@@ -14,7 +14,7 @@ RELEASED = False
 """Whether the package index has qdot. A test then names the lines of README and docs to change."""
 
 
-EXTRAS = {"pdf": ("typst",), "report": ("matplotlib", "xlsxwriter")}
+EXTRAS = {"pdf": ("typst",), "report": ("matplotlib", "xlsxwriter"), "cluster": ("distributed",)}
 """The extras of pyproject.toml, and the libraries that each installs, by the names under which they are imported."""
 
 

@@ -14,7 +14,7 @@ from qdot.exercises.families.axes import are_apart, metres, with_values
 from qdot.exercises.families.base import Family
 
 TRIES = 50
-"""Draws of lengths before some are taken that are nearly equal, as the instructor's ranges leave no others."""
+"""Samples of lengths before nearly equal ones are accepted, if the instructor's ranges allow no others."""
 
 
 def read_robot_family(path: Path, robot: Robot | None = None) -> Family:

@@ -118,6 +118,8 @@ _NUMPY: dict[str, Callable[..., Any]] = {
     "asin": np.arcsin, "acos": np.arccos, "atan": np.arctan, "sinh": np.sinh, "cosh": np.cosh, "tanh": np.tanh,
     "abs": np.abs, "cot": lambda x: 1 / np.tan(x), "sec": lambda x: 1 / np.cos(x), "csc": lambda x: 1 / np.sin(x),
     "acot": lambda x: np.arctan(1 / x), "sign": lambda x: np.where(x == 0, 0, x / np.abs(x)),
+    "neg": np.negative, "*": np.multiply, "/": np.divide, "power": np.power,
+    "atan2": lambda y, x: np.where((x.imag == 0) & (y.imag == 0), np.arctan2(y.real, x.real), np.nan),
 }  # fmt: skip
 
 _SLOPES: dict[str, Callable[..., Any]] = {
@@ -146,17 +148,17 @@ def evaluate_each(nodes: Sequence[Node], values: Mapping[str, np.ndarray], point
 
     It is faster than a program if each of many trees is the same one with a single change.
     """
-    known: dict[int, ValueAndSize] = {}
+    known: dict[int, np.ndarray] = {}
 
-    def value_of(node: Node) -> ValueAndSize:
-        result = known.get(id(node))
-        if result is None:
+    def value_of(node: Node) -> np.ndarray:
+        value = known.get(id(node))
+        if value is None:
             step = _total((0, 1), (1, 1 if node.kind == "+" else -1)) if node.kind in ("+", "-") else _step(node, ())
-            result = known[id(node)] = _apply(step, [value_of(arg) for arg in node.args], values, points)
-        return result
+            value = known[id(node)] = _value(step, [value_of(arg) for arg in node.args], values, points)
+        return value
 
     with np.errstate(all="ignore"):
-        return np.array([value_of(node)[0] for node in nodes])
+        return np.array([value_of(node) for node in nodes])
 
 
 def evaluate_steps(program: Program, values: Mapping[str, np.ndarray], points: int) -> list[ValueAndSize]:
@@ -164,7 +166,9 @@ def evaluate_steps(program: Program, values: Mapping[str, np.ndarray], points: i
     results: list[ValueAndSize] = []
     with np.errstate(all="ignore"):
         for step in program.steps:
-            results.append(_apply(step, [results[i] for i in step[1]], values, points))
+            args = [results[i] for i in step[1]]
+            value = _value(step, [arg for arg, _ in args], values, points)
+            results.append((value, _magnitude(step, value, args)))
     return results
 
 
@@ -186,42 +190,47 @@ def number_regions(evaluated: Sequence[tuple[Program, list[ValueAndSize]]], poin
     return number
 
 
-def _apply(step: Step, args: Sequence[ValueAndSize], values: Mapping[str, np.ndarray], points: int) -> ValueAndSize:
-    """Return value and magnitude of a step from those of its operands."""
+def _value(step: Step, args: Sequence[Any], values: Mapping[str, np.ndarray], points: int) -> np.ndarray:
+    """Return the value of a step from those of its operands."""
     op, _, constant = step
     if op in ("number", "name"):
         number = _as_float(constant) if op == "number" else _CONSTANTS.get(constant)
-        value = np.asarray(values[constant], complex) if number is None else np.full(points, number, complex)
-        return value, np.abs(value)
+        return np.asarray(values[constant], complex) if number is None else np.full(points, number, complex)
     if op == "sum":
-        value, magnitude = np.zeros(points, dtype=complex), np.zeros(points)
-        for count, (term, size) in zip(constant, args, strict=True):
-            value, magnitude = value + count * term, magnitude + abs(count) * size
-        return value, magnitude
+        terms = (count * arg for count, arg in zip(constant, args, strict=True))
+        return sum(terms, np.zeros(points, dtype=complex))
     if op in BRANCHING:  # -1 as -1 - 0j lies below the cut, and its root would be -i
-        args = [(value + 0.0, size) for value, size in args]
+        args = [arg + 0.0 for arg in args]
+    if op == "integer power":
+        return np.asarray(args[0] ** constant if constant > 0 else 1 / args[0] ** -constant)
+    return np.asarray(_NUMPY[op](*args), dtype=complex)
+
+
+def _magnitude(step: Step, value: np.ndarray, args: Sequence[ValueAndSize]) -> np.ndarray:
+    """Return the size of the terms that were added to make the value of a step."""
+    op, _, constant = step
+    if not args:
+        return np.abs(value)
+    if op == "sum":
+        return np.asarray(sum(abs(count) * size for count, (_, size) in zip(constant, args, strict=True)))
     x, mx = args[0]
     if op == "neg":
-        return -x, mx
+        return mx
     if op == "integer power":
         if constant > 0:  # defined at x = 0, where the ratio below is not
-            return x**constant, np.abs(x) ** (constant - 1) * (np.abs(x) + constant * mx)
-        value = 1 / x**-constant
-        return value, np.abs(value) * (1 + abs(constant) * _ratio(mx, x))
+            return np.asarray(np.abs(x) ** (constant - 1) * (np.abs(x) + constant * mx))
+        return np.asarray(np.abs(value) * (1 + abs(constant) * _ratio(mx, x)))
     if len(args) == 1:
-        value = np.asarray(_NUMPY[op](x), dtype=complex)
-        return value, np.abs(value) + np.abs(_SLOPES[op](x)) * mx
+        return np.asarray(np.abs(value) + np.abs(_SLOPES[op](x)) * mx)
     y, my = args[1]
     if op == "*":
-        return x * y, mx * my
+        return mx * my
     if op == "/":
-        return x / y, mx * my / np.abs(y) ** 2
+        return np.asarray(mx * my / np.abs(y) ** 2)
     if op == "power":
-        value = np.power(x, y)
-        return value, np.abs(value) * (1 + np.abs(y) * _ratio(mx, x) + np.abs(np.log(x)) * my)
+        return np.asarray(np.abs(value) * (1 + np.abs(y) * _ratio(mx, x) + np.abs(np.log(x)) * my))
     assert op == "atan2"
-    value = np.where((x.imag == 0) & (y.imag == 0), np.arctan2(x.real, y.real), np.nan).astype(complex)
-    return value, 1 + (mx * np.abs(y) + my * np.abs(x)) / (np.abs(x) ** 2 + np.abs(y) ** 2)
+    return np.asarray(1 + (mx * np.abs(y) + my * np.abs(x)) / (np.abs(x) ** 2 + np.abs(y) ** 2))
 
 
 def _ratio(magnitude: np.ndarray, value: np.ndarray) -> np.ndarray:

@@ -65,9 +65,9 @@ def make_pose(
     joints: Mapping[sp.Symbol, sp.Expr],
     symbolic: bool = False,
 ) -> Pose:
-    """Return a pose; a value that is no simple number is kept with 40 digits and shown rounded.
+    """Return a pose; a value that is not a simple number is stored with 40 digits and shown rounded.
 
-    With `symbolic`, one that is a formula, as arctan(3/4), stays that.
+    With `symbolic`, a value that is a formula, such as arctan(3/4), stays one.
     """
     exact, about = dict(joints), {}
     for q, joint in zip(chain.q, chain.joints, strict=True):
@@ -87,9 +87,9 @@ def make_pose(
 
 
 def nearest_integer(value: sp.Expr) -> int:
-    """Return round(value), which SymPy takes a hundred times as long for: it counts in decimal digits.
+    """Return round(value) a hundred times as fast as SymPy, which counts in decimal digits.
 
-    Where by those a number may be half-way between two integers, SymPy is asked.
+    If a number may be half-way between two integers in decimal digits, SymPy decides.
 
     >>> nearest_integer(sp.Float("-7.51", 30)), nearest_integer(sp.Float("2.5", 30)), nearest_integer(sp.S.Zero)
     (-8, 2, 0)
@@ -222,7 +222,7 @@ def find_singular_pose(
 
 
 def sample_unequal_lengths(chain: Chain, rng: Stream) -> dict[sp.Symbol, sp.Rational]:
-    """Draw a number for each length that the table leaves open, none equal to another: that is a case of its own."""
+    """Sample a number for each length that the table leaves open; no two are equal, which would be a special case."""
     taken = list_table_lengths(chain)
     shuffled = rng.permutation(range(6, max(17, 6 + len(chain.parameters) + len(taken))))
     steps = [step for step in shuffled if sp.Rational(step, 20) not in taken]
@@ -251,9 +251,9 @@ def restrict(component: Component, values: Values) -> Component:
 
 @dataclass(frozen=True)
 class Branch:
-    """A part of the singular set with one look: a combination of joint values, or a condition that ties joints.
+    """A part of the singular set that looks alike: a combination of joint values, or a condition that ties joints.
 
-    `component` is the arm's, `generic_values` the same of its structure.
+    `component` is that of the arm, `generic` that of its structure.
     """
 
     component: Component
@@ -298,7 +298,7 @@ def _have_same_values(chain: Chain, arm_values: Values, generic_values: Values) 
 def _sample_joints_on(
     chain: Chain, components: Sequence[Component], lengths: Mapping[sp.Symbol, sp.Expr], rng: Stream
 ) -> dict[sp.Symbol, sp.Expr] | None:
-    """Draw joint values on components: first those that are solved, then one joint for each that ties several."""
+    """Sample joint values on components: first those that are solved, then one joint for each that ties several."""
     fixed: dict[sp.Symbol, sp.Expr] = {}
     for component in sorted(components, key=lambda component: component.solutions is None):
         if component.solutions is not None:
@@ -332,9 +332,9 @@ def _sample_joints_on(
 def _sample_exact_joints_on(
     chain: Chain, components: Sequence[Component], lengths: Mapping[sp.Symbol, sp.Expr], rng: Stream
 ) -> dict[sp.Symbol, sp.Expr] | None:
-    """Draw joint values on components, those that conditions tie being such that 30 degrees divide angles in the table.
+    """Sample joint values on components; angles that conditions tie are multiples of 30 degrees in the table.
 
-    Slides are then in steps of 5 cm, so that nothing has to be rounded.
+    Prismatic joints are then in steps of 5 cm, so that nothing has to be rounded.
     """
     solved = [component for component in components if component.solutions is not None]
     fixed = _sample_joints_on(chain, solved, lengths, rng)

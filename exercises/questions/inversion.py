@@ -75,7 +75,7 @@ class InSituation(Details):
 
 
 def sample_pose(chain: Chain, rng: Stream) -> dict[sp.Symbol, sp.Expr]:
-    """Draw joint values: angles in steps of 5 degrees, slides in steps of 5 cm."""
+    """Sample joint values: angles in steps of 5 degrees, prismatic joints in steps of 5 cm."""
     return {
         q: sp.pi * sp.Rational(5 * rng.integer(-35, 35), 180)
         if joint.kind == "R"
@@ -110,7 +110,7 @@ def conditioning(chain: Chain, lengths: dict[sp.Symbol, sp.Rational], joints: di
 
 
 def sample_situation(chain: Chain, rng: Stream) -> Situation:
-    """Draw a situation well away from singular configurations."""
+    """Sample a situation well away from singular configurations."""
     for _ in range(POSES):
         lengths, joints = sample_lengths(chain, rng), sample_pose(chain, rng)
         velocity = {v: sp.Rational(rng.choice([k for k in range(-8, 9) if k]), 20) for v in task_velocity(chain)}

@@ -182,7 +182,7 @@ def _ask_rates_at(chain: Chain, seam: Seam, s: sp.Rational) -> Asked:
 
 
 def _sample_seam(chain: Chain, rng: Stream, least: int, most: int, regular: float) -> Seam | None:
-    """Draw a line whose ends are `least` to `most` cm apart from a configuration as regular as that, or None."""
+    """Sample a line whose ends are `least` to `most` cm apart from a configuration as regular as that, or None."""
     lengths, joints = sample_lengths(chain, rng), sample_pose(chain, rng)
     way = [rng.integer(-most, most) for _ in chain.task]
     speed = sp.Rational(rng.integer(2, 8), 40)
@@ -250,7 +250,7 @@ def _ask_path_limit(chain: Chain, rng: Stream) -> Asked | None:
 
 
 def _sample_seam_to_singularity(chain: Chain, rng: Stream, regular: float) -> Seam | None:
-    """Draw a line that may come near to a singular configuration: past a place of one, or far out of the reach."""
+    """Sample a line that may come near a singular configuration: past the place of one, or far out of reach."""
     solved = [component for component in singular_set(chain) or () if component.solutions is not None]
     if not solved or rng.below(4) == 0:
         return _sample_seam(chain, rng, 40, 120, 1.3 * regular)

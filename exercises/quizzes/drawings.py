@@ -38,7 +38,7 @@ class JointStatement(PoseStatement):
 
 
 def _ask_true_or_false(chain: Chain, rng: Stream) -> Asked | None:
-    """Draw first whether the statement is true, then the statement."""
+    """Choose whether the statement is true, then the statement."""
     truth = rng.choice((True, False))
     for _ in range(30):
         for statement in _sample_statements(chain, truth, rng):

@@ -16,7 +16,7 @@ LONGEST, MOST = 260, 6
 
 
 def _ask_columns(chain: Chain, rng: Stream) -> Asked | None:
-    """Draw the order of the columns; where there are few, a column with a mistake is added."""
+    """Choose the order of the columns; if there are few, add a column with a mistake."""
     if not 2 <= chain.n <= MOST or not _are_distinct(chain):
         return None
     jacobian = derive(chain).jacobian

@@ -48,7 +48,7 @@ class AtRates(AtPose):
 
 
 def _ask_speed(chain: Chain, rng: Stream) -> Asked | None:
-    """Draw rates of all joints; the speed is the length of the linear velocity."""
+    """Sample rates of all joints; the speed is the length of the linear velocity."""
     for _ in range(40):
         pose = _sample_pose(chain, rng)
         if pose is None:

@@ -123,16 +123,15 @@ def differ(a: np.ndarray, b: np.ndarray) -> bool:
     return bool(np.abs(a - b).max() > APART * max(np.abs(a).max(), np.abs(b).max(), 1e-12))
 
 
-def _combine_mistakes(generic: Chain, subject: Subject, first: _Variant, second: _Variant) -> np.ndarray | None:
-    """Return the answer with both mistakes, None if it equals the answer with one of them or none."""
+def _are_three(generic: Chain, subject: Subject, first: _Variant, second: _Variant) -> bool:
+    """Tell whether both mistakes together give another answer than one of them or none."""
     w, right = _evaluate_right_answer(generic, subject)
     together = w.with_mistakes(dict(first.changes)).with_mistakes(dict(second.changes))
     with np.errstate(all="ignore"):
         values = subject.of(result(together, _ask_base(generic, subject.base)))
-    others = (right, first.values, second.values)
     if values.shape != right.shape or not np.isfinite(values).all():
-        return None
-    return values if all(differ(values, known_values) for known_values in others) else None
+        return False
+    return all(differ(values, known_values) for known_values in (right, first.values, second.values))
 
 
 # --- as formulas ---
@@ -246,7 +245,7 @@ def _make_wrong_triples(generic: Chain, subject: Subject, rng: Stream) -> Iterat
     for first, second in pairs[:PAIRS]:
         if variants[first].blame.mistake == variants[second].blame.mistake and len(variants) > 8:
             continue
-        if _combine_mistakes(generic, subject, variants[first], variants[second]) is not None:
+        if _are_three(generic, subject, variants[first], variants[second]):
             yield (first,), (second,), (first, second)
     for a, b, c in rng.permutation(list(islice(combinations(range(len(variants)), 3), PAIRS))):
         yield (a,), (b,), (c,)

@@ -287,6 +287,9 @@ def grade(
     received: Annotated[
         str, typer.Option(metavar="TIME", help="With --student: when it was handed in, if the file does not tell.")
     ] = "",
+    executor: Annotated[
+        str, typer.Option(metavar="tcp://HOST:PORT", help="Run the notebooks on the cluster of this Dask scheduler.")
+    ] = "",
 ) -> None:
     """Grade what a class has handed in, and write feedback.
 
@@ -317,6 +320,8 @@ def grade(
         raise QdotError("--received is the time of one student's notebook: name the student with --student ID")
     assignment = load_assignment(folder)
     tell = note if any(path == STDOUT for _, path in reports) else say
+    if student and executor:
+        raise QdotError("--student is graded here; --executor is for a class")
     if allow_missing and student:
         raise QdotError("--allow-missing is about a whole class; --student takes no marks away")
     if student:
@@ -325,7 +330,7 @@ def grade(
         summary = f"{results[0].student}: {status(results[0])}, {points}"
     else:
         place = submissions or folder / "submitted"
-        earlier, results, summary = _grade_class(assignment, place, limits_of(seconds), jobs, allow_missing)
+        earlier, results, summary = _grade_class(assignment, place, limits_of(seconds), jobs, executor, allow_missing)
         if diff:
             tell(describe_moves(earlier, results))
     tell(summary)
@@ -338,7 +343,7 @@ def grade(
 
 
 def _grade_class(
-    assignment: Assignment, place: Path, limits: Limits, jobs: int, allow_missing: bool
+    assignment: Assignment, place: Path, limits: Limits, jobs: int, executor: str, allow_missing: bool
 ) -> tuple[Mapping[str, Result], list[Result], str]:
     """Grade a class's submissions, in a folder or a zip, and write feedback.
 
@@ -350,14 +355,17 @@ def _grade_class(
         submitted = find_submissions(assignment, root)
         check_class(assignment, submitted, root, place)
         _note_ownerless(assignment, submitted)
-        check_sandbox(assignment.sandbox == "strict")
+        if not executor:  # each worker looks for itself
+            check_sandbox(assignment.sandbox == "strict")
         with alone(assignment.folder):
             earlier = earlier_results(assignment)
             if not allow_missing:
                 _check_all_there(assignment, place, earlier, submitted.by_student)
             with progress("grading", len(assignment.roster)) as counter:
                 jobs = min(jobs, len(assignment.roster))
-                results = grade_class(assignment, submitted.by_student, jobs, limits, lambda _: counter.step())
+                results = grade_class(
+                    assignment, submitted.by_student, jobs, limits, lambda _: counter.step(), executor=executor
+                )
             with progress("writing feedback", len(results)) as counter:
                 results = write_reports(assignment, results, jobs, counter.step)
     _tell_notes(results)

@@ -7,6 +7,7 @@ It imports submissions, judging and diagnosis; reports are above it.
     attempt, notebook           one notebook of a class graded; a notebook without a class
     copied_answers, overrides   whether an answer is right for another student; points that a person sets
     final_result                from notebooks to a student's result: overrides, lateness, which attempt counts
+    cluster                     notebooks graded by the workers of a Dask cluster
     batch                       a class graded, which can be resumed; one student graded
     history                     results that a later run replaced, and whose mark moved
     check                       `qdot check`: what a student can know before submitting

@@ -9,7 +9,8 @@ import datetime
 import hashlib
 import json
 import os
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -36,6 +37,7 @@ from qdot.grader.grading.attempt import (
     marking_versions,
     read_attempts,
 )
+from qdot.grader.grading.cluster import Cluster, connect
 from qdot.grader.grading.copied_answers import ClassAnswers
 from qdot.grader.grading.final_result import Graded, settle
 from qdot.grader.grading.overrides import Overrides, read_overrides
@@ -62,12 +64,13 @@ def grade_class(
     limits: Limits,
     each: Callable[[Result], None] = lambda _: None,
     students: Sequence[Student] | None = None,
+    executor: str = "",
 ) -> list[Result]:
     """Grade the roster, or only these `students` of it; return the results in that order and call `each` with each.
 
     With 0 jobs, everything is done in this process, and whatever kills it ends the grading. Otherwise a notebook that
-    kills its process twice leaves its student UNGRADED until the next run. Raises QdotError, also for a mistake in
-    overrides.csv.
+    kills its process twice leaves its student UNGRADED until the next run. With `executor`, the address of a Dask
+    scheduler, its workers grade. Raises QdotError, also for a mistake in overrides.csv.
     """
     overrides = read_overrides(assignment)
     chosen = assignment.roster if students is None else students
@@ -82,12 +85,29 @@ def grade_class(
     ]
     lost = partial(_mark_failed, assignment) if jobs else None
     with clean_up_after(stored), flush_disks_after():
-        graded = ordered_map(_grade_or_mark_failed, tasks, jobs, _Worker, (assignment, limits, cache), lost)
+        graded = (
+            _grade_on_cluster(executor, tasks, assignment, limits, cache)
+            if executor
+            else ordered_map(_grade_or_mark_failed, tasks, jobs, _Worker, (assignment, limits, cache), lost)
+        )
         with contextlib.closing(graded) as every:
             for student, handed_in in zip(chosen, every, strict=True):
                 results.append(_settle(assignment, student, handed_in, overrides))
                 each(results[-1])
     return results
+
+
+def _grade_on_cluster(
+    address: str, tasks: Sequence[Task], assignment: Assignment, limits: Limits, cache: Path
+) -> Generator[list[Graded], None, None]:
+    """Yield everything that each student handed in; each thread here waits for a notebook on the cluster."""
+    with connect(address, assignment, limits) as cluster:
+        worker = _Worker(assignment, limits, cache, cluster)
+        pool = ThreadPoolExecutor(cluster.threads)
+        try:
+            yield from pool.map(partial(_grade_or_mark_failed, worker), tasks)
+        finally:
+            pool.shutdown(wait=False, cancel_futures=True)
 
 
 def cache_folder(folder: Path) -> Path:
@@ -148,12 +168,13 @@ class _Stored:
 
 
 class _Worker:
-    """A process that grades: the assignment, a sandbox, and the folder in which it stores what it graded."""
+    """Grades students' notebooks, here in a sandbox or on a cluster, and stores what it graded in the cache folder."""
 
-    def __init__(self, assignment: Assignment, limits: Limits, cache: Path) -> None:
-        self.assignment, self._limits, self._cache = assignment, limits, cache
-        sandbox = Sandbox(limits, strict=assignment.sandbox == "strict")
-        self._grader = Grader(assignment, sandbox, ClassAnswers(assignment))
+    def __init__(self, assignment: Assignment, limits: Limits, cache: Path, cluster: Cluster | None = None) -> None:
+        self.assignment, self._limits, self._cache, self._cluster = assignment, limits, cache, cluster
+        if cluster is None:
+            sandbox = Sandbox(limits, strict=assignment.sandbox == "strict")
+            self._grader = Grader(assignment, sandbox, ClassAnswers(assignment))
 
     def close(self) -> None:
         self._grader.sandbox.close()
@@ -176,7 +197,10 @@ class _Worker:
         """Return what the grader gives for a notebook, from the cache if it is there and nothing has changed."""
         if (stored := self.take(student, attempt)) is not None:
             return stored
-        marked = grade_safely(self._grader, student, attempt)
+        if self._cluster is None:
+            marked = grade_safely(self._grader, student, attempt)
+        else:
+            marked = self._cluster.mark(student, attempt) or mark_ungraded(self.assignment, student, attempt, DIED)
         self.put(student, attempt, marked)
         return marked
 

@@ -68,8 +68,9 @@ def test_extras_are_those_of_the_project() -> None:
         ("typst", ["export", "{hw}", "--to", "pdf"]), ("matplotlib", ["grade", "{hw}", "--report", "html=x.html"]),
         ("matplotlib", ["solve", "panda", "--map", "x.svg"]),
         ("xlsxwriter", ["grade", "{hw}", "--report", "xlsx=x.xlsx"]),
+        ("distributed", ["grade", "{hw}", "--executor", "tcp://127.0.0.1:1"]),
     ],
-    ids=["pdf", "html", "map", "xlsx"],
+    ids=["pdf", "html", "map", "xlsx", "executor"],
 )  # fmt: skip
 def test_a_library_that_is_missing_is_told_before_anything_is_done(
     module: str, command: list[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
@@ -100,7 +101,7 @@ def test_every_library_has_a_reason_and_a_record() -> None:
 
 
 def test_what_only_an_extra_needs_is_loaded_by_nothing_else() -> None:
-    code = "import sys; sys.modules.update(dict.fromkeys(('typst', 'matplotlib', 'xlsxwriter')))"
+    code = "import sys; sys.modules.update(dict.fromkeys(('typst', 'matplotlib', 'xlsxwriter', 'distributed', 'dask')))"
     code += "; from qdot.grader.cli.main import program; program()"
     subprocess.run([sys.executable, "-c", code], check=True)
 

@@ -9,6 +9,7 @@ import json
 from collections import Counter
 from collections.abc import Callable, Hashable, Iterable, Sequence
 from functools import cache
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -21,12 +22,13 @@ from qdot.exercises.common.console import say
 from qdot.exercises.common.files import write_atomically
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.common.variation import DEFAULT, STEPS
-from qdot.exercises.docs.sharing import GROUPS, MEASURED
 from qdot.exercises.families import FAMILIES
 from qdot.exercises.generation import questions_of, sample_chain
 from qdot.exercises.problem.problem import Part, Problem, ProblemId
 from qdot.exercises.problem.record import digests
 from qdot.exercises.questions import QUESTIONS
+
+MEASURED = Path(__file__).with_name("sharing.json")
 
 CLASS, ASKED_CLASS = 500, 30
 """Students of the class whose arms are drawn, and of the smaller one that is asked."""
@@ -46,6 +48,19 @@ POSES = 3
 
 Key = tuple[Hashable, ...]
 Read = Callable[[Working], np.ndarray]
+
+GROUPS: dict[str, tuple[str, ...]] = {
+    "position": ("position",),
+    "J": ("velocity", "jacobian", "inverse-jacobian", "inverse-velocity", "joint-torques", "self-motion"),
+    "axes": ("joint-axes",),
+    "vectors": ("position-vectors",),
+    "6 x n": ("geometric-jacobian", "twist"),
+    "det": ("determinant", "block-determinants", "gram-determinant"),
+    "blocks": ("arm-block",),
+    "wrist": ("wrist-block",),
+    "singular": ("singular-angles",),
+}
+"""Questions that are shared alike, as their formulas are results of one stage, by the heading of their column."""
 
 READ: dict[str, Read] = {
     "position": lambda w: w["point"],
@@ -107,6 +122,13 @@ def _value(expression: sp.Expr, pose: int, joints: tuple[sp.Symbol, ...]) -> flo
         stream = Stream(f"sharing/{symbol.name}/{pose if symbol in joints else 0}")
         fixed[symbol] = 0.25 + stream.below(10**9) / 10**9
     return float(expression.subs(fixed))
+
+
+@cache
+def load_measured() -> dict[str, Any]:
+    """Return the stored measurements."""
+    content: dict[str, Any] = json.loads(MEASURED.read_text(encoding="utf-8"))
+    return content
 
 
 def count_sharing(keys: Iterable[Hashable]) -> int:

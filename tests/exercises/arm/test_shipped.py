@@ -57,7 +57,7 @@ def arms(family: str) -> list[Chain]:
 
 @few_families
 def test_it_is_what_is_worked_out(family: str, nothing_shipped: Callable[[], None]) -> None:
-    """Where this fails for a new family, run: python -m qdot.exercises.docs.shipped"""
+    """Where this fails for a new family, run: make shipped"""
     known = [shipped.shipped_results(structure(arm).chain) for arm in arms(family)]
     assert all(known)
     nothing_shipped()
@@ -70,7 +70,7 @@ def test_it_is_what_is_worked_out(family: str, nothing_shipped: Callable[[], Non
 
 @pytest.mark.whole
 def test_real_robots_are_shipped(nothing_shipped: Callable[[], None]) -> None:
-    """Where this fails, run: python -m qdot.exercises.docs.shipped"""
+    """Where this fails, run: make shipped"""
     arms = [read_robot(robot_path(name)) for name in robots()]
     known = [shipped.shipped_results(structure(arm).chain) for arm in arms]
     assert all({"_position", "_proved"} <= {*found} for found in known)

@@ -11,9 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from qdot.exercises import docs
 from qdot.exercises.common.variation import STEPS
-from qdot.exercises.docs import documents, listing_text, write
 from qdot.exercises.families import FAMILIES
 from qdot.exercises.families.listing import LISTING, listing
 from qdot.exercises.generation import find_out, questions_of
@@ -21,6 +19,8 @@ from qdot.exercises.questions import QUESTIONS
 from qdot.exercises.quizzes import ASKED
 from tests.support import ROOT
 from tests.support.suites import families_for
+from tests.tools import docs_pages
+from tests.tools.docs_pages import documents, listing_text, write
 
 DOCS = ROOT / "docs"
 together = pytest.mark.xdist_group("docs")
@@ -31,7 +31,7 @@ together = pytest.mark.xdist_group("docs")
 def _kept() -> Iterator[None]:
     """Pages are made from what is kept."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(docs, "list_families", listing)
+        patch.setattr(docs_pages, "list_families", listing)
         documents.cache_clear()
         yield
     documents.cache_clear()
@@ -39,7 +39,7 @@ def _kept() -> Iterator[None]:
 
 @together
 def test_pages_are_up_to_date() -> None:
-    """Where this fails, run: python -m qdot.exercises.docs"""
+    """Where this fails, run: make docs"""
     stale = [
         name
         for name, text in documents().items()
@@ -56,7 +56,7 @@ SLOW = ("lbr-7r", "random-3", "random-4")
     "family", [pytest.param(name, marks=[pytest.mark.whole] if name in SLOW else []) for name in families_for()]
 )
 def test_what_is_listed_of_a_family_is_what_its_arms_show(family: str) -> None:
-    """Where this fails, run: python -m qdot.exercises.docs"""
+    """Where this fails, run: make docs"""
     assert listing()[family] == find_out(FAMILIES[family])
 
 

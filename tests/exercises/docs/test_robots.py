@@ -5,8 +5,8 @@ import pytest
 from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.arm.library import robots
 from qdot.exercises.arm.robot_file import read_robot_file
-from qdot.exercises.docs.robots import PAGE, load_singular_words, robots_page
 from qdot.exercises.solve.solver import solve
+from tests.tools.docs_pages import PAGE, load_singular_words, robots_page
 
 SOME = ("cobra600", "stanford", "ur5")
 LONG = ("baxter", "gen3", "panda", "sawyer")
@@ -37,7 +37,7 @@ def test_every_robot_has_its_row_and_its_words() -> None:
 
 
 def test_what_is_written_by_hand_around_the_section_is_kept(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Where the first line fails, run: python -m qdot.exercises.docs"""
+    """Where the first line fails, run: make docs"""
     page = PAGE.read_text(encoding="utf-8")
     assert robots_page() == page
     assert page.startswith("# Your own arm\n") and "\n## What is derived\n" in page
@@ -47,5 +47,5 @@ def test_what_is_written_by_hand_around_the_section_is_kept(monkeypatch: pytest.
     "name", [name if name in SOME else pytest.param(name, marks=pytest.mark.whole) for name in robots()]
 )
 def test_words_are_those_of_the_singular_set_that_is_derived(name: str) -> None:
-    """Where this fails, correct exercises/docs/robots.json, then run: make docs"""
+    """Where this fails, correct tests/tools/robots.json, then run: make docs"""
     assert describe_singular_set(name) == load_singular_words()[name]

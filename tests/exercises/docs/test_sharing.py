@@ -6,11 +6,10 @@ from collections.abc import Hashable, Sequence
 import pytest
 
 from qdot.exercises.common.variation import STEPS
-from qdot.exercises.docs.sharing import GROUPS, MEASURED
 from qdot.exercises.families import FAMILIES
 from qdot.exercises.generation import generate
 from qdot.exercises.problem.problem import ProblemId
-from tests.tools.sharing import arms_of, count_sharing, keys_in_formulas
+from tests.tools.sharing import GROUPS, MEASURED, arms_of, count_sharing, keys_in_formulas
 
 ONE_OF = {"position": "position", "J": "jacobian", "6 x n": "geometric-jacobian", "det": "determinant"}
 SETS = ONE_OF | {"singular": "singular-angles"}

@@ -1,0 +1,204 @@
+"""The pages of docs/ that are generated from the code, such as the families, the questions, and the chapter's examples.
+
+`python -m tests.tools.docs_pages` writes them all (`make docs`); a test fails if they are out of date.
+"""
+
+import json
+import re
+from collections.abc import Mapping
+from dataclasses import asdict
+from functools import cache
+from pathlib import Path
+from types import MappingProxyType
+
+from qdot.exercises.arm.chain import CONVENTIONS, Chain
+from qdot.exercises.arm.conventions import REGISTRY
+from qdot.exercises.arm.library import robots
+from qdot.exercises.common.console import say
+from qdot.exercises.common.files import write_atomically
+from qdot.exercises.common.variation import DEFAULT, STEPS
+from qdot.exercises.docs import corrections, examples, planar_2r, scorbot_arm
+from qdot.exercises.families import FAMILIES
+from qdot.exercises.families.listing import LISTING, FamilyListing
+from qdot.exercises.figure import figure_svg, singular_svg, thumbnail_svg
+from qdot.exercises.generation import find_out, sample_chain
+from qdot.exercises.mistakes.catalogue import SECTIONS
+from qdot.exercises.problem.problem import ProblemId
+from qdot.exercises.questions import QUESTIONS
+from qdot.exercises.quizzes import QUIZZES
+from qdot.exercises.writing.render import render
+from qdot.exercises.writing.wording import Wording
+from tests.support import ROOT
+from tests.tools.sharing import GROUPS, load_measured
+
+
+@cache
+def documents() -> Mapping[str, str]:
+    """Return every generated file of docs/: path inside the folder -> text."""
+    plain, scorbot = planar_2r(), scorbot_arm()
+    drawings = {
+        "examples/planar-2r.svg": figure_svg(plain, "planar-2r"),
+        "examples/planar-2r-singular.svg": singular_svg(plain, "planar-2r-singular"),
+        "examples/scorbot.svg": figure_svg(scorbot, "scorbot"),
+        "examples/scorbot-singular.svg": singular_svg(scorbot, "scorbot-singular"),
+    }
+    shown = [(name, DEFAULT) for name in FAMILIES] + [(SHOWN, step) for step in STEPS]
+    for name, step in shown:
+        arm = sample_chain(ProblemId(name, 0, variation=step))
+        drawings[thumbnail_path(name, step)] = thumbnail_svg(arm, name)
+    made = {
+        "families.md": families_page(),
+        "questions.md": questions_page(),
+        "examples.md": examples_page(),
+        "mistakes.md": mistakes_page(),
+        "variation.md": variation_page(),
+        "robots.md": robots_page(),
+        **drawings,
+    }
+    return MappingProxyType(made)
+
+
+def write(folder: Path) -> list[Path]:
+    """Write the generated files into a docs folder, and return their paths. Raises QdotError."""
+    texts = documents()
+    write_atomically(LISTING, listing_text())
+    for name, text in texts.items():
+        write_atomically(folder / name, text)
+    return [folder / name for name in texts]
+
+
+# --- families ---
+
+
+def families_page() -> str:
+    """Return docs/families.md."""
+    return render(
+        "docs/families.md.j2",
+        families=FAMILIES,
+        listed=list_families(),
+        tasks={name: Wording(_first_arm(name)).task for name in FAMILIES},
+        questions=list(QUESTIONS),
+    )
+
+
+def questions_page() -> str:
+    """Return docs/questions.md."""
+    asked: dict[str, int | str] = {
+        name: sum(name in listed.questions for listed in list_families().values()) for name in QUESTIONS
+    }
+    for question in QUESTIONS.values():
+        if CONVENTIONS[0] not in question.conventions:
+            asked[question.name] = ", ".join(f"`{convention}`" for convention in question.conventions)
+    return render(
+        "docs/questions.md.j2",
+        questions=QUESTIONS.values(),
+        quizzes=QUIZZES.values(),
+        asked=asked,
+        families=len(FAMILIES),
+    )
+
+
+SHOWN = "planar-2r"
+"""The family whose arm docs/variation.md shows at each step."""
+
+AXES_IN_WORDS = {
+    "lengths": "numbers for some lengths of the table, each in steps of 5 cm",
+    "zeros": "joints that are zero elsewhere: angles that one knows the sine of, slides by centimetres",
+    "senses": "axes that turn the other way: twists of 90° or −90°, 0 or 180°",
+    "base": "where the base stands, and how it is turned: on the floor, on a wall, under the ceiling",
+    "tool": "where the point of interest is: in the last frame's origin, or beside or beyond it",
+    "task": "which rows are asked: the plane in which an arm stands",
+}
+"""What each axis of variation changes."""
+
+
+def variation_page() -> str:
+    """Return docs/variation.md, of what was measured (`sharing.json`) and listed."""
+    measured = load_measured()
+    asked = {name for steps in measured["asked"]["families"].values() for counts in steps.values() for name in counts}
+    return render(
+        "docs/variation.md.j2",
+        axes=AXES_IN_WORDS,
+        steps=STEPS,
+        default=DEFAULT,
+        shown=SHOWN,
+        tables=[(step, Wording(sample_chain(ProblemId(SHOWN, 0, variation=step)))) for step in STEPS],
+        thumbnails={step: thumbnail_path(SHOWN, step) for step in STEPS},
+        groups=GROUPS,
+        sharing=measured["formulas"],
+        varied=[name for name, family in FAMILIES.items() if family.varied],
+        asked=measured["asked"] | {"questions": [name for name in QUESTIONS if name in asked]},
+        difficulty={name: listed.by_variation for name, listed in list_families().items() if listed.by_variation},
+        has={name: FAMILIES[name].has_axes for name in FAMILIES},
+    )
+
+
+def mistakes_page() -> str:
+    """Return docs/mistakes.md."""
+    sections = [
+        {
+            "title": title,
+            "mistakes": [
+                {"name": m.name, "title": m.title, "said": re.sub(r"{\w+}", "\\*", m.says), "source": m.source}
+                for m in module.MISTAKES
+            ],
+        }
+        for title, module in SECTIONS.items()
+    ]
+    return render("docs/mistakes.md.j2", sections=sections)
+
+
+def _first_arm(family: str) -> Chain:
+    return sample_chain(ProblemId(family, 0))
+
+
+def thumbnail_path(family: str, step: str = DEFAULT) -> str:
+    """Return the path of the drawing of a family's first arm at a step of variation."""
+    return f"families/{family}.svg" if step == DEFAULT else f"families/{family}-{step}.svg"
+
+
+@cache
+def list_families() -> dict[str, FamilyListing]:
+    """Return what is to be listed of each family, found out from its arms."""
+    return {name: find_out(family) for name, family in FAMILIES.items()}
+
+
+def listing_text() -> str:
+    """Return the file that `families.listing` reads."""
+    return json.dumps({name: asdict(listed) for name, listed in list_families().items()}, indent=1) + "\n"
+
+
+def examples_page() -> str:
+    """Return docs/examples.md."""
+    return render("docs/examples.md.j2", examples=examples(), errata=corrections())
+
+
+# --- real robots ---
+
+KEPT = Path(__file__).with_name("robots.json")
+PAGE = ROOT / "docs" / "robots.md"
+SECTION, NEXT = "## Real robots\n", "\n## "
+
+
+def robots_page() -> str:
+    """Return docs/robots.md with an up-to-date section on real robots."""
+    text = PAGE.read_text(encoding="utf-8")
+    before, heading, after = text.partition(SECTION)
+    assert heading, f"docs/robots.md has no section {SECTION.strip()!r}"
+    _, end, rest = after.partition(NEXT)
+    groups: dict[tuple[str, ...], list[str]] = {}
+    for name, words in load_singular_words().items():
+        groups.setdefault(words, []).append(name)
+    section = render("docs/robots.md.j2", robots=robots().values(), conventions=REGISTRY, groups=groups)
+    return f"{before}{SECTION}{section.rstrip()}\n{end}{rest}"
+
+
+@cache
+def load_singular_words() -> Mapping[str, tuple[str, ...]]:
+    """Return the stored descriptions of each robot's singular configurations; empty if there is no short one."""
+    return {name: tuple(words) for name, words in json.loads(KEPT.read_text(encoding="utf-8")).items()}
+
+
+if __name__ == "__main__":
+    for path in write(ROOT / "docs"):
+        say(f"wrote {path.name}")
