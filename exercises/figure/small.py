@@ -73,11 +73,11 @@ def _figure(
     """Return a small drawing; cached, as many arms of a class have the same proportions."""
     places = (*lost, *(() if beside is None else (beside,)))
     key = tuple(round(float(entry), 12) for entry in entries), tuple(tuple(map(float, place)) for place in places)
-    return _cached_figure(drawn, *key, size, beside is not None)
+    return _draw_cached(drawn, *key, size, beside is not None)
 
 
 @lru_cache(maxsize=1024)
-def _cached_figure(
+def _draw_cached(
     drawn: Chain,
     pose: tuple[float, ...],
     places: tuple[tuple[float, ...], ...],
