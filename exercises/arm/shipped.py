@@ -5,7 +5,7 @@ Formulas are nodes, each a symbol, a whole number, or an operation on earlier no
 that terms keep the order in which SymPy had put them.
 
 The first line has a digest of the code that computed the rest, and the version of SymPy. With any other code or
-version, the file is ignored and everything is computed. `make shipped` writes it.
+version, the file is ignored and everything is computed. `python -m qdot.exercises.docs.shipped` writes it.
 """
 
 import hashlib

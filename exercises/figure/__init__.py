@@ -26,7 +26,7 @@ from qdot.exercises.answers import LETTERS
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.figure import frames
-from qdot.exercises.figure.arm import body, fit_drawing, joint_angle, scene, slide
+from qdot.exercises.figure.arm import draw_body, draw_joint_angle, draw_slide, fit_drawing, make_scene
 from qdot.exercises.figure.labels import Layout
 from qdot.exercises.figure.model import model_of
 from qdot.exercises.figure.plane import camera, exact, is_flat
@@ -43,7 +43,7 @@ from qdot.exercises.figure.pose import (
     skeleton,
 )
 from qdot.exercises.figure.shapes import FONT, Figure, extent, one_decimal, path, roman
-from qdot.exercises.figure.small import PANEL, cells, figure_in_pose, singular_panel, thumbnail
+from qdot.exercises.figure.small import PANEL, cells, draw_thumbnail, figure_in_pose, singular_panel
 from qdot.exercises.figure.view import Drawing, View
 from qdot.exercises.figure.words import alt_text, panels_text, panels_title, title_text
 from qdot.exercises.problem.problem import Part
@@ -200,7 +200,7 @@ def part_svg(chain: Chain, part: Part, name: str) -> str:
 
 def thumbnail_svg(chain: Chain, name: str = "arm") -> str:
     """Return a small drawing of the arm without lettering as a self-contained SVG element."""
-    figure = thumbnail(chain)
+    figure = draw_thumbnail(chain)
     size = tuple(SHRUNK * length // 100 for length in (figure.width, figure.height))
     return render(
         "figure/thumbnail.svg.j2",
@@ -330,7 +330,7 @@ def _compose(
         part, view = fit_drawing(
             chain, bones, partial(_draw_parts, chain, bones, sparse), ROOM, (WIDTH, HEIGHT), MARGIN, axes
         )
-        arm_cost, world = frames.crowding(scene(chain, bones, view))
+        arm_cost, world = frames.crowding_cost(make_scene(chain, bones, view))
         layers.append((round(world, 1), arm_cost, part))
         if world == 0.0:
             break
@@ -342,13 +342,14 @@ def _compose(
 
 def _draw_parts(chain: Chain, bones: Skeleton, sparse: bool, view: View) -> Drawing:
     """Return all parts from back to front."""
-    stage = scene(chain, bones, view, sparse)
+    stage = make_scene(chain, bones, view, sparse)
     on_top = not convention_of(chain).has_frames  # at home, a link may run along an axis of the space frame
-    before, behind = (Drawing(), frames.world(stage)) if on_top else (frames.world(stage), Drawing())
+    before, behind = (Drawing(), frames.draw_world(stage)) if on_top else (frames.draw_world(stage), Drawing())
     if sparse:
-        part = before + Drawing(body(stage).shapes) + behind
+        part = before + Drawing(draw_body(stage).shapes) + behind
     else:
-        part = before + body(stage) + behind
+        part = before + draw_body(stage) + behind
         for i in range(1, chain.n + 1):
-            part += joint_angle(stage, i) + slide(stage, i)
-    return part + frames.body_frame(stage) + frames.axes(stage) + frames.page_normals(stage) + frames.origins(stage)
+            part += draw_joint_angle(stage, i) + draw_slide(stage, i)
+    part += frames.draw_body_frame(stage) + frames.draw_axes(stage)
+    return part + frames.page_normals(stage) + frames.draw_origins(stage)

@@ -64,7 +64,7 @@ class Scene:
         return abs(along) > 1e-9 and not 0.0 <= share <= 1.0
 
 
-def scene(chain: Chain, bones: Skeleton, view: View, sparse: bool = False) -> Scene:
+def make_scene(chain: Chain, bones: Skeleton, view: View, sparse: bool = False) -> Scene:
     """Return the scene with a free place for each glyph."""
     taken: list[np.ndarray] = []
     order = sorted(range(chain.n), key=lambda i: _is_movable(bones, i) and i > 0)
@@ -135,7 +135,7 @@ def _shares_origin(bones: Skeleton) -> bool:
     return len(bones.corners) > 1 and bool(apart < 1e-6) and not (_is_movable(bones, 0) or _is_movable(bones, 1))
 
 
-def link(scene: Scene, i: int) -> Drawing:
+def draw_link(scene: Scene, i: int) -> Drawing:
     """Return the bars of link i, with its lengths and, if it carries P, the way to P."""
     bones, joint = scene.bones, scene.chain.joints[i - 1]
     start, corner, end = bones.origins[i - 1], bones.corners[i - 1], bones.origins[i]
@@ -154,7 +154,7 @@ def link(scene: Scene, i: int) -> Drawing:
     return Drawing(shapes, tuple(labels))
 
 
-def way_to_point(scene: Scene) -> Drawing:
+def draw_way_to_point(scene: Scene) -> Drawing:
     """Return the bar from O_k to the point P, with its lengths."""
     path = scene.bones.path
     labels: list[Request] = []
@@ -191,7 +191,7 @@ def anchors_beside(first: Pair, second: Pair) -> tuple[tuple[Pair, Pair], ...]:
     return tuple((spot, side) for spot in spots for side in (up, down))
 
 
-def joint(scene: Scene, i: int) -> Drawing:
+def draw_joint(scene: Scene, i: int) -> Drawing:
     """Return the glyph of joint i."""
     kind, place, z, view = scene.chain.joints[i - 1].kind, scene.places[i - 1], scene.axis(i), scene.view
     shapes: tuple[Polyline | Circle, ...]
@@ -217,7 +217,7 @@ def _end_on_mark(center: Pair, out: bool) -> tuple[Polyline | Circle, ...]:
     )
 
 
-def ground(scene: Scene) -> Drawing:
+def draw_ground(scene: Scene) -> Drawing:
     """Return the hatched ground that carries the base: a line in a flat drawing, a plate in space."""
     view, frame = scene.view, scene.bones.frames[0]
     x, y, z, origin = frame[:3, 0], frame[:3, 1], frame[:3, 2], frame[:3, 3]
@@ -254,7 +254,7 @@ def _hatched_line(view: View, middle: np.ndarray, x: np.ndarray, down: np.ndarra
     return (*ticks, Polyline(view.path([middle - unit * 30 * x, middle + unit * 30 * x]), "ground"))
 
 
-def joint_angle(scene: Scene, i: int) -> Drawing:
+def draw_joint_angle(scene: Scene, i: int) -> Drawing:
     """Return the arc of theta_i from x_{i-1} to x_i about z_{i-1}, with dashed lines for axes that are not drawn."""
     table, bones, view = scene.chain.joints[i - 1], scene.bones, scene.view
     convention = convention_of(scene.chain)
@@ -270,12 +270,12 @@ def joint_angle(scene: Scene, i: int) -> Drawing:
     if np.linalg.norm(bones.corners[i - 1] - center) > 1e-9 or table.a == 0:
         dashed.append(direction_at(x, y, angle))
     radius = ARC[scene.is_planar] + (5.0 if i == 1 and not scene.is_planar else 0.0)
-    return arc(view, center, (x, y), angle, radius, Request(label, (), "angle")) + Drawing(
+    return draw_arc(view, center, (x, y), angle, radius, Request(label, (), "angle")) + Drawing(
         tuple(Polyline(view.path([center, center + v * (radius + 14) / view.scale]), "dashed") for v in dashed)
     )
 
 
-def arc(
+def draw_arc(
     view: View, center: np.ndarray, xy: tuple[np.ndarray, np.ndarray], angle: float, radius: float, label: Request
 ) -> Drawing:
     """Return an arc with an arrowhead from x towards y (sizes in pixels), with its label outside."""
@@ -291,17 +291,19 @@ def arc(
     return Drawing(tip(points, "arc", 7.0), (request,))
 
 
-def slide(scene: Scene, i: int) -> Drawing:
+def draw_slide(scene: Scene, i: int) -> Drawing:
     """Return the dimension line of d_i of a prismatic joint, from O_{i-1} along z_{i-1}."""
     if scene.chain.joints[i - 1].kind != "P" or not convention_of(scene.chain).has_frames:
         return Drawing()
     start, end = scene.bones.origins[i - 1], scene.bones.corners[i - 1]
     moved = np.linalg.norm(scene.places[i - 1] - start) > 1e-9  # then there is a joint with its arc at O_{i-1}
     label = with_offset(scene.chain.q[i - 1], scene.offsets[i - 1], angle=False)
-    return dimension(scene, start, end, label, ARC[scene.is_planar] + 9.0 if moved else 23.0)
+    return draw_dimension(scene, start, end, label, ARC[scene.is_planar] + 9.0 if moved else 23.0)
 
 
-def dimension(scene: Scene, start: np.ndarray, end: np.ndarray, label: tuple[TextRun, ...], away: float) -> Drawing:
+def draw_dimension(
+    scene: Scene, start: np.ndarray, end: np.ndarray, label: tuple[TextRun, ...], away: float
+) -> Drawing:
     """Return a dimension line between two points (3, m), `away` pixels aside, on the side without the arm."""
     view, side = scene.view, _side(scene, start, end) / scene.view.scale
     first, second = view.path([point + side * away for point in (start, end)])
@@ -328,19 +330,19 @@ def _side(scene: Scene, start: np.ndarray, end: np.ndarray) -> np.ndarray:
 # --- the arm without frames and lettering ---
 
 
-def body(stage: Scene) -> Drawing:
+def draw_body(stage: Scene) -> Drawing:
     """Return ground, links and joints from back to front, with the lengths of the links."""
     chain, bones, view = stage.chain, stage.bones, stage.view
     hides = not stage.is_planar and view.toward(bones.frames[0, :3, 2]) < -1e-9
-    part = Drawing() if hides else ground(stage)
+    part = Drawing() if hides else draw_ground(stage)
     for i in range(1, chain.n + 1):
         along = view.toward(bones.corners[i - 1] - bones.origins[i - 1])
-        pair = [joint(stage, i), link(stage, i)]
+        pair = [draw_joint(stage, i), draw_link(stage, i)]
         part += pair[0] + pair[1] if along > 1e-9 and chain.joints[i - 1].kind == "R" else pair[1] + pair[0]
         if i == chain.point.frame:
-            part += way_to_point(stage)
+            part += draw_way_to_point(stage)
         if i == 1 and hides:
-            part += ground(stage)
+            part += draw_ground(stage)
     return part
 
 

@@ -6,7 +6,7 @@ from itertools import combinations
 import numpy as np
 
 from qdot.exercises.arm.conventions import convention_of
-from qdot.exercises.figure.arm import Scene, anchors_beside, arc, dimension, is_point
+from qdot.exercises.figure.arm import Scene, anchors_beside, draw_arc, draw_dimension, is_point
 from qdot.exercises.figure.labels import Request
 from qdot.exercises.figure.pose import entries_of_pose
 from qdot.exercises.figure.shapes import (
@@ -35,7 +35,7 @@ maximum cost.
 """
 
 
-def axes(scene: Scene) -> Drawing:
+def draw_axes(scene: Scene) -> Drawing:
     """Return the axes of frames 0 ... n; axes that coincide are drawn once, with all their names."""
     if not convention_of(scene.chain).has_frames:
         return _joint_axes(scene)
@@ -88,7 +88,7 @@ def _axis(
     return Drawing(arrow(view, origin, end, f"axis-{name}"), (request,))
 
 
-def body_frame(scene: Scene) -> Drawing:
+def draw_body_frame(scene: Scene) -> Drawing:
     """Return the body frame {b} at P of an arm described by its axes, at home, where it is parallel to {s}.
 
     In another configuration, or if P is not on the last link, it is not drawn. At the world's origin, its names stand
@@ -111,7 +111,7 @@ def _is_at_world(scene: Scene) -> bool:
     return float(np.linalg.norm(scene.bones.path[-1])) * scene.view.scale < 1.0
 
 
-def origins(scene: Scene) -> Drawing:
+def draw_origins(scene: Scene) -> Drawing:
     """Return the names of the origins O_0 ... O_n and of P; coincident points share a label."""
     names: list[tuple[np.ndarray, tuple[TextRun, ...]]] = []
     point = scene.bones.path[-1]
@@ -134,7 +134,7 @@ def origins(scene: Scene) -> Drawing:
     return Drawing(dot, tuple(labels))
 
 
-def crowding(scene: Scene) -> tuple[float, float]:
+def crowding_cost(scene: Scene) -> tuple[float, float]:
     """Return the cost of origins that are drawn close together: the arm's among themselves, and the world's with them.
 
     An origin on an axis of the world frame costs, too. 0 means that all are apart.
@@ -186,7 +186,7 @@ def page_normals(scene: Scene) -> Drawing:
     return Drawing((), tuple(labels))
 
 
-def world(scene: Scene) -> Drawing:
+def draw_world(scene: Scene) -> Drawing:
     """Return the world frame, the base's position as dashed lines, and the base's yaw; nothing if the frames agree."""
     view, base = scene.view, convention_of(scene.chain).base
     by_axes = not convention_of(scene.chain).has_frames
@@ -204,7 +204,7 @@ def world(scene: Scene) -> Drawing:
         if scene.sparse:
             part += Drawing((Polyline(view.path([corner, corner + leg]), "leg"),) if base.position[k] != 0 else ())
         elif base.position[k] != 0 and _is_along_first_link(scene, k):
-            part += dimension(scene, corner, corner + leg, magnitude(base.position[k]), 46.0)
+            part += draw_dimension(scene, corner, corner + leg, magnitude(base.position[k]), 46.0)
         elif base.position[k] != 0:
             line = Polyline(view.path([corner, corner + leg]), "leg")
             wishes = anchors_beside(*view.path([corner, corner + leg]))
@@ -244,4 +244,4 @@ def _yaw(scene: Scene, apart: bool) -> Drawing:
     dashed: tuple[Shape, ...] = (Polyline(view.path([origin, end]), "dashed"),) if apart else ()
     sign, letters = sign_and_lettering(base.yaw, angle=True)
     label = Request((*(roman("−") if sign == "−" else ()), *letters), (), "angle")
-    return Drawing(dashed) + arc(view, origin, (np.eye(3)[0], np.eye(3)[1]), angle, radius, label)
+    return Drawing(dashed) + draw_arc(view, origin, (np.eye(3)[0], np.eye(3)[1]), angle, radius, label)

@@ -199,11 +199,11 @@ def skeleton(drawn: Chain, entries: np.ndarray) -> Skeleton:
 def best_poses(chain: Chain, drawn: Chain, count: int) -> np.ndarray:
     """Return the `count` candidate poses (count x n) whose bare skeletons are easiest to read, best first."""
     entries = candidates(chain, drawn)
-    order = np.argsort(-np.round(scores(chain, drawn, entries), 3), kind="stable")
+    order = np.argsort(-np.round(score_poses(chain, drawn, entries), 3), kind="stable")
     return np.asarray(entries[order[:count]])
 
 
-def scores(chain: Chain, drawn: Chain, entries: np.ndarray) -> np.ndarray:
+def score_poses(chain: Chain, drawn: Chain, entries: np.ndarray) -> np.ndarray:
     """Return how easy the bare skeletons of poses (k x n) are to read (k); higher is better."""
     score, lines, scale = _score_without_clearance(chain, drawn, entries)
     gaps = clearance(lines, 2 if chain.n > LONG else 1) * scale / 70

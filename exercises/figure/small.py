@@ -20,9 +20,9 @@ from qdot.exercises.arm.kinds import REGULAR
 from qdot.exercises.arm.kinematics import NumericChain
 from qdot.exercises.arm.normalized_arm import normalize_arm, normalized_pieces
 from qdot.exercises.arm.singularity import Component, singular_set
-from qdot.exercises.figure.arm import body, fit_drawing, scene
+from qdot.exercises.figure.arm import draw_body, fit_drawing, make_scene
 from qdot.exercises.figure.plane import exact, is_flat
-from qdot.exercises.figure.pose import best_poses, drawn_chain, scores, skeleton, symbol_values
+from qdot.exercises.figure.pose import best_poses, drawn_chain, score_poses, skeleton, symbol_values
 from qdot.exercises.figure.shapes import Circle, Figure, Glyph, Pair, Polyline, Shape, decimal
 from qdot.exercises.figure.view import Drawing, View, arrow, tip
 from qdot.exercises.formula.printers.unicode import unicode_math
@@ -46,7 +46,7 @@ TRIED = 24
 CAPTION = 24
 
 
-def thumbnail(chain: Chain) -> Figure:
+def draw_thumbnail(chain: Chain) -> Figure:
     """Return the arm in its clearest pose without frames and lettering."""
     chain = exact(chain)
     drawn = drawn_chain(replace(chain, base=replace(chain.base, position=Base().position)))
@@ -73,11 +73,11 @@ def _figure(
     """Return a small drawing; cached, as many arms of a class have the same proportions."""
     places = (*lost, *(() if beside is None else (beside,)))
     key = tuple(round(float(entry), 12) for entry in entries), tuple(tuple(map(float, place)) for place in places)
-    return _cached_figure(drawn, *key, size, beside is not None)
+    return _draw_cached(drawn, *key, size, beside is not None)
 
 
 @lru_cache(maxsize=1024)
-def _cached_figure(
+def _draw_cached(
     drawn: Chain,
     pose: tuple[float, ...],
     places: tuple[tuple[float, ...], ...],
@@ -95,7 +95,7 @@ def _cached_figure(
         hand, z = bones.origins[-1], bones.frames[-1, :3, 2]
         last = arrow(view, hand, hand + HAND / view.scale * z, "axis-z") if shown_hand else ()
         cross = () if beside is None else _cross(view.px(bones.path[-1] + beside))
-        return Drawing((*body(scene(drawn, bones, view)).shapes, *last, *marks, dot, *cross))
+        return Drawing((*draw_body(make_scene(drawn, bones, view)).shapes, *last, *marks, dot, *cross))
 
     part, _ = fit_drawing(drawn, bones, draw, (0.9 * size[0], 0.9 * size[1]), size, MARGIN)
     return Figure(*size, part.shapes, ())
@@ -275,7 +275,7 @@ def _best_on_condition(chain: Chain, scaled: _ScaledArm, component: Component) -
     entries = scaled.entries(np.array([sample.q for sample in samples]))
     turning = np.array([joint.kind == "R" for joint in chain.joints])
     entries = np.where(turning, np.arctan2(np.sin(entries), np.cos(entries)), entries)
-    return np.asarray(entries[int(np.argmax(np.round(scores(chain, scaled.drawn, entries), 3)))])
+    return np.asarray(entries[int(np.argmax(np.round(score_poses(chain, scaled.drawn, entries), 3)))])
 
 
 def _text(expression: sp.Expr, chain: Chain) -> str:

@@ -53,14 +53,14 @@ class Expansion:
             for step in self.steps
         )
         (products,) = map(fill, self.products)
-        shown = {_unsigned(products), _unsigned(sp.factor_terms(products))}
-        if shown & {_unsigned(result), _unsigned(sp.factor_terms(result))}:
+        shown = {_without_sign(products), _without_sign(sp.factor_terms(products))}
+        if shown & {_without_sign(result), _without_sign(sp.factor_terms(result))}:
             return replace(self, steps=steps, products=(result,))
         uses_identities = sp.expand(products - result) != 0
         return replace(self, steps=steps, products=(products, result), uses_identities=uses_identities)
 
 
-def _unsigned(product: sp.Expr) -> sp.Expr:
+def _without_sign(product: sp.Expr) -> sp.Expr:
     """Return a product up to its sign, which may stand before it or inside one of its brackets."""
     factors = (-factor if factor.could_extract_minus_sign() else factor for factor in sp.Mul.make_args(product))
     return sp.Mul(*map(sp.expand, factors))

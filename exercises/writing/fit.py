@@ -38,7 +38,7 @@ def width(formula: Layout, size: float = 1.0) -> float:
     """
     kind, text, inner = formula
     if kind == "row":
-        return _wide(inner, size)
+        return _total_width(inner, size)
     if kind == "script":
         return width(inner[0]) + SCRIPT * max(width(inner[1]), width(inner[2]))
     if kind == "fraction":
@@ -64,7 +64,7 @@ def is_high(formula: Layout) -> bool:
     return formula.kind in ("fraction", "fenced", "root") or any(map(is_high, formula.inner))
 
 
-def _wide(pieces: Sequence[Layout], size: float = 1.0) -> float:
+def _total_width(pieces: Sequence[Layout], size: float = 1.0) -> float:
     return sum(width(piece, size) for piece in pieces)
 
 
@@ -82,20 +82,20 @@ def fit_formula(formula: Layout, room: float) -> Layout:
     """Return a formula for lines of its own, broken where it is wider than `room` (em), as far as that can be."""
     if width(formula) <= room:
         return formula
-    rows = _rows(formula, room)
-    beside = max(_wide(left) for left, _ in rows)  # the right sides stand below each other
-    lines = [line for left, right in rows for line in _equation(left, right, room - beside)]
+    rows = _split_equations(formula, room)
+    beside = max(_total_width(left) for left, _ in rows)  # the right sides stand below each other
+    lines = [line for left, right in rows for line in _break_equation(left, right, room - beside)]
     cells = tuple(row(row(*left), row(*right)) for left, right in lines)
     return row(Layout("aligned", "apart" if len(lines) > 1 else "", cells))
 
 
-def _rows(formula: Layout, room: float) -> Rows:
+def _split_equations(formula: Layout, room: float) -> Rows:
     """Return the equations in a formula as left sides, and right sides with their first sign.
 
     What stands beside each other in an aligned formula stays there where it fits.
     """
     if len(formula.inner) != 1 or formula.inner[0].kind != "aligned":
-        return [_sides(piece) for piece in layout.split(formula.inner, layout.QQUAD)]
+        return [_split_at_equals(piece) for piece in layout.split(formula.inner, layout.QQUAD)]
     rows: Rows = []
     for line in formula.inner[0].inner:
         cells = [cell.inner for cell in line.inner]
@@ -105,59 +105,59 @@ def _rows(formula: Layout, room: float) -> Rows:
             rows[-1] = (rows[-1][0], (*rows[-1][1], *(right[1:] if right[:1] == (layout.QUAD,) else right)))
             continue
         beside = layout.join((layout.QUAD,), [(*a, *b) for a, b in pairs])
-        if len(pairs) > 1 and _wide(beside) <= room - 2.0:
+        if len(pairs) > 1 and _total_width(beside) <= room - 2.0:
             pairs = [(left, beside[len(left) :])]
         rows += pairs
     return rows
 
 
-def _sides(equation: Pieces) -> tuple[Pieces, Pieces]:
+def _split_at_equals(equation: Pieces) -> tuple[Pieces, Pieces]:
     left, *rest = layout.split(equation, layout.EQUALS)
     return (left, (layout.EQUALS, *layout.join((layout.EQUALS,), rest))) if rest else ((), left)
 
 
-def _equation(left: Pieces, right: Pieces, room: float) -> Rows:
+def _break_equation(left: Pieces, right: Pieces, room: float) -> Rows:
     """Return the lines of one equation, whose right side has some room."""
-    if _wide(right) <= room - 1.0:
+    if _total_width(right) <= room - 1.0:
         return [(left, right)]
     sign = right[:1] if right[:1] == (layout.EQUALS,) else ()
     space = room - 2.0 if sign else room - 1.0
     lines: Rows = []
     for number, part in enumerate(layout.split(right[1:], layout.EQUALS) if sign else [right]):
-        shown = _broken(part, space)
+        shown = _break_side(part, space)
         lines.append((() if number else left, (*sign, *shown[0])))
         lines += [((), (layout.QUAD, *line)) for line in shown[1:]]
     return lines
 
 
-def _broken(part: Pieces, room: float) -> Lines:
+def _break_side(part: Pieces, room: float) -> Lines:
     """Return one side of an equation in lines: between factors, before signs, inside matrices."""
-    if _wide(part) <= room:
+    if _total_width(part) <= room:
         return [part]
-    for factors, sign in ((layout.split(part, _CROSS), _CROSS), (_matrices(part), layout.DOT)):
+    for factors, sign in ((layout.split(part, _CROSS), _CROSS), (_split_matrices(part), layout.DOT)):
         if len(factors) > 1:
-            parts = [_broken(factor, room - 1.5) for factor in factors]
+            parts = [_break_side(factor, room - 1.5) for factor in factors]
             return [*parts[0], *(line for first, *rest in parts[1:] for line in ((layout.EMPTY, sign, *first), *rest))]
     terms = layout.terms(part)
     if len(terms) > 1:
-        return fill_lines(_narrow(terms, room), room)
-    return _fraction(part, room) or _name_entries(part, room) or fill_lines(_narrow(terms, room), room)
+        return fill_lines(_split_wide_terms(terms, room), room)
+    return _break_fraction(part, room) or _name_entries(part, room) or fill_lines(_split_wide_terms(terms, room), room)
 
 
-def _matrices(part: Pieces) -> Lines:
+def _split_matrices(part: Pieces) -> Lines:
     """Return a product of matrices in factors, each of which ends in one; anything else whole."""
-    ends = [k + 1 for k, piece in enumerate(part) if _matrix_in(piece)]
+    ends = [k + 1 for k, piece in enumerate(part) if _find_matrix(piece)]
     starts = [0, *ends[:-1]]
     return [part[start:end] for start, end in zip(starts, [*ends[:-1], len(part)], strict=True)] if ends else [part]
 
 
-def _matrix_in(piece: Layout) -> Layout | None:
+def _find_matrix(piece: Layout) -> Layout | None:
     """Return the matrix that a piece is, perhaps with a power."""
     base = layout.base(piece)
     return base if base.kind == "matrix" else None
 
 
-def _fraction(part: Pieces, room: float) -> Lines:
+def _break_fraction(part: Pieces, room: float) -> Lines:
     """Return a wide fraction as the fraction of one times what was above the line, in lines; nothing for others."""
     sign, rest = (part[:1], part[1:]) if part[:1] == (layout.MINUS,) else ((), part)
     if len(rest) != 1 or rest[0].text != "frac":
@@ -166,39 +166,39 @@ def _fraction(part: Pieces, room: float) -> Lines:
     factor = Layout("number", "1")
     if len(above) > 3 and above[0].kind == "number" and (above[1], above[-1]) == (_OPEN, _CLOSE):  # 0.5 (a + b)
         factor, above = above[0], above[2:-1]
-    first, *others = fill_lines(layout.terms(above), room - _wide(below))
+    first, *others = fill_lines(layout.terms(above), room - _total_width(below))
     before = (*sign, layout.fraction((factor,), below), _OPEN)
     return [(*before, *first), *others[:-1], (*others[-1], _CLOSE)] if others else []
 
 
-def _narrow(terms: Sequence[Pieces], room: float) -> list[Pieces]:
+def _split_wide_terms(terms: Sequence[Pieces], room: float) -> list[Pieces]:
     """Return terms, of those that are too wide by themselves the terms of the sums in their brackets, and so on."""
     narrow: list[Pieces] = []
     for term in terms:
         opened, parts = term, [term]
         for depth in range(1, DEEPEST + 1):
-            if all(_wide(part) <= WIDER * room for part in parts):
+            if all(_total_width(part) <= WIDER * room for part in parts):
                 break
-            opened = _opened(opened, room)
+            opened = _open_brackets(opened, room)
             parts = layout.terms(opened, depth)
         narrow += parts
     return narrow
 
 
-def _opened(pieces: Pieces, room: float) -> Pieces:
+def _open_brackets(pieces: Pieces, room: float) -> Pieces:
     """Return pieces with wide brackets that grow, inside of which no line can end, as brackets that do not."""
     opened: list[Layout] = []
     for piece in pieces:
         is_wide = piece.kind == "fenced" and piece.text == "()" and width(piece) > room / 2
-        opened += (_OPEN, *_opened(layout.parts(piece.inner[0]), room), _CLOSE) if is_wide else (piece,)
+        opened += (_OPEN, *_open_brackets(layout.parts(piece.inner[0]), room), _CLOSE) if is_wide else (piece,)
     return tuple(opened)
 
 
 def fill_lines(parts: Sequence[Pieces], room: float) -> Lines:
     """Return lines of terms, each as full as it may be."""
-    lines, used = [parts[0]], _wide(parts[0])
+    lines, used = [parts[0]], _total_width(parts[0])
     for part in parts[1:]:
-        more = _wide(part)
+        more = _total_width(part)
         if used + more <= room - 1.0:
             lines[-1] += part
             used += more
@@ -210,23 +210,23 @@ def fill_lines(parts: Sequence[Pieces], room: float) -> Lines:
 
 def _name_entries(part: Pieces, room: float) -> Lines:
     """Return a wide matrix with names for its wide entries, m_1, m_2 ..., and then a line or more for each of them."""
-    index = next((k for k, piece in enumerate(part) if _matrix_in(piece)), None)
+    index = next((k for k, piece in enumerate(part) if _find_matrix(piece)), None)
     if index is None:
         return []
     whole = part[index]
-    matrix = _matrix_in(whole)
+    matrix = _find_matrix(whole)
     assert matrix is not None
     rows = [[cell.inner for cell in cells.inner] for cells in matrix.inner]
     names: dict[Pieces, Pieces] = {}
     for entry in (entry for cells in rows for entry in cells):
-        if _wide(entry) > room / (len(rows[0]) + 1) and entry not in names:
+        if _total_width(entry) > room / (len(rows[0]) + 1) and entry not in names:
             names[entry] = (layout.script(Layout("letter", "m"), row(*layout.number(str(len(names) + 1)))),)
     if not names:
         return []
     short = layout.matrix([[names.get(entry, entry) for entry in cells] for cells in rows])
     shown = short if whole.kind == "matrix" else whole._replace(inner=(short, *whole.inner[1:]))
-    lines = _broken((*part[:index], shown, *part[index + 1 :]), room)
+    lines = _break_side((*part[:index], shown, *part[index + 1 :]), room)
     for entry, name in names.items():
-        first, *others = _broken(entry, room - 4.0)
+        first, *others = _break_side(entry, room - 4.0)
         lines += [(*name, layout.EQUALS, *first), *((layout.QUAD, *line) for line in others)]
     return lines

@@ -58,7 +58,7 @@ class HintContext:
     @staticmethod
     def column(matrix: sp.Matrix) -> int | None:
         """Return the last column, from 1, that is no constant and leaves entries of another form to be found."""
-        columns = [set(map(_unsigned, matrix.col(j))) - {sp.S.Zero} for j in range(matrix.cols)]
+        columns = [set(map(_without_sign, matrix.col(j))) - {sp.S.Zero} for j in range(matrix.cols)]
         for j in reversed(range(matrix.cols)):
             others = set().union(*(columns[:j] + columns[j + 1 :])) - columns[j]
             if any(map(_varies, columns[j])) and any(map(_varies, others)):
@@ -69,7 +69,7 @@ class HintContext:
     def entry(matrix: sp.Matrix) -> Entry | None:
         """Return the first entry that is no constant, where another one differs from it by more than its sign."""
         places = [(i, j) for i in range(matrix.rows) for j in range(matrix.cols) if _varies(matrix[i, j])]
-        if len({_unsigned(matrix[place]) for place in places}) < 2:
+        if len({_without_sign(matrix[place]) for place in places}) < 2:
             return None
         i, j = places[0]
         return Entry(i + 1, j + 1, matrix[i, j])
@@ -78,7 +78,7 @@ class HintContext:
     def minor(minors: Sequence[tuple[str, sp.Expr]]) -> tuple[str, sp.Expr] | None:
         """Return the first minor that is no constant, where another one differs from it by more than its sign."""
         varied = [(label, minor) for label, minor in minors if _varies(minor)]
-        return varied[0] if len({_unsigned(minor) for _, minor in varied}) > 1 else None
+        return varied[0] if len({_without_sign(minor) for _, minor in varied}) > 1 else None
 
     @staticmethod
     def gives_away(shown: sp.Matrix, answer: sp.Expr | sp.Matrix) -> bool:
@@ -154,11 +154,11 @@ def _varies(entry: sp.Expr) -> bool:
     return bool(entry.free_symbols)
 
 
-def _unsigned(entry: sp.Expr) -> sp.Expr:
+def _without_sign(entry: sp.Expr) -> sp.Expr:
     return -entry if entry.could_extract_minus_sign() else entry
 
 
 def _alike(a: sp.Expr, b: sp.Expr) -> bool:
     if a.is_number and b.is_number:
         return bool(abs(abs(a) - abs(b)) <= sp.Rational(1, 200) * abs(b))
-    return bool(_unsigned(a) == _unsigned(b))
+    return bool(_without_sign(a) == _without_sign(b))

@@ -73,7 +73,7 @@ class _Setter:
 
     def __init__(self, prismatic: tuple[str, ...], lengths: tuple[sp.Rational, ...] = ()) -> None:
         self.prismatic, self.lengths = prismatic, lengths
-        self.product = lru_cache(maxsize=2048)(self.laid_out)  # kept, for many stand in several results
+        self.product = lru_cache(maxsize=2048)(self.lay_out_product)  # kept, for many stand in several results
 
     def pieces(self, expression: sp.Expr) -> Pieces:
         return _sum(self.terms(expression))
@@ -82,7 +82,7 @@ class _Setter:
         """Return the terms of a sum in reading order, with all signs changed if `flip`."""
         return [_Signed(minus, self.product(term).body) for minus, term in order.terms(expression, flip)]
 
-    def laid_out(self, expression: sp.Expr) -> _Signed:
+    def lay_out_product(self, expression: sp.Expr) -> _Signed:
         """Return a product, its sign outside and no bracket that starts with a minus where that can be helped."""
         if expression.is_Add:
             return _Signed(False, self.pieces(expression))

@@ -76,7 +76,7 @@ def to_html(
         before, number, after = match.groups()
         latex, block = formulas[int(number)]
         shown = f"{before}{made(latex, block)}{after}"
-        is_whole = (before or after) and (formula is None or whole) and not block and len(_equations(latex)) == 1
+        is_whole = (before or after) and (formula is None or whole) and not block and len(_split_equations(latex)) == 1
         return f'<span class="whole">{shown}</span>' if is_whole else shown
 
     return _WITH_SIGNS.sub(with_signs, str(page))
@@ -85,7 +85,7 @@ def to_html(
 @lru_cache(maxsize=512)
 def _mathml(latex: str, block: bool, room: float) -> str:
     if not block:
-        return "".join(mathml(parse_latex(each)) + after for each, after in _equations(latex))
+        return "".join(mathml(parse_latex(each)) + after for each, after in _split_equations(latex))
     shown = fit_formula(parse_latex(latex), room)
     return mathml(shown, True, min(100, int(100 * room / width(shown))))
 
@@ -94,14 +94,14 @@ MANY = 3
 """So many equations in a line of text are formulas of their own, as browsers break no line inside of one."""
 
 
-def _equations(latex: str) -> list[tuple[str, str]]:
+def _split_equations(latex: str) -> list[tuple[str, str]]:
     r"""Return the equations of a list with what stands behind each; a formula that is no list of many is one.
 
-    >>> _equations("a_1 = 1, a_2 = 2, P = (0, 1)")
+    >>> _split_equations("a_1 = 1, a_2 = 2, P = (0, 1)")
     [('a_1 = 1', ', '), ('a_2 = 2', ', '), ('P = (0, 1)', '')]
-    >>> _equations("a = 1,\\; b = 2,\\; c = 3")
+    >>> _split_equations("a = 1,\\; b = 2,\\; c = 3")
     [('a = 1', ', '), ('b = 2', ', '), ('c = 3', '')]
-    >>> _equations("x = 1, y = 2")
+    >>> _split_equations("x = 1, y = 2")
     [('x = 1, y = 2', '')]
     """
     pieces = re.split(r"(?<=[,;])(?<!\\[,;])(?: |\\; )(?=[^,;]*=)", latex)
@@ -129,7 +129,7 @@ def to_html_for_mathjax(text: str) -> str:
     def formula(latex: str, block: bool) -> str:
         if block:
             return rf"\[{escape(fit_latex(latex, SCREEN), quote=False)}\]"
-        return "".join(rf"\({escape(each, quote=False)}\)" + after for each, after in _equations(latex))
+        return "".join(rf"\({escape(each, quote=False)}\)" + after for each, after in _split_equations(latex))
 
     page = to_html(text, formula)
     table = '<table class="generaltable table table-bordered" style="width: auto">'
@@ -180,9 +180,9 @@ def to_latex(text: str, share: float = 1.0) -> str:
     def formula(match: re.Match[str]) -> str:
         latex, block = formulas[int(match.group(1))]
         if block:
-            return _display(latex, room) + match.group(2)
+            return _write_display(latex, room) + match.group(2)
         if breaks_lines(parse_latex(latex), room):
-            return _display(latex, room, match.group(2))
+            return _write_display(latex, room, match.group(2))
         return f"${latex}${match.group(2)}"
 
     def cell(match: re.Match[str]) -> str:
@@ -198,7 +198,7 @@ def to_latex(text: str, share: float = 1.0) -> str:
     return "".join(shown).strip() + "\n"
 
 
-def _display(latex: str, room: float, point: str = "") -> str:
+def _write_display(latex: str, room: float, point: str = "") -> str:
     """Return a formula on lines of its own, so small that it fits into `room` (em), with a point behind it."""
     shown = fit_latex(latex, room)
     laid_out = parse_latex(shown)
@@ -290,7 +290,7 @@ def _text_blocks(node: "SyntaxTreeNode", show: "Callable[[SyntaxTreeNode], str]"
             blocks += _wrap(show(child.children[0]), width)
         elif child.type == "table":
             rows = [row for part in child.children for row in part.children]
-            blocks.append(_table([[show(cell.children[0]) for cell in row.children] for row in rows]))
+            blocks.append(_write_table([[show(cell.children[0]) for cell in row.children] for row in rows]))
         elif child.type in ("bullet_list", "ordered_list"):
             between = "\n" if child.children[0].children[0].hidden else "\n\n"
             items = []
@@ -308,7 +308,7 @@ def _wrap(text: str, width: int) -> list[str]:
     return [piece if piece.startswith("    ") else textwrap.fill(piece, width) for piece in pieces]
 
 
-def _table(rows: Sequence[Sequence[str]]) -> str:
+def _write_table(rows: Sequence[Sequence[str]]) -> str:
     widths = [max(shown_width(row[c]) for row in rows) for c in range(len(rows[0]))]
     lines = ["  ".join(cell.center(w) for cell, w in zip(row, widths, strict=True)).rstrip() for row in rows]
     lines.insert(1, "  ".join("─" * w for w in widths))

@@ -158,13 +158,13 @@ class SolutionSteps:
         return [self._fill(frame.origin) for frame in frames[: self.chain.point.frame + 1]]
 
     @property
-    def still(self) -> int:
+    def last_fixed_origin(self) -> int:
         """The last of the origins O_0 ... O_k that no joint moves."""
         moved = [self._moves(origin) for origin in self.origins]
         return moved.index(True) - 1 if any(moved) else len(moved) - 1
 
     @property
-    def last_way(self) -> tuple[int, sp.Matrix] | None:
+    def last_part_of_position(self) -> tuple[int, sp.Matrix] | None:
         """The last origin from which the way to P changes, and this way; None where it is most of the position."""
         for joint in range(self.chain.point.frame, 0, -1):
             i = self.convention.frame_on_axis(joint)

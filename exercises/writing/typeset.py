@@ -171,7 +171,7 @@ class _Setter:
         if word in ("sin", "cos") and (joints := _joint_sum(node.args[0])):
             short = script(Layout("letter", word[0]), row(*number(joints)), above)
             return _Set((short,), _FACTOR if above.inner else _ATOM)
-        inside = self.listed(node.args)
+        inside = self.list_items(node.args)
         if word == "sqrt":
             return _Set((Layout("root", "sqrt", (row(*inside),)),), _FACTOR)
         if word == "abs":
@@ -180,28 +180,28 @@ class _Setter:
         called = script(called, layout.EMPTY, above) if above.inner else called
         return _Set((called, *layout.bracket(inside, _TALL)), _FACTOR)
 
-    def listed(self, nodes: Sequence[Node], between: Sequence[Layout] = (layout.COMMA,)) -> Pieces:
+    def list_items(self, nodes: Sequence[Node], between: Sequence[Layout] = (layout.COMMA,)) -> Pieces:
         return layout.join(between, (self.set(node).shown for node in nodes))
 
     # --- lists and conditions ---
 
     def collection(self, node: Node) -> _Set:
         if any(item.kind in ("eq", "in", "pair", "and", "or", "dict") for item in node.args):
-            return _Set(self.listed(node.args, _AND if node.kind == "dict" else self.between), _RELATION)
+            return _Set(self.list_items(node.args, _AND if node.kind == "dict" else self.between), _RELATION)
         rows = _rows(node)
         if rows is not None:
             return _Set((layout.matrix([[self.set(entry).shown for entry in entries] for entries in rows]),), _ATOM)
-        return _Set((layout.fence("[]" if node.kind == "list" else "{}", self.listed(node.args)),), _ATOM)
+        return _Set((layout.fence("[]" if node.kind == "list" else "{}", self.list_items(node.args)),), _ATOM)
 
     def relation(self, node: Node) -> _Set:
         if node.kind in ("and", "or"):
-            return _Set(self.listed(node.args, _AND if node.kind == "and" else _OR), _RELATION)
+            return _Set(self.list_items(node.args, _AND if node.kind == "and" else _OR), _RELATION)
         left, right = node.args
         if node.kind == "in" or right.kind in ("list", "set"):  # {theta2: [0, pi]} says that theta2 is one of them
             listed = right if right.kind == "name" else Node("set", right.args if right.kind == "list" else (right,))
             listed = right if right.kind == "set" else listed
-            return _Set(self.listed((left, listed), _IN), _RELATION)
-        return _Set(self.listed((left, right), (layout.EQUALS,)), _RELATION)
+            return _Set(self.list_items((left, listed), _IN), _RELATION)
+        return _Set(self.list_items((left, right), (layout.EQUALS,)), _RELATION)
 
 
 def _between(before: Pieces, factor: Layout) -> Pieces:

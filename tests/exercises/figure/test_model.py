@@ -91,7 +91,7 @@ def test_a_figure_is_the_same_whichever_arm_of_its_model_was_drawn_first(name: s
             figure._draw_model,
             figure._render_svg,
             small.singular_panel,
-            small._cached_figure,
+            small._draw_cached,
         ):
             kept.cache_clear()
         return {chain: (figure.figure_svg(chain), figure.singular_svg(chain)) for chain in order}

@@ -458,10 +458,8 @@ def test_links_of_one_length_fold_back_onto_the_base_which_is_no_boundary(
     (special,) = data["special_lengths"]
     assert special["lengths"] == relation and special["singular"][0]["uniform"] is False
     said = " ".join(solution_text(solution).split())
-    assert (
-        "At θ₂ = 180°: P lies on the axis of joint 1, which then does not move it. This is an internal singularity."
-        in said
-    )
+    shown = "P lies on the axis of joint 1, which then does not move it. This is an internal singularity."
+    assert f"At θ₂ = 180°: {shown}" in said
     assert "Looked at were these relations of lengths: a₁ =" in said
     given = _read(tmp_path, (EQUAL_LINKS % second).replace('"a1"', "0.4").replace('"a2"', "0.7"))
     assert "special_lengths" not in solution_data(solve(given))

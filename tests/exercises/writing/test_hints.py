@@ -182,7 +182,7 @@ def test_what_a_hint_shows_is_true(problem: Problem) -> None:
     if len(chain.task) == chain.n and (short := steps.jacobian_at_joint_1) is not None:
         shown.append((short, steps.d.jacobian.xreplace({chain.q[0]: steps.joint_1_value})))
         shown.append((sp.Matrix([short.xreplace(values).det()]), sp.Matrix([steps.d.determinant])))
-    if last := steps.last_way:
+    if last := steps.last_part_of_position:
         shown.append((steps.origins[last[0]] + last[1], steps.d.position))
     for component in singular_set(chain) or ():
         if component.solutions and chain.n <= 3:
