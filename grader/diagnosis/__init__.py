@@ -1,12 +1,10 @@
-"""The mistake behind a wrong answer: named where it is very likely, else what to look at.
-
-It imports judging.
+"""Explain a wrong answer: name the mistake behind it if that is very likely, else say what to look at.
 
     diagnosis                   the mistake behind a wrong answer
     set_mistakes                the mistake behind a set of singular configurations, or what is wrong in it
-    formula_mistakes, rounding  slips in the finished formulas; what is right but for rounding
-    numbers, residuals          an answer in numbers; what an answer lacks
-    advice, term_overlap        what to look at without a mistake's name; terms of the solution
-    follow_through              what follows from a wrong answer
-    similar, groups             answers compared as they are written; the key of equal wrong answers
+    formula_mistakes, rounding  mistakes in the finished formulas; answers that are right but for rounding
+    numbers, residuals          an answer in numbers; the links that an answer lacks
+    advice, term_overlap        what to look at if no mistake is named; terms in common with the solution
+    follow_through              what follows from a student's wrong answer to an earlier part
+    similar, groups             answers compared as they are written; the key that equal wrong answers share
 """
