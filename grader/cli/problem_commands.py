@@ -265,8 +265,7 @@ def solve(
     ] = "text",
     tip: Annotated[str, typer.Option(metavar="LINK", help="URDF: the link at the end, if there are several.")] = "",
     convert: Annotated[
-        str,
-        name_option(f"Write the arm as ROBOT.toml in a convention: {', '.join(CONVENTIONS)}.", names=CONVENTIONS),
+        str, name_option(f"Write the arm as ROBOT.toml in a convention: {', '.join(CONVENTIONS)}.", names=CONVENTIONS)
     ] = "",
     time: Annotated[
         str, typer.Option(metavar="SECONDS", help=f"Processor time after which it ends, {LEAST:g} or more.")
