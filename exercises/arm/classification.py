@@ -133,7 +133,7 @@ def classify(chain: Chain, component: Component) -> Kind:
         kind = _kind_for_all_lengths(general, tuple(known[condition] for condition in conditions))
         if kind is not None:
             return kind if kind.uniform or not kind.kind else replace(kind, **_kind_of(arm, conditions))
-    return _classify_conditions(arm, conditions)
+    return classify_conditions(arm, conditions)
 
 
 @lru_cache(maxsize=1024)
@@ -165,7 +165,7 @@ def _substitute_lengths(component: Component, lengths: Mapping[sp.Symbol, sp.Exp
 @lru_cache(maxsize=4096)
 def _kind_for_all_lengths(chain: Chain, conditions: tuple[str, ...]) -> Kind | None:
     """Return the kind of conditions for all lengths if each of them looks like one thing; else None."""
-    kind = _classify_conditions(chain, conditions)
+    kind = classify_conditions(chain, conditions)
     if len(conditions) > 1:
         return kind if all(_kind_for_all_lengths(chain, (condition,)) for condition in conditions) else None
     return None if " or " in kind.meaning else kind
@@ -179,13 +179,9 @@ def split_by_value(component: Component, kind: Kind) -> list[tuple[Values, Compo
     return [(values, component.at(values)) for values in combinations]
 
 
-def classify_pieces(chain: Chain, conditions: Sequence[str]) -> Kind:
-    """Classify the union of conditions (text), as `classify` does for a component."""
-    return _classify_conditions(chain, tuple(conditions))
-
-
 @lru_cache(maxsize=4096)
-def _classify_conditions(chain: Chain, conditions: tuple[str, ...]) -> Kind:
+def classify_conditions(chain: Chain, conditions: tuple[str, ...]) -> Kind:
+    """Classify the union of conditions (text), as `classify` does for a component."""
     return Kind(**_kind_of(chain, conditions), meaning=meaning(chain, representative_samples(chain, conditions)))
 
 

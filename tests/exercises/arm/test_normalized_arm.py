@@ -7,7 +7,7 @@ import pytest
 import sympy as sp
 
 from qdot.exercises.arm.chain import TASK_ROWS, Base, Chain, Joint
-from qdot.exercises.arm.classification import classify, classify_pieces, generalize, samples_on, split_by_value
+from qdot.exercises.arm.classification import classify, classify_conditions, generalize, samples_on, split_by_value
 from qdot.exercises.arm.kinds import kind_at, kinds_at
 from qdot.exercises.arm.kinematics import NumericChain
 from qdot.exercises.arm.lengths import are_unrelated, with_lengths, with_open_lengths
@@ -56,7 +56,7 @@ def test_a_kind_is_that_of_the_arm_by_itself(name: str) -> None:
     components = singular_set(chain) or ()
     assert components
     for component in components:
-        assert classify(chain, component) == classify_pieces(chain, component.pieces())
+        assert classify(chain, component) == classify_conditions(chain, tuple(component.pieces()))
 
 
 @pytest.mark.parametrize("name", ["planar-3r/2", "wrist-zyz/1", *several((), ("spherical/3", "puma-560/1"))])
@@ -101,7 +101,10 @@ def test_what_is_told_of_a_structure_holds_for_the_arm(problem: Problem) -> None
     for component in singular_set(problem.chain) or ():
         pieces, (_, known) = normalized_pieces(problem.chain, component), generalize(problem.chain)
         if all(piece in known for piece in pieces):
-            kind, own = classify(problem.chain, component), classify_pieces(normalize_arm(problem.chain), pieces)
+            kind, own = (
+                classify(problem.chain, component),
+                classify_conditions(normalize_arm(problem.chain), tuple(pieces)),
+            )
             assert all(holds(problem.chain, kind.meaning, sample) for sample in places_on(problem.chain, component))
             assert not (kind.uniform and own.uniform) or kind.kind == own.kind
 
