@@ -11,7 +11,7 @@ PIP     = $(PY) -m pip --disable-pip-version-check --quiet
 CODE    = exercises grader tests
 PYTEST  = $(PY) -m pytest -n auto --dist loadgroup --durations=5
 
-.PHONY: help demo check test whole integration lint unit site site-test docs shipped sharing messages test-all test-oldest pairs fuzz diagnoses platforms bench lighthouse format lock clean
+.PHONY: help demo check test whole integration lint unit site site-test docs sharing messages test-all test-oldest pairs fuzz diagnoses platforms bench lighthouse format lock clean
 
 help:  ## this list
 	@sed -n 's/^\([a-z-]*\):.*## \(.*\)/  make \1 | \2/p' Makefile | awk -F'|' '{ printf "%-20s %s\n", $$1, $$2 }'
@@ -106,9 +106,6 @@ oldest: $(VENV)/.oldest .venvs/readers/.installed
 docs: $(VENV)/.dev  ## write the pages of docs/ that are made from the code
 	$(PY) -m tests.tools.docs_pages
 	$(PY) -m qdot.grader.cli.reference_pages
-
-shipped: $(VENV)/.dev  ## work out what structures of the registered families give, for the wheel, after a change of their code (two minutes)
-	$(PY) -m tests.tools.shipped
 
 sharing: $(VENV)/.dev  ## measure how many of 500 students would share an answer, for docs/variation.md (ten minutes)
 	$(PY) -m tests.tools.sharing

@@ -39,10 +39,10 @@ if TYPE_CHECKING:
     from qdot.exercises.verify import ProblemCertificate as ProblemCertificate
     from qdot.exercises.verify import certify as certify
     from qdot.grader.diagnosis.diagnosis import diagnose as diagnose
+    from qdot.grader.grading.attempt import grade_notebook as grade_notebook
     from qdot.grader.grading.check import check_notebook as check_notebook
     from qdot.grader.grading.marking import MarkingRules as MarkingRules
     from qdot.grader.grading.marking import mark as mark
-    from qdot.grader.grading.notebook import grade_notebook as grade_notebook
     from qdot.grader.judging.answer import ParsedAnswer as ParsedAnswer
     from qdot.grader.judging.answer_parser import read_answer as read_answer
     from qdot.grader.judging.judge import judge as judge
@@ -59,8 +59,9 @@ _HOMES = {
     "exercises.notebook.problem_formats": ("show",),
     "exercises.problem.problem": ("ENGINE", "Part", "Problem", "ProblemId"), "exercises.quizzes": ("ASKED",),
     "exercises.solve.solver": ("Solution", "solve"), "exercises.verify": ("ProblemCertificate", "certify"),
-    "grader.diagnosis.diagnosis": ("diagnose",), "grader.grading.check": ("check_notebook",),
-    "grader.grading.marking": ("MarkingRules", "mark"), "grader.grading.notebook": ("grade_notebook",),
+    "grader.diagnosis.diagnosis": ("diagnose",), "grader.grading.attempt": ("grade_notebook",),
+    "grader.grading.check": ("check_notebook",),
+    "grader.grading.marking": ("MarkingRules", "mark"),
     "grader.judging.answer": ("ParsedAnswer",), "grader.judging.answer_parser": ("read_answer",),
     "grader.judging.judge": ("judge",),
     "grader.judging.verdict": ("Diagnosis", "Judgement", "Outcome", "Verdict"),
@@ -70,8 +71,8 @@ _HOMES = {
 __all__ = [
     "ASKED", "ENGINE", "FAMILIES", "Answer", "Assignment", "Base", "Certificate", "Chain", "Diagnosis", "Joint",
     "Judgement", "MarkingRules", "Outcome", "ParsedAnswer", "Part", "Point", "Problem", "ProblemCertificate",
-    "ProblemId", "QdotError", "Solution", "Verdict", "certify", "check_notebook", "diagnose", "generate", "grade_notebook", "judge",
-    "load_assignment", "mark", "read_answer", "read_robot", "show", "solve",
+    "ProblemId", "QdotError", "Solution", "Verdict", "certify", "check_notebook", "diagnose", "generate",
+    "grade_notebook", "judge", "load_assignment", "mark", "read_answer", "read_robot", "show", "solve",
 ]  # fmt: skip
 
 

@@ -7,11 +7,12 @@ From the bottom up:
     chain                       a DH table with base, point of interest and task: the only description of an arm
     kinematics, trigonometry    frames and Jacobians; exact equality of trigonometric polynomials, and textbook factors
     existence_conditions        for which lengths a condition holds anywhere
-    shipped                     precomputed results for the structures of the registered families (shipped.txt)
     transforms                  where the frames of a structure are; its Jacobian seen from the last one
+    axes_to_dh, standard_table  the standard table of an arm that is described by its axes or by a modified table
+    arithmetic                  what a derivation is computed in: numbers, SymPy or trees
+    derivation_graph            a derivation in stages, in numbers, SymPy or trees, any of them changed by a mistake
     derivation                  all results, by both routes, once per structure
     joint_solvability           whether conditions ever hold together
-    relations                   a condition solved for a joint, and substituted into the others
     singularity                 where the Jacobian loses rank
     axes, reason                how axes lie at a configuration; whether that is why it is singular
     normalized_arm              an arm without what its singularities do not depend on: arms of a class share it
@@ -25,10 +26,7 @@ From the bottom up:
     directions, meanings        which motion is lost there; what configurations look like
     mpmath_kinematics, path     the arm in numbers with many digits; along a straight line
     entry                       one entry of a table
-    axes_to_dh, standard_table  the standard table of an arm that is described by its axes or by a modified table
     urdf, robot_file            the user's own arm: a URDF; a ROBOT.toml in any convention
     robot_text                  an arm written as ROBOT.toml
     library                     real robots, by their names
-    arithmetic                  what a derivation is computed in: numbers, SymPy or trees
-    derivation_graph            a derivation in stages, in numbers, SymPy or trees, any of them changed by a mistake
 """

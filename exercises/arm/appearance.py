@@ -4,10 +4,11 @@ A statement is reported only if it is the reason (`reason`): it holds at no conf
 is, the report names the joints whose columns of J are dependent, and what stays at rest while they move.
 """
 
-from collections.abc import Callable, Iterator, Sequence, Set
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
-from itertools import combinations, permutations, product
+from itertools import chain as chain_together
+from itertools import combinations, product
 
 import numpy as np
 import sympy as sp
@@ -16,6 +17,7 @@ from qdot.exercises.arm.axes import (
     Off,
     Sample,
     distance,
+    jacobians_of,
     measure_samples,
     nearby_samples,
     off_common_direction,
@@ -26,25 +28,22 @@ from qdot.exercises.arm.axes import (
     slope,
     spread,
 )
-from qdot.exercises.arm.chain import TASK_ROWS, Chain, Point
+from qdot.exercises.arm.chain import Chain, Point
 from qdot.exercises.arm.kinematics import NumericChain
 from qdot.exercises.arm.reason import is_reason
 
 NEAR, APART = 1e-5, 1e-3
 """What counts as zero, and as clearly not zero, in metres or as a sine."""
 _AXES = "xyz"
-_FEW = 15
-"""Configurations that are searched for a statement, which is then tested at all of them."""
 
 
 @dataclass(frozen=True)
 class Statement:
-    """What configurations look like: it holds where `off` is zero and `is_true`; `finders` name what found it."""
+    """What configurations look like: it holds where `off` is zero and `is_true`."""
 
     words: str
     off: Off
     is_true: Callable[[Sample], bool] = lambda _: True
-    finders: frozenset[str] = frozenset()
 
     def about_origin(self, frame: int, origin_name: str) -> "Statement":
         """Return the same statement about the origin of a frame instead of the point of interest."""
@@ -52,7 +51,6 @@ class Statement:
             self.words.replace("the point", origin_name),
             lambda arm, q: self.off(arm.with_point(frame), q),
             lambda sample: self.is_true(Sample(sample.arm.with_point(frame), sample.q)),
-            self.finders,
         )
 
     def combine(self, second: "Statement") -> "Statement":
@@ -61,7 +59,6 @@ class Statement:
             f"{self.words}, and {second.words}",
             lambda arm, q: np.hypot(self.off(arm, q), second.off(arm, q)),
             lambda sample: self.is_true(sample) and second.is_true(sample),
-            self.finders | second.finders,
         )
 
 
@@ -81,22 +78,16 @@ def wrist_centre(chain: Chain) -> int | None:
 
 def meaning(chain: Chain, samples: Sequence[Sample]) -> str:
     """Return in words why some configurations are singular: what they look like, or else which joints are dependent."""
-    statement = reason_of(chain, samples[:: max(1, len(samples) // _FEW)])
-    if statement is not None and not _holds_for_all(chain, samples, statement):
-        statement = reason_of(chain, samples)
+    statement = reason_of(chain, samples)
     return statement.words if statement else describe_dependence(chain, samples)
-
-
-def _holds_for_all(chain: Chain, samples: Sequence[Sample], statement: Statement) -> bool:
-    """Tell whether a statement that was found at some configurations is found at all of them."""
-    words = [candidate.words for candidate in _all_statements(chain, samples, statement.finders)]
-    return statement.words in (*words, *(f"{first}, and {second}" for first, second in permutations(words, 2)))
 
 
 def reason_of(chain: Chain, samples: Sequence[Sample]) -> Statement | None:
     """Return a statement, or two combined, that holds at all samples and at no regular configuration."""
+    if not samples:
+        return None
     candidates: list[Statement] = []
-    for statement in _all_statements(chain, samples):
+    for statement in chain_together(statements(chain, samples), _find_axes_parallel_to_plane(chain, samples)):
         if is_reason(chain, samples, statement.off, statement.is_true):
             return statement
         candidates.append(statement)
@@ -104,49 +95,34 @@ def reason_of(chain: Chain, samples: Sequence[Sample]) -> Statement | None:
     return next((pair for pair in pairs if is_reason(chain, samples, pair.off, pair.is_true)), None)
 
 
-def _all_statements(chain: Chain, samples: Sequence[Sample], only: Set[str] = frozenset()) -> Iterator[Statement]:
-    yield from statements(chain, samples, only)
-    yield from _statements_by([_find_axes_parallel_to_plane], chain, samples, only)
-
-
-def _statements_by(
-    finders: Sequence[Finder], chain: Chain, samples: Sequence[Sample], only: Set[str]
-) -> Iterator[Statement]:
-    """Yield what finders find, in order; if `only` names some, only theirs."""
-    for finder in finders:
-        if not only or finder.__name__ in only:
-            for statement in finder(chain, samples):
-                yield replace(statement, finders=frozenset((finder.__name__,)))
-
-
-def statements(chain: Chain, samples: Sequence[Sample], only: Set[str] = frozenset()) -> Iterator[Statement]:
-    """Yield what all of some configurations look like, and those around them do not; the most telling first.
-
-    Where looks are named, `finder_names` what these find.
-    """
+def statements(chain: Chain, samples: Sequence[Sample]) -> Iterator[Statement]:
+    """Yield what all of some configurations look like, and those around them do not; the most telling first."""
     turns_count = any(row[0] == "w" for row in chain.task)
     if turns_count and len(chain.task) == 3 and chain.linear_rows and chain.joints[-1].kind == "R" and chain.n > 1:
-        yield from _last_axis_statements(chain, samples, only)
+        # the last joint sets the angle of a planar task, the others place its axis
+        yield from _find_coplanar_parallel_axes(chain, samples)
+        rows = tuple(row for row in chain.task if row[0] == "v")
+        yield from _origin_statements(replace(chain, task=rows), samples, chain.n - 1, f"the axis of joint {chain.n}")
         return
     centre = wrist_centre(chain) if turns_count else None
     if centre is None or chain.point == Point(centre):
-        yield from _point_statements(chain, samples, only)
-        return
-    moved_samples = [Sample(sample.arm.with_point(centre), sample.q) for sample in samples]
-    for statement in _point_statements(replace(chain, tool=Point(centre)), moved_samples, only):
-        yield statement.about_origin(centre, "the wrist centre")
+        yield from _point_statements(chain, samples)
+    else:
+        yield from _origin_statements(chain, samples, centre, "the wrist centre")
 
 
-def _last_axis_statements(chain: Chain, samples: Sequence[Sample], only: Set[str]) -> Iterator[Statement]:
-    """Yield statements for a planar task with an angle: the last joint sets the angle, the others place its axis."""
-    yield from _statements_by([_find_coplanar_parallel_axes], chain, samples, only)
-    moved_samples = [Sample(sample.arm.with_point(chain.n - 1), sample.q) for sample in samples]
-    rows = tuple(row for row in chain.task if row[0] == "v")
-    for statement in _point_statements(replace(chain, tool=Point(chain.n - 1), task=rows), moved_samples, only):
-        yield statement.about_origin(chain.n - 1, f"the axis of joint {chain.n}")
+def _origin_statements(chain: Chain, samples: Sequence[Sample], frame: int, origin_name: str) -> Iterator[Statement]:
+    """Yield statements about the axes and the origin of a frame."""
+    for statement in _point_statements(replace(chain, tool=Point(frame)), _move_point(samples, frame)):
+        yield statement.about_origin(frame, origin_name)
 
 
-def _point_statements(chain: Chain, samples: Sequence[Sample], only: Set[str]) -> Iterator[Statement]:
+def _move_point(samples: Sequence[Sample], frame: int) -> list[Sample]:
+    """Return the same configurations of the arms with the origin of a frame as the point of interest."""
+    return [Sample(sample.arm.with_point(frame), sample.q) for sample in samples]
+
+
+def _point_statements(chain: Chain, samples: Sequence[Sample]) -> Iterator[Statement]:
     """Yield statements about the axes and the point of interest."""
     finders: list[Finder] = [
         _find_point_on_axis,
@@ -166,7 +142,8 @@ def _point_statements(chain: Chain, samples: Sequence[Sample], only: Set[str]) -
     elif len(chain.linear_rows) < len(chain.task):  # the place of P may be incidental
         first = [_find_collinear_axes, _find_parallel_axes, _find_coplanar_parallel_axes]
         finders = first + [finder for finder in finders if finder not in first]
-    yield from _statements_by(finders, chain, samples, only)
+    for finder in finders:
+        yield from finder(chain, samples)
 
 
 def describe_dependence(chain: Chain, samples: Sequence[Sample]) -> str:
@@ -174,11 +151,11 @@ def describe_dependence(chain: Chain, samples: Sequence[Sample]) -> str:
 
     With more joints than rows, whose columns are always dependent, describe the motion that is lost.
     """
-    rows = [TASK_ROWS.index(row) for row in chain.task]
+    rows = chain.task_rows
     if chain.n > len(rows):
         return _describe_dependent_rows(chain, samples, rows)
     if samples:
-        jacobians = _jacobians(samples)
+        jacobians = jacobians_of(samples)
         for count in range(1, chain.n + 1):
             for chosen in combinations(range(chain.n), count):
                 if _are_dependent(jacobians, rows, chosen):
@@ -193,7 +170,7 @@ def describe_dependence(chain: Chain, samples: Sequence[Sample]) -> str:
 
 def _describe_dependent_rows(chain: Chain, samples: Sequence[Sample], rows: Sequence[int]) -> str:
     """Describe the axis of the world along or about which no joint moves anything, or how all joints move the point."""
-    jacobians = _jacobians(samples) if samples else np.ones((1, 6, chain.n))
+    jacobians = jacobians_of(samples) if samples else np.ones((1, 6, chain.n))
     still = [row for row in rows if np.abs(jacobians[:, row]).max() < NEAR]
     which = _join_names([_AXES[row % 3] for row in still])
     if still and max(still) < 3:
@@ -208,12 +185,6 @@ def _describe_dependent_rows(chain: Chain, samples: Sequence[Sample], rows: Sequ
         return f"all joints move the point {where}"
     (across,) = {0, 1, 2} - set(rows)
     return f"seen along {_AXES[across]}, all joints move the point {where}"
-
-
-def _jacobians(samples: Sequence[Sample]) -> np.ndarray:
-    """Return the Jacobian of each sample, (k, 6, n)."""
-    arms = NumericChain.stack([sample.arm for sample in samples])
-    return arms.jacobian(np.stack([sample.q for sample in samples])[:, None])[:, 0]
 
 
 def _are_dependent(jacobians: np.ndarray, rows: Sequence[int], columns: Sequence[int]) -> bool:
@@ -272,9 +243,7 @@ def _find_parallel_axes(chain: Chain, samples: Sequence[Sample]) -> Iterator[Sta
 
     They are a reason only if the columns of these joints alone are dependent.
     """
-    if not samples:
-        return
-    rows, jacobians = [TASK_ROWS.index(row) for row in chain.task], _jacobians(samples)
+    rows, jacobians = chain.task_rows, jacobians_of(samples)
     for i, j in sorted(combinations(_revolute_joints(chain), 2), key=lambda pair: pair[1] - pair[0]):
         if parallel(samples, i, j):
             others = [k for k in _revolute_joints(chain) if chain.linear_rows and parallel(samples, i, k)]
@@ -323,7 +292,7 @@ def _find_slide_at_link(chain: Chain, samples: Sequence[Sample]) -> Iterator[Sta
     """Look for a prismatic joint along, or perpendicular to, the line that joins two parallel axes."""
     for slide in (i for i, joint in enumerate(chain.joints) if joint.kind == "P"):
         for i, j in combinations(_revolute_joints(chain), 2):
-            if not samples or not parallel(samples, i, j):
+            if not parallel(samples, i, j):
                 continue
             link = f"the line from the axis of joint {i + 1} to that of joint {j + 1}"
             for across, how in ((False, "along"), (True, "at right angles to")):
@@ -346,7 +315,7 @@ def _origin_distance(arm: NumericChain, q: np.ndarray, frame: int, axis: int) ->
 def _find_extreme_origin(chain: Chain, samples: Sequence[Sample]) -> Iterator[Statement]:
     """Look for an origin in the wrist (as where the last two axes of a UR meet) that is as far or near as possible."""
     for frame in range(4, chain.n):
-        moved_samples = [Sample(sample.arm.with_point(frame), sample.q) for sample in samples]
+        moved_samples = _move_point(samples, frame)
         for statement in _find_extreme_reach(replace(chain, tool=Point(frame)), moved_samples):
             if "the point" in statement.words:
                 yield statement.about_origin(frame, f"the origin O{frame}")
@@ -356,7 +325,7 @@ def _find_common_direction(chain: Chain, samples: Sequence[Sample]) -> Iterator[
     """Look for two joints that move the point along the same line."""
     for pair in combinations(range(min(chain.n, chain.point.frame)), 2):
         sizes = [np.linalg.norm(s.arm.jacobian(s.q)[:3, list(pair)], axis=0).min() for s in samples]
-        if samples and min(sizes) > APART:
+        if min(sizes) > APART:
             words = f"joints {_joint_names(pair)} move the point along the same line"
             yield from _yield_if_special(samples, words, partial(off_common_direction, joints=pair))
 
@@ -416,7 +385,7 @@ def _extension_sign(sample: Sample, axis: int, movers: Sequence[int]) -> int:
 
 def _extreme_statement(words: str, axis: int, movers: Sequence[int], signs: set[int]) -> Statement:
     def is_true(sample: Sample) -> bool:
-        return all(_extreme_sign(sample, axis, moving) in signs for moving in movers)
+        return all(_extreme_signs([sample], axis, moving)[0] in signs for moving in movers)
 
     return Statement(words, partial(slope, joint=axis, movers=tuple(movers)), is_true)
 
@@ -430,7 +399,7 @@ _EXTENDED = {
 
 def _yield_if_special(samples: Sequence[Sample], words: str, off: Off) -> Iterator[Statement]:
     """Yield the statement if its measure is zero in all samples, but not in the poses around them."""
-    held = bool(samples) and measure_samples(samples, off).max() < NEAR
+    held = measure_samples(samples, off).max() < NEAR
     if held and measure_samples(nearby_samples(samples), off).max() > APART:
         yield Statement(words, off)
 
@@ -446,18 +415,11 @@ def _common_extreme_signs(samples: Sequence[Sample], axis: int, moving: int) -> 
     return {sign for sign in signs if sign is not None}
 
 
-def _extreme_sign(sample: Sample, axis: int, moving: int) -> int | None:
-    """Return 1 if a joint has the point locally as far from an axis as it can, -1 if as near, else 0.
+def _extreme_signs(samples: Sequence[Sample], axis: int, moving: int) -> list[int | None]:
+    """Return 1 if a joint has the point locally as far from an axis as it can, -1 if as near, else 0, for each sample.
 
     None if the joint hardly changes the distance, as when the point lies on its own axis.
     """
-    return _extreme_signs([sample], axis, moving)[0]
-
-
-def _extreme_signs(samples: Sequence[Sample], axis: int, moving: int) -> list[int | None]:
-    """Return the same for each sample."""
-    if not samples:
-        return []
     step = 1e-3
     q = np.tile(np.stack([sample.q for sample in samples])[:, None], (1, 5, 1))
     q[..., moving] += step * np.arange(-2, 3)

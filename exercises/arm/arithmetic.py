@@ -113,24 +113,17 @@ def program_of(expression: sp.Expr) -> Program:
     return compile_program([read(str(expression))])
 
 
-class Formulas:
-    """SymPy expressions; arrays end in (1,)."""
+class _Exact:
+    """Formulas of one kind, which are differentiated themselves; arrays end in (1,).
 
-    def __init__(self, joints: Sequence[str]) -> None:
-        self._joints = [sp.Symbol(name) for name in joints]
-        self.sin, self.cos, self.sqrt = (_elementwise(function) for function in (sp.sin, sp.cos, sp.sqrt))
+    `call` applies a function by its name, `slope` differentiates with respect to a joint variable by its name.
+    """
 
-    def table_entry(self, expression: sp.Expr) -> np.ndarray:
-        """Return an expression of the table."""
-        return self.number(expression)
-
-    def symbol_value(self, name: str) -> np.ndarray:
-        """Return a symbol."""
-        return self.number(sp.Symbol(name))
-
-    def number(self, value: sp.Expr) -> np.ndarray:
-        """Return a constant, or any expression."""
-        return np.array([sp.sympify(value)], dtype=object)
+    def __init__(
+        self, joints: Sequence[str], call: Callable[[str, Any], Any], slope: Callable[[str, Any], Any]
+    ) -> None:
+        self.sin, self.cos, self.sqrt = (np.frompyfunc(partial(call, name), 1, 1) for name in ("sin", "cos", "sqrt"))
+        self._slopes = [np.frompyfunc(partial(slope, name), 1, 1) for name in joints]
 
     def value(self, stepped: np.ndarray) -> np.ndarray:
         """Return the array unchanged."""
@@ -138,15 +131,26 @@ class Formulas:
 
     def slopes(self, stepped: np.ndarray) -> np.ndarray:
         """Return the derivatives."""
-        return np.stack([_elementwise(partial(_derivative, q))(stepped) for q in self._joints])
+        return np.stack([slope(stepped) for slope in self._slopes])
 
 
-def _derivative(q: sp.Symbol, entry: sp.Expr) -> sp.Expr:
-    return sp.diff(entry, q)
+class Formulas(_Exact):
+    """SymPy expressions."""
 
+    def __init__(self, joints: Sequence[str]) -> None:
+        super().__init__(
+            joints, lambda name, entry: getattr(sp, name)(entry), lambda q, entry: sp.diff(entry, sp.Symbol(q))
+        )
 
-def _elementwise(function: Callable[[Any], Any]) -> Callable[[np.ndarray], np.ndarray]:
-    return np.frompyfunc(function, 1, 1)
+    def number(self, value: sp.Expr) -> np.ndarray:
+        """Return a constant, or any expression."""
+        return np.array([sp.sympify(value)], dtype=object)
+
+    table_entry = number
+
+    def symbol_value(self, name: str) -> np.ndarray:
+        """Return a symbol."""
+        return self.number(sp.Symbol(name))
 
 
 class Term:
@@ -182,24 +186,21 @@ class Term:
         return Term(algebra.over(self.node, self.of(divisor)))
 
 
-class Trees:
-    """Trees of formulas, as students' answers are parsed; arrays of terms that end in (1,)."""
+class Trees(_Exact):
+    """Trees of formulas, as students' answers are parsed; slopes raise ReadError if an entry has no derivative."""
 
     def __init__(self, joints: Sequence[str]) -> None:
-        self._joints = list(joints)
-        self.sin, self.cos, self.sqrt = (_elementwise(partial(_call_function, name)) for name in ("sin", "cos", "sqrt"))
-
-    def table_entry(self, expression: sp.Expr) -> np.ndarray:
-        """Return an expression of the table."""
-        return self.number(expression)
-
-    def symbol_value(self, name: str) -> np.ndarray:
-        """Return a symbol."""
-        return self.entries([Node("name", value=name)])
+        super().__init__(joints, lambda function, term: Term(algebra.call(function, term.node)), _slope)
 
     def number(self, value: sp.Expr) -> np.ndarray:
         """Return a constant, or any expression."""
         return self.entries([read(text_of(sp.sympify(value)))])
+
+    table_entry = number
+
+    def symbol_value(self, name: str) -> np.ndarray:
+        """Return a symbol."""
+        return self.entries([Node("name", value=name)])
 
     @staticmethod
     def entries(nodes: Sequence[Node]) -> np.ndarray:
@@ -216,18 +217,6 @@ class Trees:
         """Return a vector or matrix as rows of trees; a number of its own as the only entry."""
         entries = array[..., 0]
         return [[term.node for term in row] for row in entries.reshape(len(entries) if entries.ndim else 1, -1)]
-
-    def value(self, stepped: np.ndarray) -> np.ndarray:
-        """Return the array unchanged."""
-        return stepped
-
-    def slopes(self, stepped: np.ndarray) -> np.ndarray:
-        """Return the derivatives. Raises ReadError if an entry has none."""
-        return np.stack([_elementwise(partial(_slope, name))(stepped) for name in self._joints])
-
-
-def _call_function(function: str, term: Term) -> Term:
-    return Term(algebra.call(function, term.node))
 
 
 def _slope(name: str, term: Term) -> Term:

@@ -53,6 +53,12 @@ def measure_samples(samples: Sequence[Sample], measure: Off) -> np.ndarray:
     return np.asarray(measure(arms, np.stack([sample.q for sample in samples])[:, None])[:, 0])
 
 
+def jacobians_of(samples: Sequence[Sample]) -> np.ndarray:
+    """Return the Jacobian of each sample (k x 6 x n); the arms have one structure."""
+    arms = NumericChain.stack([sample.arm for sample in samples])
+    return arms.jacobian(np.stack([sample.q for sample in samples])[:, None])[:, 0]
+
+
 def nearby_pose(sample: Sample, but: int | None = None) -> np.ndarray:
     """Return a pose (n) near a sample, in which nothing is aligned by chance; `but` moves one joint more."""
     moved = sample.q + 0.3 * np.arange(1, len(sample.q) + 1)
@@ -96,17 +102,6 @@ def off_line(arm: NumericChain, q: np.ndarray, i: int, j: int) -> np.ndarray:
     frames = arm.frames(q)
     axis, between = frames[..., i, :3, 2], frames[..., j, :3, 3] - frames[..., i, :3, 3]
     return _size(cross(axis, frames[..., j, :3, 2])) + _size(cross(axis, between))
-
-
-def velocity_along_axis(arm: NumericChain, q: np.ndarray, i: int) -> np.ndarray:
-    """Return the largest velocity along axis i that a joint at unit rate gives to the point of the last link there."""
-    frames = arm.frames(q)
-    line, start = frames[..., i, :3, 2], frames[..., i, :3, 3]
-    moved = [
-        cross(frames[..., k, :3, 2], start - frames[..., k, :3, 3]) if kind == "R" else frames[..., k, :3, 2]
-        for k, kind in enumerate(arm.kinds)
-    ]
-    return np.asarray(np.max([np.abs(np.sum(move * line, axis=-1)) for move in moved], axis=0))
 
 
 def off_plane(arm: NumericChain, q: np.ndarray, row: Sequence[int]) -> np.ndarray:

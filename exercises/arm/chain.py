@@ -5,6 +5,7 @@ Frame i is carried by link i: T_{i-1,i} = Rz(theta_i) Tz(d_i) Tx(a_i) Rx(alpha_i
 Everything is expressed in the world frame, in which `base` is the pose of the base frame O_0.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
@@ -17,6 +18,9 @@ from qdot.exercises.common.errors import QdotError, unknown
 
 TASK_ROWS = VELOCITIES
 """Names of the rows of the 6 x n Jacobian, linear first (6.6)."""
+
+ANGLES = ("alpha", "fixed", "base_yaw", "base_tilt")
+"""The beginnings of the names of constant angles in `Chain.map_entries`."""
 
 CONVENTIONS = tuple(REGISTRY)
 """The ways to describe an arm."""
@@ -50,7 +54,7 @@ class Joint:
 
 @dataclass(frozen=True)
 class Base:
-    """Where frame O_0 stands in the world: position (m), turned by `yaw` about z_w, then by `tilt` about its x."""
+    """The pose of frame O_0 in the world: position (m), rotated by `yaw` about z_w, then by `tilt` about its x."""
 
     position: tuple[sp.Expr, sp.Expr, sp.Expr] = (sp.S.Zero, sp.S.Zero, sp.S.Zero)
     yaw: sp.Expr = sp.S.Zero
@@ -152,6 +156,11 @@ class Chain:
         return self.tool if self.tool is not None else Point(len(self.joints))
 
     @cached_property
+    def task_rows(self) -> list[int]:
+        """The rows of the 6 x n Jacobian that count, as numbers from 0."""
+        return [TASK_ROWS.index(row) for row in self.task]
+
+    @cached_property
     def q(self) -> tuple[sp.Symbol, ...]:
         """The joint variables, theta_i or d_i."""
         names = (f"{'theta' if joint.kind == 'R' else 'd'}{i}" for i, joint in enumerate(self.joints, 1))
@@ -196,6 +205,26 @@ class Chain:
         values += [*self.base.position, self.base.yaw, self.base.tilt, *self.point.offset]
         symbols = set().union(*(value.free_symbols for value in values)) - set(self.q)
         return tuple(sorted(symbols, key=lambda symbol: symbol.name))
+
+    def map_entries(self, change: Callable[[str, sp.Expr], sp.Expr]) -> "Chain":
+        """Return the arm with each entry of its table, base and point replaced by `change(name, entry)`.
+
+        The names are theta1, d1, a1, alpha1 (fixed1 for the constant theta of a prismatic joint), base_x, base_yaw,
+        base_tilt, and point_x.
+        """
+        joints = tuple(
+            Joint(
+                joint.kind,
+                change(f"{'theta' if joint.kind == 'R' else 'fixed'}{i}", joint.theta),
+                *(change(f"{name}{i}", getattr(joint, name)) for name in ("d", "a", "alpha")),
+            )
+            for i, joint in enumerate(self.joints, 1)
+        )
+        base, point = self.base, self.point
+        x, y, z = (change(f"base_{axis}", value) for axis, value in zip("xyz", base.position, strict=True))
+        base = Base((x, y, z), change("base_yaw", base.yaw), change("base_tilt", base.tilt))
+        x, y, z = (change(f"point_{axis}", value) for axis, value in zip("xyz", point.offset, strict=True))
+        return replace(self, joints=joints, base=base, tool=self.tool and Point(point.frame, (x, y, z)))
 
     def with_task(self, *rows: str) -> "Chain":
         """Return the same arm with other rows counted."""

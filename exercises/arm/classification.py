@@ -3,7 +3,6 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
-from itertools import product
 from typing import Any
 
 import numpy as np
@@ -16,7 +15,7 @@ from qdot.exercises.arm.kinds import are_one_sided, kind_is_sure, kinds_at
 from qdot.exercises.arm.kinematics import NumericChain
 from qdot.exercises.arm.lengths import are_unrelated, with_open_lengths
 from qdot.exercises.arm.normalized_arm import normalize_arm, normalized_pieces
-from qdot.exercises.arm.singularity import Component, singular_set
+from qdot.exercises.arm.singularity import Component, Values, singular_set
 from qdot.exercises.arm.trigonometry import substitute
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.formula.conditions import Space
@@ -28,8 +27,6 @@ _LOOKED_AT = 60
 """About how many samples are examined for what they have in common; too few might all miss an exception."""
 _KIND_AT = 2
 """Every which of these samples is tested for its kind, which takes longer."""
-_PARTS = 3
-"""The number of batches in which kinds are tested."""
 _FURTHER = 60
 """Further choices of open lengths whose kind is tested before it is reported for all."""
 _ARMS = 5
@@ -136,7 +133,7 @@ def classify(chain: Chain, component: Component) -> Kind:
         kind = _kind_for_all_lengths(general, tuple(known[condition] for condition in conditions))
         if kind is not None:
             return kind if kind.uniform or not kind.kind else replace(kind, **_kind_of(arm, conditions))
-    return _classify_conditions(arm, conditions)
+    return classify_conditions(arm, conditions)
 
 
 @lru_cache(maxsize=1024)
@@ -149,19 +146,11 @@ def generalize(chain: Chain) -> tuple[Chain, Mapping[str, str]]:
     counted = [value for symbol, value in lengths.items() if symbol in normalize_arm(general).parameters]
     general_pieces = {}
     for component in singular_set(general) or () if counted and are_unrelated(counted) else ():
-        for part in _single_value_parts(component):
+        for part in [component.at(values) for values in component.value_combinations()] or [component]:
             (piece,) = normalized_pieces(general, part)
             (arm_piece,) = normalized_pieces(normalize_arm(chain), _substitute_lengths(part, lengths))
             general_pieces[arm_piece] = piece
     return normalize_arm(general), general_pieces
-
-
-def _single_value_parts(component: Component) -> list[Component]:
-    """Return the part of a component at each combination of joint values; itself if it has no joint values."""
-    if component.solutions is None:
-        return [component]
-    joints, values = zip(*component.solutions, strict=True)
-    return [part_at(component, tuple(zip(joints, each, strict=True))) for each in product(*values)]
 
 
 def _substitute_lengths(component: Component, lengths: Mapping[sp.Symbol, sp.Expr]) -> Component:
@@ -176,62 +165,36 @@ def _substitute_lengths(component: Component, lengths: Mapping[sp.Symbol, sp.Exp
 @lru_cache(maxsize=4096)
 def _kind_for_all_lengths(chain: Chain, conditions: tuple[str, ...]) -> Kind | None:
     """Return the kind of conditions for all lengths if each of them looks like one thing; else None."""
-    kind = _classify_conditions(chain, conditions)
+    kind = classify_conditions(chain, conditions)
     if len(conditions) > 1:
         return kind if all(_kind_for_all_lengths(chain, (condition,)) for condition in conditions) else None
     return None if " or " in kind.meaning else kind
 
 
-Values = tuple[tuple[sp.Symbol, sp.Expr], ...]
-"""Joints with their values."""
-
-
 def split_by_value(component: Component, kind: Kind) -> list[tuple[Values, Component]]:
     """Return each combination of a component's joint values with its part, if the parts differ in look or kind."""
-    if component.solutions is None or not (" or " in kind.meaning or (kind.kind and not kind.uniform)):
+    combinations = component.value_combinations()
+    if not 1 < len(combinations) <= _MOST_VALUES or not (" or " in kind.meaning or (kind.kind and not kind.uniform)):
         return []
-    joints, values = zip(*component.solutions, strict=True)
-    chosen = [tuple(zip(joints, each, strict=True)) for each in product(*values)]
-    if not 1 < len(chosen) <= _MOST_VALUES:
-        return []
-    return [(each, part_at(component, each)) for each in chosen]
-
-
-def part_at(component: Component, values: Values) -> Component:
-    """Return the part of a component at which joints have these values."""
-    return replace(component, solutions=tuple((joint, (value,)) for joint, value in values))
-
-
-def classify_pieces(chain: Chain, conditions: Sequence[str]) -> Kind:
-    """Classify the union of conditions (text), as `classify` does for a component."""
-    return _classify_conditions(chain, tuple(conditions))
+    return [(values, component.at(values)) for values in combinations]
 
 
 @lru_cache(maxsize=4096)
-def _classify_conditions(chain: Chain, conditions: tuple[str, ...]) -> Kind:
+def classify_conditions(chain: Chain, conditions: tuple[str, ...]) -> Kind:
+    """Classify the union of conditions (text), as `classify` does for a component."""
     return Kind(**_kind_of(chain, conditions), meaning=meaning(chain, representative_samples(chain, conditions)))
 
 
 @lru_cache(maxsize=4096)
 def _kind_of(chain: Chain, conditions: tuple[str, ...]) -> Mapping[str, Any]:
-    """Return `kind` and `uniform` of conditions; stop as soon as both kinds are seen."""
-    kinds: set[str] = set()
+    """Return `kind` and `uniform` of conditions."""
+    kinds = set[str]()
     if kind_is_sure(chain):
-        seen = representative_samples(chain, conditions)[::_KIND_AT]
-        kinds = _collect_kinds(chain, [seen[first::_PARTS] for first in range(_PARTS)])
+        kinds.update(kinds_at(chain, representative_samples(chain, conditions)[::_KIND_AT]))
     if len(kinds) == 1 and chain.parameters:  # of other lengths it may be another
         others = [sample for condition in conditions for sample in samples_on(chain, condition, "lengths", _FURTHER, 1)]
-        kinds |= _collect_kinds(chain, [others])
+        kinds.update(kinds_at(chain, others))
     return {"kind": "boundary" if "boundary" in kinds else "internal" if kinds else "", "uniform": len(kinds) == 1}
-
-
-def _collect_kinds(chain: Chain, parts: Sequence[Sequence[Sample]]) -> set[str]:
-    """Return the kinds of configurations, part by part until there are two."""
-    kinds: set[str] = set()
-    for samples in parts:
-        if len(kinds) < 2:
-            kinds |= {kind for kind in kinds_at(chain, samples) if kind is not None}
-    return kinds
 
 
 @lru_cache(maxsize=256)

@@ -6,27 +6,23 @@ structure.
 """
 
 from collections.abc import Callable
-from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 from itertools import combinations, product
 
+import numpy as np
 import sympy as sp
+from sympy.polys.matrices import DomainMatrix
 
-from qdot.exercises.arm.chain import TASK_ROWS, Base, Chain, Joint, Point
+from qdot.exercises.arm.chain import ANGLES, TASK_ROWS, Chain
 from qdot.exercises.arm.conventions import convention_of
+from qdot.exercises.arm.derivation_graph import as_formulas, formulas, propagate_linear_rows
 from qdot.exercises.arm.kinematics import (
-    Z,
-    differentiated_jacobian,
-    frame_behind,
     frames_and_point,
+    jacobian_seen_from,
     link_frames,
-    propagated_jacobian,
-    propagated_p_star,
-    propagated_rotations,
     task_matrix,
 )
-from qdot.exercises.arm.shipped import once_per_structure
 from qdot.exercises.arm.trigonometry import (
     Factored,
     are_identical,
@@ -61,110 +57,68 @@ class Structure:
 
 def structure(chain: Chain) -> Structure:
     """Return the structure of `chain`: lengths and odd angles as symbols, right angles, zeros and minus signs kept."""
-    values: Values = {}
+    values: Values = {q: q + offset for q, offset in zip(chain.q, chain.offsets, strict=True) if offset != 0}
 
-    def length(name: str, value: sp.Expr) -> sp.Expr:
-        if value.as_coeff_Mul()[0].is_negative:  # its sign decides between stretched out and folded back
-            return -_symbol_for(name, -value, values)
-        return sp.S.Zero if value == 0 else _symbol_for(name, value, values)
+    def generalize(name: str, value: sp.Expr) -> sp.Expr:
+        symbol = sp.Symbol(name)
+        if symbol in chain.q:
+            return symbol
+        if name.startswith(ANGLES):
+            if (2 * value / sp.pi).is_Integer:
+                return sp.Mod(value, 2 * sp.pi)
+        elif value == 0:
+            return sp.S.Zero
+        elif value.as_coeff_Mul()[0].is_negative and not name.startswith("base"):
+            return -generalize(name, -value)  # its sign decides between stretched out and folded back
+        if value != symbol:
+            values[symbol] = value
+        return symbol
 
-    def coordinate(name: str, value: sp.Expr) -> sp.Expr:
-        return sp.S.Zero if value == 0 else _symbol_for(name, value, values)
-
-    def angle(name: str, value: sp.Expr) -> sp.Expr:
-        right = (sp.S(2) * value / sp.pi).is_Integer
-        return sp.Mod(value, 2 * sp.pi) if right else _symbol_for(name, value, values)
-
-    joints = []
-    for i, (joint, variable, offset) in enumerate(zip(chain.joints, chain.q, chain.offsets, strict=True), 1):
-        if offset != 0:
-            values[variable] = variable + offset
-        a, alpha = length(f"a{i}", joint.a), angle(f"alpha{i}", joint.alpha)
-        if joint.kind == "R":
-            joints.append(Joint("R", variable, length(f"d{i}", joint.d), a, alpha))
-        else:
-            joints.append(Joint("P", angle(f"fixed{i}", joint.theta), variable, a, alpha))
-    base = Base(
-        tuple(coordinate(f"base_{axis}", v) for axis, v in zip("xyz", chain.base.position, strict=True)),
-        angle("base_yaw", chain.base.yaw),
-        angle("base_tilt", chain.base.tilt),
-    )
-    offset3 = tuple(length(f"point_{axis}", v) for axis, v in zip("xyz", chain.point.offset, strict=True))
-    generic = Chain("structure", tuple(joints), chain.task, base, Point(chain.point.frame, offset3))
-    generic = replace(generic, convention=chain.convention, twist_order=chain.twist_order)
+    generic = chain.map_entries(generalize)
+    generic = replace(generic, name="structure", title="", tool=generic.point, axis_points=())
     return Structure(generic, tuple(values.items()))
 
 
-def _symbol_for(name: str, value: sp.Expr, values: Values) -> sp.Symbol:
-    symbol = sp.Symbol(name)
-    if value != symbol:
-        values[symbol] = value
-    return symbol
-
-
-@once_per_structure
-def _position(chain: Chain) -> sp.Matrix:
+@lru_cache(maxsize=4096)
+def _generic_position(chain: Chain) -> sp.Matrix:
     """Return the point of interest of a structure; with skew axes, the rest takes much longer."""
     return frames_and_point(chain)[1].applyfunc(textbook)
 
 
-@once_per_structure
-def _proved(chain: Chain) -> tuple[sp.Matrix, sp.Matrix, sp.Matrix]:
+@lru_cache(maxsize=4096)
+def _prove_geometry(chain: Chain) -> tuple[sp.Matrix, sp.Matrix, sp.Matrix]:
     """Return axes, p* and the geometric Jacobian of a structure, on which both routes agree."""
     frames, point = frames_and_point(chain)
-    position = _position(chain)
     z = sp.Matrix.hstack(*(frame.rotation[:, 2].applyfunc(textbook) for frame in frames[: chain.n]))
     on_axes = link_frames(chain)[convention_of(chain).frame_on_axis(1) :][: chain.n]
     p_star = sp.Matrix.hstack(*((point - frame.origin).applyfunc(textbook) for frame in on_axes))
-    linear = differentiated_jacobian(position, chain.q).applyfunc(textbook)
+    linear = _generic_position(chain).jacobian(chain.q).applyfunc(textbook)
     angular = sp.Matrix(3, chain.n, lambda r, i: z[r, i] if chain.joints[i].kind == "R" else sp.S.Zero)
     geometric = linear.col_join(angular)
-    _prove(chain, z, p_star, geometric)
+    working = formulas(chain)
+    propagated = np.concatenate([propagate_linear_rows(working), working["angular"]])
+    axes_of_convention = sp.Matrix.hstack(*(frame.rotation[:, 2] for frame in on_axes))
+    for differentiated, by_propagation, what in (
+        (z.T, working["axes"][: chain.n], "z"),
+        (axes_of_convention.T, working["axes"][: chain.n], "z"),
+        (p_star.T, working["arms"][: chain.n], "p*"),
+        (geometric, propagated, "Jacobian"),
+    ):
+        if not all(are_identical(a, b) for a, b in zip(differentiated, as_formulas(by_propagation), strict=True)):
+            raise RuntimeError(f"the two routes disagree on {what} of {chain}; please report this")
     return z, p_star, geometric
 
 
-def _geometric(chain: Chain) -> sp.Matrix:
-    return _proved(chain)[2]
-
-
-def _prove(chain: Chain, z: sp.Matrix, p_star: sp.Matrix, geometric: sp.Matrix) -> None:
-    """Raise RuntimeError unless propagation gives the very same axes, vectors and columns as differentiation."""
-    rotations, recursion = propagated_rotations(chain), propagated_p_star(chain)
-    first = convention_of(chain).frame_on_axis(1)
-    other_z = sp.Matrix.hstack(*(rotation[:, 2] for rotation in rotations[first:][: chain.n]))
-    pairs = [(z, other_z, "z"), (geometric, propagated_jacobian(chain), "Jacobian")]
-    last = chain.point.frame
-    if last:
-        pairs.append((p_star[:, :last], sp.Matrix.hstack(*recursion[first:][:last]), "p*"))
-    for ours, theirs, what in pairs:
-        if not all(are_identical(a, b) for a, b in zip(ours, theirs, strict=True)):
-            raise RuntimeError(f"the two routes disagree on {what} of {chain}; please report this")
+def _geometric_jacobian(chain: Chain) -> sp.Matrix:
+    return _prove_geometry(chain)[2]
 
 
 def determinant_of(matrix: sp.Matrix) -> sp.Expr:
-    """Return the determinant by expansion along rows, each minor computed once."""
-    names, back = _entry_symbols(matrix)
-    ring_matrix = matrix.applyfunc(lambda e: sp.expand(e.xreplace(names)))
-    memo: dict[tuple[int, ...], sp.Expr] = {(): sp.S.One}
-
-    def minor(columns: tuple[int, ...]) -> sp.Expr:
-        if columns not in memo:
-            row = matrix.rows - len(columns)
-            terms = [
-                (-1) ** k * ring_matrix[row, c] * minor(columns[:k] + columns[k + 1 :])
-                for k, c in enumerate(columns)
-                if ring_matrix[row, c] != 0
-            ]
-            memo[columns] = sp.expand(sp.Add(*terms))
-        return memo[columns]
-
-    return minor(tuple(range(matrix.cols))).xreplace(back)
-
-
-def _entry_symbols(matrix: sp.Matrix) -> tuple[dict[sp.Expr, sp.Symbol], dict[sp.Symbol, sp.Expr]]:
+    """Return the determinant multiplied out, sines and cosines being independent symbols."""
     atoms = sorted(matrix.atoms(sp.sin, sp.cos), key=sp.default_sort_key)
     names = {atom: sp.Symbol(f"t_{i}") for i, atom in enumerate(atoms)}
-    return names, {symbol: atom for atom, symbol in names.items()}
+    polynomials = DomainMatrix.from_Matrix(matrix.xreplace(names))
+    return polynomials.domain.to_sympy(polynomials.det()).xreplace({symbol: atom for atom, symbol in names.items()})
 
 
 def short_jacobian(chain: Chain) -> sp.Matrix:
@@ -176,18 +130,9 @@ def short_jacobian(chain: Chain) -> sp.Matrix:
     task Jacobian itself.
     """
     if set(chain.task) != set(TASK_ROWS) or chain.n < len(TASK_ROWS) or not moves_with_last_link(chain):
-        return task_matrix(_geometric(chain), chain.task)
+        return task_matrix(_geometric_jacobian(chain), chain.task)
     k = chain.n // 2
-    columns = []
-    for i, joint in enumerate(chain.joints):
-        between = frame_behind(chain.joints[min(i, k) : max(i, k)])
-        if i < k:  # frame k seen from frame i
-            z, arm = between.rotation.T * Z, between.rotation.T * between.origin
-        else:
-            z, arm = between.rotation * Z, -between.origin
-        linear, angular = (z.cross(arm), z) if joint.kind == "R" else (z, sp.zeros(3, 1))
-        columns.append(linear.col_join(angular))
-    matrix = sp.Matrix.hstack(*columns).applyfunc(lambda entry: textbook(sp.expand(entry)))
+    matrix = jacobian_seen_from(chain, k, k).applyfunc(lambda entry: textbook(sp.expand(entry)))
     return task_matrix(matrix, chain.task)
 
 
@@ -225,7 +170,7 @@ def minors_are_long(chain: Chain) -> bool:
     return minors is None or sum(len(sp.Add.make_args(minor)) for minor in minors) > LONG
 
 
-@once_per_structure
+@lru_cache(maxsize=4096)
 def _generic_minors(chain: Chain) -> tuple[Factored, ...]:
     """Return every maximal minor of the task Jacobian, factored; just the determinant if it is square.
 
@@ -254,10 +199,10 @@ def _factor_all(minors: tuple[sp.Expr, ...]) -> tuple[Factored, ...]:
     return tuple(factor_trig(minor) for minor in minors)
 
 
-@once_per_structure
+@lru_cache(maxsize=4096)
 def _generic_inverse(chain: Chain) -> tuple[tuple[Factored, ...], ...]:
     """Return the entries of the inverse by the adjugate: cofactor over determinant, common factors cancelled."""
-    jacobian = task_matrix(_geometric(chain), chain.task)
+    jacobian = task_matrix(_geometric_jacobian(chain), chain.task)
     (determinant,) = _generic_minors(chain)
     n = jacobian.rows
 
@@ -269,10 +214,10 @@ def _generic_inverse(chain: Chain) -> tuple[tuple[Factored, ...], ...]:
     return tuple(tuple(entry(i, j) for j in range(n)) for i in range(n))
 
 
-@once_per_structure
+@lru_cache(maxsize=4096)
 def _generic_rates(chain: Chain) -> tuple[Factored, ...]:
     """Return the rates by the adjugate, each over one denominator: (sum of cofactors times velocities) / det J."""
-    jacobian = task_matrix(_geometric(chain), chain.task)
+    jacobian = task_matrix(_geometric_jacobian(chain), chain.task)
     (determinant,) = _generic_minors(chain)
     velocity = sp.Matrix(task_velocity(chain))
     # By Cramer's rule: replacing column i by the velocity gives the numerator of rate i.
@@ -293,22 +238,6 @@ def _collect_by_velocity(rate: Factored, velocity: tuple[sp.Symbol, ...]) -> Fac
     return Factored(rate.coefficient, gathered)
 
 
-def results(structure: Chain, is_whole: bool = False, is_inverted: bool = False) -> dict[str, object]:
-    """Return the results of a structure that are shipped, by the names of their functions.
-
-    These are the point and how it moves; for a whole arm the minors, too, and if its Jacobian is inverted by hand, the
-    inverse and the rates.
-    """
-    wanted: list[Callable[[Chain], object]] = [_position, _proved]
-    wanted += [_generic_minors] if is_whole else []
-    wanted += [_generic_inverse, _generic_rates] if is_inverted else []
-    outcomes: dict[str, object] = {}
-    for work in wanted:
-        with suppress(TooLong):
-            outcomes[work.__name__] = work(structure)
-    return outcomes
-
-
 class Derivation:
     """The results for one arm: SymPy matrices in the arm's own numbers and symbols, world frame."""
 
@@ -321,12 +250,12 @@ class Derivation:
     @cached_property
     def position(self) -> sp.Matrix:
         """The point of interest, 3 x 1 (m)."""
-        return self.fill_matrix(_position(self._structure))
+        return self.fill_matrix(_generic_position(self._structure))
 
     @cached_property
     def z(self) -> sp.Matrix:
         """The joint axes, 3 x n: z_0 ... z_{n-1}, or z_1 ... z_n of a modified table."""
-        return self.fill_matrix(_proved(self._structure)[0])
+        return self.fill_matrix(_prove_geometry(self._structure)[0])
 
     @cached_property
     def p_star(self) -> sp.Matrix:
@@ -334,12 +263,12 @@ class Derivation:
 
         They are p*_0 ... p*_{n-1}, or p*_1 ... p*_n of a modified table.
         """
-        return self.fill_matrix(_proved(self._structure)[1])
+        return self.fill_matrix(_prove_geometry(self._structure)[1])
 
     @cached_property
     def geometric(self) -> sp.Matrix:
         """The geometric Jacobian, 6 x n (6.11, 6.12)."""
-        return self.fill_matrix(_geometric(self._structure))
+        return self.fill_matrix(_geometric_jacobian(self._structure))
 
     @cached_property
     def jacobian(self) -> sp.Matrix:

@@ -24,7 +24,7 @@ from qdot.exercises.arm.arithmetic import (
     product,
     signs,
 )
-from qdot.exercises.arm.chain import TASK_ROWS, Chain
+from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.arm.kinematics import frames_and_point
 from qdot.exercises.arm.standard_table import axes_of
@@ -302,7 +302,7 @@ def _geometric(w: Working) -> np.ndarray:
 
 
 def _jacobian(w: Working) -> np.ndarray:
-    return np.asarray(w["geometric"][[TASK_ROWS.index(row) for row in w.chain.task]])
+    return np.asarray(w["geometric"][w.chain.task_rows])
 
 
 def _cofactors(w: Working) -> np.ndarray:
@@ -396,15 +396,9 @@ def _body_rotation(w: Working) -> np.ndarray:
 
 def _body_jacobian(w: Working) -> np.ndarray:
     """Return the same twists in that frame, about the point of interest: [Ad T^-1] J_s, (6, n, …)."""
-    jacobian, point = w["space jacobian"], w["point"]
-    turn = w["body rotation"].swapaxes(0, 1)
-    columns = []
-    for i in range(jacobian.shape[1]):
-        angular, linear = jacobian[:3, i], jacobian[3:, i]
-        columns.append(
-            np.concatenate([apply_matrix(turn, angular), apply_matrix(turn, linear + cross(angular, point))])
-        )
-    return np.stack(columns, axis=1)
+    angular, linear = w["space jacobian"][:3], w["space jacobian"][3:]
+    at_point = np.concatenate([angular, linear + cross(angular, w["point"][:, None])])
+    return rotate_rows(w["body rotation"].swapaxes(0, 1), at_point)
 
 
 def _body_adjoint(w: Working) -> np.ndarray:
@@ -414,7 +408,7 @@ def _body_adjoint(w: Working) -> np.ndarray:
 
 def adjoint(turn: np.ndarray, place: np.ndarray) -> np.ndarray:
     """Return [Ad T] for twists (omega, v), (6, 6, …), of a rotation (3, 3, …) and an origin (3, …)."""
-    moved = np.stack([cross(place, turn[:, k]) for k in range(3)], axis=1)
+    moved = cross(place[:, None], turn)
     return np.concatenate([np.concatenate([turn, 0 * turn], axis=1), np.concatenate([moved, turn], axis=1)])
 
 

@@ -8,13 +8,13 @@ such a vector, because J times its adjugate is det J, and in space their cross p
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
-from itertools import combinations, product
+from itertools import combinations
 
 import numpy as np
 import sympy as sp
 
 from qdot.exercises.arm.axes import Sample
-from qdot.exercises.arm.chain import TASK_ROWS, Chain
+from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.arm.derivation import derive
 from qdot.exercises.arm.singularity import Component
@@ -25,11 +25,6 @@ ZERO, CLEAR = 1e-9, 0.05
 
 SHORT = 8
 """Terms that a formula for a lost direction may have."""
-
-
-def task_rows(chain: Chain) -> list[int]:
-    """Return the rows of the 6 x n Jacobian that the task counts."""
-    return [TASK_ROWS.index(row) for row in chain.task]
 
 
 def clear_rank(jacobian: np.ndarray, clear: float = CLEAR) -> int | None:
@@ -62,19 +57,6 @@ class LostFormula:
     direction: sp.Matrix
     columns: tuple[int, ...]
     jacobian: sp.Matrix | None
-
-
-Values = tuple[tuple[sp.Symbol, sp.Expr], ...]
-
-
-def value_sets(component: Component) -> list[Values]:
-    """Return every combination of joint values at which a component's conditions hold; none if they tie joints."""
-    if component.solutions is None:
-        return []
-    joints = [joint for joint, _ in component.solutions]
-    return [
-        tuple(zip(joints, values, strict=True)) for values in product(*(values for _, values in component.solutions))
-    ]
 
 
 @lru_cache(maxsize=1024)

@@ -33,18 +33,12 @@ _NUMBER = r"(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
 _TOKEN = re.compile(rf"(?P<number>{_NUMBER})|(?P<name>[^\W\d]\w*)|(?P<other>\S)")
 
 _DEGREE = sp.pi / 180
-_UNITS_OF_ANGLES = {
-    **dict.fromkeys(("rad", "rads", "radian", "radians"), sp.S.One),
-    **dict.fromkeys(("°", "º", "deg", "degs", "degree", "degrees", "deg2rad"), _DEGREE),
+_UNITS = {
+    True: dict.fromkeys(("rad", "radian", "radians"), sp.S.One)
+    | dict.fromkeys(("°", "deg", "degree", "degrees"), _DEGREE),
+    False: {"m": sp.S.One, "cm": sp.Rational(1, 100), "mm": sp.Rational(1, 1000)},
 }
-_UNITS_OF_LENGTHS = {
-    **dict.fromkeys(("m", "meter", "meters", "metre", "metres"), sp.S.One),
-    **dict.fromkeys(("dm",), sp.Rational(1, 10)),
-    **dict.fromkeys(("cm",), sp.Rational(1, 100)),
-    **dict.fromkeys(("mm",), sp.Rational(1, 1000)),
-    **dict.fromkeys(("in", "inch", "inches"), sp.Rational(254, 10000)),
-    **dict.fromkeys(("ft", "foot", "feet"), sp.Rational(3048, 10000)),
-}
+"""Units of angles (True) and of lengths (False), which are refused, in radians and metres."""
 _RIGHT = {True: 'angles are in radians, as in "pi/2"', False: 'lengths are in metres, as in 0.4 or "a1"'}
 
 
@@ -88,7 +82,8 @@ def _formula(text: str, is_angle: bool) -> sp.Expr:
         raise QdotError(f"it is {len(text)} characters long; at most {_LENGTH} are read")
     _check_units(text, is_angle)
     _check_products(text)
-    _check_commas(text)
+    if re.fullmatch(r"\s*[-+]?\d*,\d+\s*", text):
+        raise QdotError(f"decimals have a point; write {text.strip().replace(',', '.')}")
     short = re.search(r"\b[csCS]_?\d{1,4}\b", text)
     if short:
         raise QdotError(
@@ -100,80 +95,33 @@ def _formula(text: str, is_angle: bool) -> sp.Expr:
         raise QdotError(str(error) if "as in" in str(error) else f"{error}; {_RIGHT[is_angle]}") from None
 
 
-def _check_commas(text: str) -> None:
-    """Refuse a decimal comma; a comma between the arguments of a function is fine."""
-    between = {match.start() for match in re.finditer(",", text) if _is_argument(text, match.start())}
-    decimals = [match.start(1) for match in re.finditer(r"(?<=\d)(,)\d", text) if match.start(1) not in between]
-    if decimals:
-        written = "".join("." if place in decimals else sign for place, sign in enumerate(text)).strip()
-        is_number = re.fullmatch(rf"[-+]?{_NUMBER}", written)
-        meant = f"write {written}" if is_number else f'is "{written}" meant?'
-        raise QdotError(f"decimals have a point; {meant}")
-
-
-def _is_argument(text: str, place: int) -> bool:
-    """Tell whether a place in a formula is inside the brackets of atan2, the only function of two arguments."""
-    opened = []
-    for match in re.finditer(r"(\w*)\s*\(|\)", text[:place]):
-        if match.group() != ")":
-            opened.append(match.group(1))
-        elif opened:
-            opened.pop()
-    return opened[-1:] == ["atan2"]
-
-
-# --- units ---
-
-
 def _check_units(text: str, is_angle: bool) -> None:
-    """Refuse a unit, and say what to write in its place."""
-    units = {unit for match in _TOKEN.finditer(text) if (unit := _unit(match.group())) is not None}
-    if not units:
+    """Refuse a unit; if the entry is a number with its unit, say what to write in its place."""
+    tokens = [token if len(token) == 1 else token.lower() for token in (m.group() for m in _TOKEN.finditer(text))]
+    unit = next((token for token in tokens if token in _UNITS[True] or token in _UNITS[False]), None)
+    if unit is None:
         return
-    allowed_units = _UNITS_OF_ANGLES if is_angle else _UNITS_OF_LENGTHS
-    if not units <= set(allowed_units):
-        unit = min(units - set(allowed_units))
-        quantity = "an angle" if unit in _UNITS_OF_ANGLES else "a length"
+    if unit not in _UNITS[is_angle]:
+        quantity = "an angle" if unit in _UNITS[True] else "a length"
         raise QdotError(f"{unit} is a unit of {quantity}; {_RIGHT[is_angle]}")
     rule = "angles are in radians" if is_angle else "lengths are in metres"
-    bare = _convert_units(text, allowed_units)
-    if not bare or any(_unit(match.group()) for match in _TOKEN.finditer(bare)):
+    number = re.fullmatch(rf"([-+]?{_NUMBER})\s*\*?\s*{unit}", text.strip(), re.IGNORECASE)
+    if number is None:
         example = '"pi/2" for 90 degrees' if is_angle else "0.4 for 400 mm"
         raise QdotError(f"{rule} and have no unit; write {example}")
-    is_number = re.fullmatch(rf"[-+]?{_NUMBER}", bare)
-    if is_angle and is_number:
-        _check_angle(sp.Rational(bare))  # 1.5708 rad is pi/2
-    raise QdotError(f"{rule}; write " + (bare if is_number else f'"{bare}"'))
-
-
-def _unit(token: str) -> str | None:
-    """Return the unit that a token is, or None; M is a symbol, MM and Deg are units."""
-    plain = token if len(token) == 1 else token.lower()
-    return plain if plain in _UNITS_OF_ANGLES or plain in _UNITS_OF_LENGTHS else None
-
-
-def _convert_units(text: str, units: dict[str, sp.Expr]) -> str:
-    """Return a formula with its quantities converted to radians or metres, as far as they are recognised."""
-    written = {match.group() for match in _TOKEN.finditer(text) if _unit(match.group()) is not None}
-    names = "|".join(sorted(map(re.escape, written), key=len, reverse=True))
-    ones = "|".join(unit for unit, factor in units.items() if factor == 1)
-    called = rf"(?:\w+\.)?(?:deg2rad|radians|rad)\(\s*({_NUMBER})\s*\)"
-    text = re.sub(called, lambda match: _multiply_number(match.group(1), _DEGREE), text)
-    quantity = rf"(?<![\w.])({_NUMBER})\s*\*?\s*({names})(?!\w)"
-    text = re.sub(quantity, lambda match: _multiply_number(match.group(1), units[str(_unit(match.group(2)))]), text)
-    return re.sub(rf"\s*\*?\s*(?<![\w.])(?:{ones})(?![\w(])", "", text).strip()
-
-
-def _multiply_number(number: str, factor: sp.Expr) -> str:
-    value = sp.Rational(number) * factor
-    return str(value) if value.has(sp.pi) else f"{float(value):.12g}"
+    value = sp.Rational(number[1]) * _UNITS[is_angle][unit]
+    if value.has(sp.pi):
+        raise QdotError(f'{rule}; write "{value}"')
+    if is_angle:
+        _check_angle(value)  # 1.5708 rad is pi/2
+    raise QdotError(f"{rule}; write {float(value):.12g}")
 
 
 # --- angles and lengths ---
 
 
 def _check_angle(value: sp.Expr) -> None:
-    """Refuse a decimal that stands for a multiple of pi/12, and degrees: both would spoil every formula."""
+    """Refuse a rounded multiple of pi/12, and degrees: both would spoil every formula."""
     constant = _constant(value)
     if not constant.is_Rational or constant == 0:
         return
@@ -185,7 +133,7 @@ def _check_angle(value: sp.Expr) -> None:
         exact = sp.pi * constant / 180
         raise QdotError(
             f'angles are in radians; {float(constant):g} degrees would be "{exact}"; if all are in degrees, say so: '
-            'angles = "degrees", or --angles degrees for a CSV'
+            'angles = "degrees"'
         )
 
 

@@ -34,17 +34,17 @@ def need_of(condition: sp.Expr, chain: Chain) -> Need | None:
     '`a1 + a2*cos(theta2) = 0` can hold only where `a1 <= a2`'
     """
     try:
-        (waves,) = fourier(sp.expand(condition))
+        waves = fourier(sp.expand(condition))
     except ValueError:
         return None
     slides = {q for q, joint in zip(chain.q, chain.joints, strict=True) if joint.kind == "P"}
     still = (0,) * len(waves.angles)
-    constant = waves.terms.get(still, (waves.ring.zero, 0))[0].as_expr()
+    constant = waves.terms.get(still, (sp.S.Zero, sp.S.Zero))[0]
     turning = [pair for key, pair in waves.terms.items() if key != still]
     keys = sp.Matrix([key for key in waves.terms if key != still])
     if constant == 0 or not turning or keys.rank() < len(turning) or condition.free_symbols & slides:
         return None
-    sizes = [_size(c.as_expr(), s.as_expr()) for c, s in turning]
+    sizes = [_size(c, s) for c, s in turning]
     known = _positive(constant)
     if known is None or None in sizes:
         return None

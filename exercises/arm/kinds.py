@@ -12,9 +12,10 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
+import sympy as sp
 
 from qdot.exercises.arm.appearance import wrist_centre
-from qdot.exercises.arm.axes import Sample
+from qdot.exercises.arm.axes import Sample, jacobians_of
 from qdot.exercises.arm.chain import TASK_ROWS, Chain
 from qdot.exercises.arm.derivation import derive
 from qdot.exercises.arm.kinematics import NumericChain
@@ -51,12 +52,8 @@ def _has_coordinates(chain: Chain) -> bool:
     )
 
 
-def kind_at(chain: Chain, sample: Sample) -> str | None:
-    """Return "regular", "boundary" or "internal" for one configuration; None if it loses more rank than those nearby.
-
-    A hand on a spherical wrist is at the boundary if the wrist's centre is at the boundary of its reach: the wrist
-    itself reaches every orientation.
-    """
+def kind_at(chain: Chain, sample: Sample) -> str:
+    """Return "regular", "boundary" or "internal" for one configuration."""
     return kinds_at(chain, [sample])[0]
 
 
@@ -65,43 +62,39 @@ def are_one_sided(chain: Chain, samples: Sequence[Sample]) -> bool:
 
     It is not so at a boundary if a joint can rotate without moving the point, and brings the arm to the edge with that.
     """
-    hands = [hand for sample in samples if (hand := _arm_before_wrist(chain, sample)) is not None]
-    rows = [0, 1, 2] if hands else [TASK_ROWS.index(row) for row in chain.task]
-    places = hands or samples
-    if not places or len(places) < len(samples):
-        return False
-    sigma = np.linalg.svd(_jacobians(places, rows), compute_uv=False)
-    return set(_ranks(sigma, places)) == {len(rows) - 1} and set(_kinds_by_motion(places, rows)) == {"boundary"}
-
-
-def kinds_at(chain: Chain, samples: Sequence[Sample]) -> list[str | None]:
-    """Return the same for many configurations of arms of one structure, faster than one by one."""
+    rows = chain.task_rows
+    if _has_free_orientation(chain):
+        samples, rows = _arms_before_wrist(samples), [0, 1, 2]
     if not samples:
-        return []
-    carrying = [_arm_before_wrist(chain, sample) for sample in samples]
-    kinds: list[str | None] = ["regular"] * len(samples)
-    plain = [k for k, hand in enumerate(carrying) if hand is None]
-    _store_kinds(
-        kinds, plain, _kinds_of_places([samples[k] for k in plain], [TASK_ROWS.index(row) for row in chain.task])
-    )
-    on_wrist = [k for k, hand in enumerate(carrying) if hand is not None and _is_singular(samples[k])]
-    places = _kinds_of_places([hand for k in on_wrist if (hand := carrying[k]) is not None], [0, 1, 2])
-    _store_kinds(kinds, on_wrist, ["internal" if kind == "regular" else kind for kind in places])
-    return kinds
+        return False
+    sigma = np.linalg.svd(jacobians_of(samples)[:, rows], compute_uv=False)
+    return set(_ranks(sigma, samples)) == {len(rows) - 1} and set(_kinds_by_motion(samples, rows)) == {"boundary"}
 
 
-def _store_kinds(kinds: list[str | None], at: Sequence[int], new_kinds: Sequence[str | None]) -> None:
-    for k, kind in zip(at, new_kinds, strict=True):
-        kinds[k] = kind
+def kinds_at(chain: Chain, samples: Sequence[Sample]) -> list[str]:
+    """Return the kind of many configurations of arms of one structure, faster than one by one.
+
+    A hand on a spherical wrist is at the boundary if the wrist's centre is at the boundary of its reach: the wrist
+    itself reaches every orientation.
+    """
+    if not _has_free_orientation(chain):
+        return list(_kinds_of_places(samples, chain.task_rows))
+    kinds = np.full(len(samples), "regular", dtype=object)
+    singular = [k for k, sample in enumerate(samples) if _is_singular(sample)]
+    of_wrist_centre = _kinds_of_places(_arms_before_wrist([samples[k] for k in singular]), [0, 1, 2])
+    kinds[singular] = np.where(of_wrist_centre == "boundary", "boundary", "internal")
+    return list(kinds)
 
 
-def _arm_before_wrist(chain: Chain, sample: Sample) -> Sample | None:
-    """Return the first three joints of a six-joint arm with a spherical wrist; their point is the wrist's centre."""
-    if chain.n != 6 or set(chain.task) != set(TASK_ROWS) or wrist_centre(chain) is None:
-        return None
-    if any(abs(np.cos(sample.arm.fixed[joint][2])) > REGULAR for joint in (3, 4)):
-        return None  # such a wrist does not reach every orientation
-    return Sample(sample.arm.first_joints(3, (0.0, 0.0, sample.arm.fixed[3][0])), sample.q[:3])
+def _has_free_orientation(chain: Chain) -> bool:
+    """Tell whether an arm of six joints has a spherical wrist with axes at right angles: it has all orientations."""
+    is_whole = chain.n == 6 and set(chain.task) == set(TASK_ROWS) and wrist_centre(chain) is not None
+    return is_whole and all(sp.cos(chain.joints[i].alpha) == 0 for i in (3, 4))
+
+
+def _arms_before_wrist(samples: Sequence[Sample]) -> list[Sample]:
+    """Return the first three joints of six-joint arms with a spherical wrist; their point is the wrist's centre."""
+    return [Sample(s.arm.first_joints(3, (0.0, 0.0, s.arm.fixed[3][0])), s.q[:3]) for s in samples]
 
 
 def _is_singular(sample: Sample) -> bool:
@@ -122,16 +115,16 @@ def _ranks(sigma: np.ndarray, samples: Sequence[Sample]) -> np.ndarray:
     return np.asarray(np.sum(sigma > REGULAR * scale[:, None], axis=1))
 
 
-def _kinds_of_places(samples: Sequence[Sample], task: list[int]) -> list[str | None]:
+def _kinds_of_places(samples: Sequence[Sample], task: list[int]) -> np.ndarray:
     """Return the kinds of configurations; if a joint can rotate without moving the point, of the worst it rotates to.
 
     Boundary or not depends only on where the point is. A corner of the reach shows only at some configurations, so the
     same configurations are tested for every configuration with the point there.
     """
     kinds = _kinds_by_motion(samples, task)
-    if max(task) > 2:
+    if not samples or max(task) > 2:
         return kinds
-    open_places = [k for k, kind in enumerate(kinds) if kind == "internal"]
+    open_places = np.flatnonzero(kinds == "internal").tolist()
     for joint in range(1, min(len(samples[0].q), samples[0].arm.point_frame) if open_places else 0):
         if samples[0].arm.kinds[joint] == "R":
             rotated_samples = _rotate_joint([samples[k] for k in open_places], joint)
@@ -158,13 +151,13 @@ def _rotate_joint(samples: Sequence[Sample], joint: int) -> list[list[Sample]]:
     ]
 
 
-def _kinds_by_motion(samples: Sequence[Sample], task: list[int]) -> list[str | None]:
+def _kinds_by_motion(samples: Sequence[Sample], task: list[int]) -> np.ndarray:
     """Return the kinds of configurations by their small motions and by the search for other configurations."""
+    kinds = np.full(len(samples), "regular", dtype=object)
     if not samples:
-        return []
-    u, sigma, vt = np.linalg.svd(_jacobians(samples, task))
+        return kinds
+    u, sigma, vt = np.linalg.svd(jacobians_of(samples)[:, task])
     ranks = _ranks(sigma, samples)
-    kinds: list[str | None] = ["regular"] * len(samples)
     for rank in sorted({int(rank) for rank in ranks if rank < sigma.shape[1]}):
         at = np.flatnonzero(ranks == rank)
         places = [samples[k] for k in at.tolist()]
@@ -175,14 +168,8 @@ def _kinds_by_motion(samples: Sequence[Sample], task: list[int]) -> list[str | N
             if len(rest):
                 remaining_bending = _Bending(bending.still[rest], bending.change[rest])
                 is_edge[rest] = _are_edges([places[k] for k in rest.tolist()], task, lost[rest], remaining_bending)
-        _store_kinds(kinds, at.tolist(), ["boundary" if edge else "internal" for edge in is_edge])
+        kinds[at] = np.where(is_edge, "boundary", "internal")
     return kinds
-
-
-def _jacobians(samples: Sequence[Sample], task: list[int]) -> np.ndarray:
-    """Return the rows of a task of the Jacobians of samples (k x rows x n)."""
-    arms = NumericChain.stack([sample.arm for sample in samples])
-    return np.asarray(arms.jacobian(np.stack([sample.q for sample in samples])[:, None])[:, 0, task])
 
 
 def _lost_directions(lost: np.ndarray, bending: "_Bending", is_square: bool) -> Iterator[np.ndarray]:

@@ -4,12 +4,12 @@ T_i: pose of frame i, R_i its rotation, O_i its origin; z_{i-1} = R_{i-1} (0, 0,
 from O_{i-1} to the point of interest; p*_n is the point seen from O_n. World frame throughout; rows of a
 6 x n Jacobian are vx vy vz wx wy wz (6.6). If the arm is described by a modified table, the axis of joint i is z_i.
 
-Route 1 differentiates the position (6.1-6.4); route 2 propagates velocities (6.9-6.13). They share the DH table only:
-route 1 works in runs of parallel joints with absolute angles, in the frames of the standard table; route 2 multiplies
-rotation matrices joint by joint, in the frames of the arm's convention.
+Route 1 differentiates the position (6.1-6.4); route 2, the stages of `derivation_graph`, propagates velocities
+(6.9-6.13). They share the DH table only: route 1 works in runs of parallel joints with absolute angles, route 2
+multiplies rotation matrices joint by joint.
 """
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from copy import copy
 from dataclasses import dataclass
 from functools import lru_cache
@@ -19,6 +19,7 @@ import sympy as sp
 
 from qdot.exercises.arm.chain import TASK_ROWS, Base, Chain, Joint
 from qdot.exercises.arm.conventions import convention_of
+from qdot.exercises.arm.conventions.standard_dh import StandardDh
 from qdot.exercises.arm.vectors import cross, rot_x, rot_z
 
 Z = sp.Matrix([0, 0, 1])
@@ -60,17 +61,23 @@ class _Run:
         return self.outer * sp.Matrix([x * c - y * s, x * s + y * c, z])
 
 
-def _walk_frames(joints: Iterable[Joint], base: Base) -> Iterator[tuple[_Run, sp.Matrix]]:
+def _walk_frames(
+    base: Base, rows: Iterable[Joint], steps: Callable[[Joint], Iterable[tuple[str, sp.Expr, sp.Expr]]]
+) -> Iterator[tuple[_Run, sp.Matrix]]:
     """Yield every frame's run and origin, starting with the base; a run keeps changing after it was yielded."""
     run = _Run(sp.eye(3), sp.S.Zero)
     run.turn_z(base.yaw)
     run.turn_x(base.tilt)
     origin = sp.Matrix(base.position)
     yield run, origin
-    for joint in joints:
-        run.turn_z(joint.theta)
-        origin = origin + run.vector(joint.a, sp.S.Zero, joint.d)
-        run.turn_x(joint.alpha)
+    for row in rows:
+        for axis, angle, length in steps(row):
+            if axis == "x":
+                origin = origin + run.vector(length, sp.S.Zero, sp.S.Zero)
+                run.turn_x(angle)
+            else:
+                run.turn_z(angle)
+                origin = origin + run.vector(sp.S.Zero, sp.S.Zero, length)
         yield run, origin
 
 
@@ -82,7 +89,7 @@ def frames_and_point(chain: Chain) -> tuple[tuple[Frame, ...], sp.Matrix]:
     every derivation begins here: copy a matrix before you change it.
     """
     frames, point = [], sp.zeros(3, 1)
-    for index, (run, origin) in enumerate(_walk_frames(chain.joints, chain.base)):
+    for index, (run, origin) in enumerate(_walk_frames(chain.base, chain.joints, StandardDh.steps)):
         if index == chain.point.frame:
             point = origin + run.vector(*chain.point.offset)
         frames.append(run.frame(origin))
@@ -93,69 +100,39 @@ def frames_and_point(chain: Chain) -> tuple[tuple[Frame, ...], sp.Matrix]:
 def link_frames(chain: Chain) -> tuple[Frame, ...]:
     """Return frames 0 ... n of the arm's convention, by runs of parallel joints."""
     convention = convention_of(chain)
-    run, origin = _Run(sp.eye(3), sp.S.Zero), sp.Matrix(convention.base.position)
-    run.turn_z(convention.base.yaw)
-    run.turn_x(convention.base.tilt)
-    frames = [run.frame(origin)]
-    for row in convention.rows:
-        for axis, angle, length in convention.steps(row):
-            if axis == "x":
-                origin = origin + run.vector(length, sp.S.Zero, sp.S.Zero)
-                run.turn_x(angle)
-            else:
-                run.turn_z(angle)
-                origin = origin + run.vector(sp.S.Zero, sp.S.Zero, length)
-        frames.append(run.frame(origin))
-    return tuple(frames)
+    walk = _walk_frames(convention.base, convention.rows, convention.steps)
+    return tuple(run.frame(origin) for run, origin in walk)
 
 
 def frame_behind(joints: Iterable[Joint]) -> Frame:
     """Return the frame after some joints of a chain, seen from the frame before them."""
-    *_, (run, origin) = _walk_frames(joints, Base())
+    *_, (run, origin) = _walk_frames(Base(), joints, StandardDh.steps)
     return run.frame(origin)
 
 
-def propagated_rotations(chain: Chain) -> list[sp.Matrix]:
-    """Return R_0 ... R_n by multiplying the joints' rotations."""
-    convention = convention_of(chain)
-    rotations = [rot_z(convention.base.yaw) * rot_x(convention.base.tilt)]
-    for row in convention.rows:
-        rotations.append(rotations[-1] * convention.rotation(row))
-    return rotations
+def jacobian_seen_from(chain: Chain, frame: int, about: int | None) -> sp.Matrix:
+    """Return the 6 x n Jacobian of the last link in the coordinates of a frame, about the origin of frame `about`.
 
-
-def propagated_p_star(chain: Chain) -> list[sp.Matrix]:
-    """Return p*_0 ... p*_k by the recursion (6.13), k being the point's frame; it starts with p*_k = R_k offset."""
-    convention, rotations = convention_of(chain), propagated_rotations(chain)
-    point, rows = convention.point, convention.rows
-    p_star = [sp.zeros(3, 1)] * (point.frame + 1)
-    p_star[-1] = rotations[point.frame] * sp.Matrix(point.offset)
-    for i in range(point.frame, 0, -1):
-        p_star[i - 1] = rotations[i - 1] * convention.link_vector(rows[i - 1]) + p_star[i]
-    return p_star
-
-
-def propagated_jacobian(chain: Chain) -> sp.Matrix:
-    """Return the 6 x n geometric Jacobian by (6.11) and (6.12): velocity of the point, angular velocity of link n.
-
-    Joints past the point's frame rotate the last link without moving the point (a wrist centre, say).
+    If `about` is None, return the 3 x n Jacobian of P, which must not be fixed in a frame before this one.
     """
-    rotations, p_star = propagated_rotations(chain), propagated_p_star(chain)
+    end = chain.point.frame if about is None else about
+    between = frame_behind(chain.joints[min(frame, end) : max(frame, end)])
+    point = between.origin if end >= frame else -(between.rotation.T * between.origin)
+    if about is None:
+        point += between.rotation * sp.Matrix(chain.point.offset)
     columns = []
-    for number, joint in enumerate(chain.joints, 1):
-        on_axis = convention_of(chain).frame_on_axis(number)
-        z, zero = rotations[on_axis] * Z, sp.zeros(3, 1)
-        carries = number <= chain.point.frame
-        if joint.kind == "R":
-            columns.append((z.cross(p_star[on_axis]) if carries else zero).col_join(z))
+    for i, joint in enumerate(chain.joints):
+        if about is None and i >= end:
+            columns.append(sp.zeros(3, 1))
+            continue
+        way = frame_behind(chain.joints[min(i, frame) : max(i, frame)])
+        if i < frame:
+            z, origin = way.rotation.T * Z, -(way.rotation.T * way.origin)
         else:
-            columns.append((z if carries else zero).col_join(zero))
+            z, origin = way.rotation * Z, way.origin
+        linear, angular = (z.cross(point - origin), z) if joint.kind == "R" else (z, sp.zeros(3, 1))
+        columns.append(linear if about is None else linear.col_join(angular))
     return sp.Matrix.hstack(*columns)
-
-
-def differentiated_jacobian(position: sp.Matrix, q: tuple[sp.Symbol, ...]) -> sp.Matrix:
-    """Return J_ij = d position_i / d q_j (6.3), m x n."""
-    return position.jacobian(sp.Matrix(q))
 
 
 def task_matrix(geometric: sp.Matrix, task: tuple[str, ...]) -> sp.Matrix:
@@ -223,14 +200,9 @@ class NumericChain:
     def first_joints(self, count: int, offset: tuple[float, float, float]) -> "NumericChain":
         """Return the arm of the first joints only, with a point of interest fixed in the last of their frames."""
         shortened = copy(self)
-        shortened.kinds, shortened.offsets, shortened.fixed = (
-            self.kinds[:count],
-            self.offsets[:count],
-            self.fixed[:count],
-        )
-        shortened._revolute, shortened._offsets = self._revolute[:count], self._offsets[:count]
+        for name in ("kinds", "offsets", "fixed", "_revolute", "_offsets", "_fixed_entries", "_a"):
+            setattr(shortened, name, getattr(self, name)[:count])
         shortened._slides = [i for i in self._slides if i < count]
-        shortened._fixed_entries, shortened._a = self._fixed_entries[:count], self._a[:count]
         shortened._twist = self._twist[0][:count], self._twist[1][:count]
         shortened.point_frame, shortened.offset = count, np.array([*offset, 1.0])
         return shortened

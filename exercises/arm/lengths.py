@@ -2,14 +2,13 @@
 
 import re
 from collections.abc import Collection, Mapping
-from dataclasses import replace
 from functools import lru_cache
 from itertools import product
 
 import numpy as np
 import sympy as sp
 
-from qdot.exercises.arm.chain import Base, Chain, Joint
+from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.derivation import structure
 
 _LENGTH = re.compile(r"[ad]\d+|(base|point)_[xyz]")
@@ -22,24 +21,11 @@ _MOST, _SAME = 8, 1e-9
 def with_lengths(chain: Chain, values: Mapping[sp.Symbol, sp.Expr]) -> Chain:
     """Return an arm with values substituted for some of its open lengths (m) and angles (rad)."""
 
-    def substitute_values(value: sp.Expr) -> sp.Expr:
-        return value.xreplace(values)
+    def substitute(name: str, entry: sp.Expr) -> sp.Expr:
+        value = entry.xreplace(values)
+        return sp.expand(value) if name.startswith("point") else value
 
-    joints = (
-        Joint(
-            joint.kind,
-            substitute_values(joint.theta),
-            substitute_values(joint.d),
-            substitute_values(joint.a),
-            substitute_values(joint.alpha),
-        )
-        for joint in chain.joints
-    )
-    x, y, z = map(substitute_values, chain.base.position)
-    base = Base((x, y, z), substitute_values(chain.base.yaw), substitute_values(chain.base.tilt))
-    u, v, w = (sp.expand(substitute_values(value)) for value in chain.point.offset)
-    tool = chain.tool and replace(chain.tool, offset=(u, v, w))
-    return replace(chain, joints=tuple(joints), base=base, tool=tool)
+    return chain.map_entries(substitute)
 
 
 @lru_cache(maxsize=1024)

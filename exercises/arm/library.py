@@ -16,7 +16,7 @@ from types import MappingProxyType
 from qdot.exercises.common.errors import QdotError
 
 FOLDER = Path(__file__).parents[1] / "robots"
-ENDINGS = (".toml", ".csv", ".urdf", ".xml")
+ENDINGS = (".toml", ".urdf", ".xml")
 """Endings of files; a name with any of them, or with a folder, is not a robot's name."""
 
 

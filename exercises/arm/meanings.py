@@ -47,6 +47,17 @@ class Meaning:
 
 
 @dataclass(frozen=True)
+class MeasuredMeaning(Meaning):
+    """A statement with a measure that is zero where it holds; "straight" and "doubled", "far" and "near" share one."""
+
+    off: Off
+
+    def without_measure(self) -> Meaning:
+        """Return the statement alone, as problems store it."""
+        return Meaning(self.kind, self.joints, self.words)
+
+
+@dataclass(frozen=True)
 class Reading:
     """What a branch looks like: the right meaning, and wrong ones."""
 
@@ -67,11 +78,13 @@ def read_meanings(chain: Chain, samples: Sequence[Sample], more: Sequence[Sample
     held = [meaning for meaning, outcomes in outcomes_by_meaning if outcomes == {True}]
     right = next((meaning for meaning in held if _is_right(chain, meaning, samples, more)), None)
     wrong = [meaning for meaning, outcomes in outcomes_by_meaning if outcomes == {False}]
-    return Reading(right, tuple(wrong)) if right is not None and wrong else None
+    if right is None or not wrong:
+        return None
+    return Reading(right.without_measure(), tuple(meaning.without_measure() for meaning in wrong))
 
 
-def _is_right(chain: Chain, meaning: Meaning, samples: Sequence[Sample], more: Sequence[Sample]) -> bool:
-    if not is_reason(chain, samples, measure(meaning), partial(_is_true, chain, meaning)):
+def _is_right(chain: Chain, meaning: MeasuredMeaning, samples: Sequence[Sample], more: Sequence[Sample]) -> bool:
+    if not is_reason(chain, samples, meaning.off, lambda sample: holds(chain, meaning, sample) is True):
         return False
     return all(holds(chain, meaning, sample) is not False for sample in more)
 
@@ -82,7 +95,7 @@ def common_kind(chain: Chain, samples: Sequence[Sample]) -> str | None:
     return kinds.pop() if len(kinds) == 1 else None
 
 
-def meanings_of(chain: Chain, samples: Sequence[Sample]) -> list[Meaning]:
+def meanings_of(chain: Chain, samples: Sequence[Sample]) -> list[MeasuredMeaning]:
     """Return all statements that would explain a loss of rank, the most informative first.
 
     If rotations count, collinear axes are the reason, and P on one of them may be incidental. If only rotations count,
@@ -90,75 +103,88 @@ def meanings_of(chain: Chain, samples: Sequence[Sample]) -> list[Meaning]:
     """
     revolute = [i for i, joint in enumerate(chain.joints) if joint.kind == "R"]
     in_line = [
-        Meaning("in line", (i + 1, j + 1), f"the axes of joints {i + 1} and {j + 1} lie on one line")
+        MeasuredMeaning("in line", (i + 1, j + 1), f"the axes of joints {i + 1} and {j + 1} lie on one line",
+                partial(off_line, i=i, j=j))
         for i, j in combinations(revolute, 2)
-        if not _holds_nearby(samples, partial(off_line, i=i, j=j))
-    ]
+    ]  # fmt: skip
     if not chain.linear_rows:
-        return in_line + _directions_of_axes(samples, revolute)
-    meanings = [
-        Meaning("on axis", (i + 1,), f"$P$ lies on the axis of joint {i + 1}")
+        return _special_meanings(samples, in_line) + _directions_of_axes(samples, revolute)
+    on_axis = [
+        MeasuredMeaning("on axis", (i + 1,), f"$P$ lies on the axis of joint {i + 1}", partial(distance, joint=i))
         for i in revolute
-        if i < chain.point.frame and not _holds_nearby(samples, partial(distance, joint=i))
+        if i < chain.point.frame
     ]
     turns_count = len(chain.linear_rows) < len(chain.task)
-    meanings = in_line + meanings if turns_count else meanings + in_line
+    meanings = _special_meanings(samples, in_line + on_axis if turns_count else on_axis + in_line)
     for i in revolute:
         for j in range(i + 1, min(chain.n, chain.point.frame)):
             meanings += _extremes(chain, samples, i, j)
     slides = _slides_at_links(chain, samples) if turns_count else []
-    meanings += [meaning for meaning in slides if meaning.kind == "across"]
     # A prismatic joint passes through zero, which changes the order of the origins without being singular.
     rigid = [k for k in range(1, chain.n) if chain.joints[k - 1].kind == chain.joints[k].kind == "R"]
-    meanings += [meaning for k in rigid for meaning in _origins_in_line(chain, samples, k)]
-    meanings += [meaning for meaning in slides if meaning.kind == "along"]
-    return meanings + _in_one_plane(chain, samples, revolute) + _common_direction(chain, samples)
-
-
-def _directions_of_axes(samples: Sequence[Sample], revolute: Sequence[int]) -> list[Meaning]:
-    """Return the statements about the directions of the axes, wherever they are."""
-    meanings = [
-        Meaning("parallel", (i + 1, j + 1), f"the axes of joints {i + 1} and {j + 1} are parallel")
-        for i, j in combinations(revolute, 2)
-        if not _holds_nearby(samples, partial(spread, joints=(i, j)))
+    origins = [meaning for k in rigid for meaning in _origins_in_line(chain, samples, k)]
+    across, along = ([meaning for meaning in slides if meaning.kind == kind] for kind in ("across", "along"))
+    meanings += _special_meanings(samples, [*across, *origins, *along])
+    return [
+        *meanings,
+        *_in_one_plane(chain, samples, revolute),
+        *_special_meanings(samples, _common_direction(chain, samples)),
     ]
+
+
+def _special_meanings(samples: Sequence[Sample], meanings: Sequence[MeasuredMeaning]) -> list[MeasuredMeaning]:
+    """Return statements that do not hold in the poses near the samples, too: those say nothing about the samples."""
+    return [meaning for meaning in meanings if any(sample.off_nearby(meaning.off) >= NEAR for sample in samples)]
+
+
+def _directions_of_axes(samples: Sequence[Sample], revolute: Sequence[int]) -> list[MeasuredMeaning]:
+    """Return the statements about the directions of the axes, wherever they are."""
+    pairs = [
+        MeasuredMeaning("parallel", (i + 1, j + 1), f"the axes of joints {i + 1} and {j + 1} are parallel",
+                partial(spread, joints=(i, j)))
+        for i, j in combinations(revolute, 2)
+    ]  # fmt: skip
+    meanings = _special_meanings(samples, pairs)
     for chosen in combinations(revolute, 3):
-        if not _holds_nearby(samples, partial(spread, joints=chosen)):
-            joints = tuple(i + 1 for i in chosen)
-            names = f"{joints[0]}, {joints[1]} and {joints[2]}"
-            meanings.append(Meaning("one plane", joints, f"the axes of joints {names} are all parallel to one plane"))
-            meanings.append(Meaning("square", joints, f"the axes of joints {names} are at right angles to each other"))
+        joints = tuple(i + 1 for i in chosen)
+        axes = f"the axes of joints {joints[0]}, {joints[1]} and {joints[2]} are"
+        plane = MeasuredMeaning(
+            "one plane", joints, f"{axes} all parallel to one plane", partial(spread, joints=chosen)
+        )
+        square = MeasuredMeaning(
+            "square", joints, f"{axes} at right angles to each other", partial(_off_square, joints=chosen)
+        )
+        meanings += [plane, square] if _special_meanings(samples, [plane]) else []
     return meanings
 
 
-def _slides_at_links(chain: Chain, samples: Sequence[Sample]) -> list[Meaning]:
-    """Return the statements about prismatic joints along or across links between parallel axes, if not always so."""
+def _slides_at_links(chain: Chain, samples: Sequence[Sample]) -> list[MeasuredMeaning]:
+    """Return the statements about prismatic joints along or across links between parallel axes."""
     kinds = [joint.kind for joint in chain.joints]
     links = [i for i in range(chain.n - 1) if kinds[i : i + 2] == ["R", "R"] and chain.joints[i].a != 0]
-    meanings = []
-    for slide, i in product([k for k, kind in enumerate(kinds) if kind == "P"], links):
-        if not parallel(samples, i, i + 1):
-            continue
-        link, joints = f"the line from the axis of joint {i + 1} to that of joint {i + 2}", (slide + 1, i + 1, i + 2)
-        for kind, how in (("along", "along"), ("across", "at right angles to")):
-            if not _holds_nearby(samples, partial(slant, slide=slide, i=i, j=i + 1, across=kind == "across")):
-                meanings.append(Meaning(kind, joints, f"slide {slide + 1} runs {how} {link}"))
-    return meanings
+    return [
+        MeasuredMeaning(kind, (slide + 1, i + 1, i + 2),
+                f"slide {slide + 1} runs {how} the line from the axis of joint {i + 1} to that of joint {i + 2}",
+                partial(slant, slide=slide, i=i, j=i + 1, across=kind == "across"))
+        for slide, i in product([k for k, kind in enumerate(kinds) if kind == "P"], links)
+        if parallel(samples, i, i + 1)
+        for kind, how in (("along", "along"), ("across", "at right angles to"))
+    ]  # fmt: skip
 
 
-def _origins_in_line(chain: Chain, samples: Sequence[Sample], k: int) -> list[Meaning]:
+def _origins_in_line(chain: Chain, samples: Sequence[Sample], k: int) -> list[MeasuredMeaning]:
     """Return the statements about three successive origins, the middle one being O_k, if no two of them coincide.
 
     They have the names of the arm's convention, and are left out if it has no name for one of them.
     """
     names = [convention_of(chain).place(frame) for frame in (k - 1, k, k + 1)]
     sizes = [np.linalg.norm(np.diff(s.arm.frames(s.q)[k - 1 : k + 2, :3, 3], axis=0), axis=1).min() for s in samples]
-    if None in names or min(sizes) < APART or _holds_nearby(samples, partial(_off_collinear, k=k)):
+    if None in names or min(sizes) < APART:
         return []
-    line = f"${names[0]}$, ${names[1]}$ and ${names[2]}$ lie on one line"
+    line, off = f"${names[0]}$, ${names[1]}$ and ${names[2]}$ lie on one line", partial(_off_collinear, k=k)
     return [
-        Meaning("straight", (k,), f"{line}, ${names[1]}$ between the others"),
-        Meaning("doubled", (k,), f"{line}, ${names[1]}$ not between the others"),
+        MeasuredMeaning("straight", (k,), f"{line}, ${names[1]}$ between the others", off),
+        MeasuredMeaning("doubled", (k,), f"{line}, ${names[1]}$ not between the others", off),
     ]
 
 
@@ -167,39 +193,42 @@ def _off_collinear(arm: NumericChain, q: np.ndarray, k: int) -> np.ndarray:
     return bend(arm, q, k)[0]
 
 
-def _in_one_plane(chain: Chain, samples: Sequence[Sample], revolute: Sequence[int]) -> list[Meaning]:
+def _in_one_plane(chain: Chain, samples: Sequence[Sample], revolute: Sequence[int]) -> list[MeasuredMeaning]:
     """Return the statement that the point and all axes lie in one plane, for an arm whose axes are all parallel."""
     if len(chain.linear_rows) != len(chain.task) or len(revolute) != chain.n or chain.n < 3:
         return []
     if not all(parallel(samples, 0, i) for i in revolute):
         return []
-    return [Meaning("level", tuple(i + 1 for i in revolute), "$P$ and the axes of all joints lie in one plane")]
+    words = "$P$ and the axes of all joints lie in one plane"
+    return [MeasuredMeaning("level", tuple(i + 1 for i in revolute), words, off_level)]
 
 
-def _common_direction(chain: Chain, samples: Sequence[Sample]) -> list[Meaning]:
+def _common_direction(chain: Chain, samples: Sequence[Sample]) -> list[MeasuredMeaning]:
     """Return the statements about two joints that move the point along one line, if that depends on the pose."""
     moving = range(min(chain.n, chain.point.frame))
     sizes = np.min([np.linalg.norm(s.arm.jacobian(s.q)[:3], axis=0) for s in samples], axis=0)
     return [
-        Meaning("one way", (i + 1, j + 1), f"joints {i + 1} and {j + 1} move $P$ along the same line")
+        MeasuredMeaning("one way", (i + 1, j + 1), f"joints {i + 1} and {j + 1} move $P$ along the same line",
+                partial(off_common_direction, joints=(i, j)))
         for i, j in combinations(moving, 2)
-        if min(sizes[i], sizes[j]) > APART and not _holds_nearby(samples, partial(off_common_direction, joints=(i, j)))
-    ]
+        if min(sizes[i], sizes[j]) > APART
+    ]  # fmt: skip
 
 
-def _extremes(chain: Chain, samples: Sequence[Sample], i: int, j: int) -> list[Meaning]:
+def _extremes(chain: Chain, samples: Sequence[Sample], i: int, j: int) -> list[MeasuredMeaning]:
     if not _changes_distance(samples, i, j):
         return []
-    bringing = f"from the axis of joint {i + 1} as joint {j + 1} can bring it"
-    near = Meaning("near", (i + 1, j + 1), f"$P$ is as near to{bringing.removeprefix('from')}")
+    joints, off = (i + 1, j + 1), partial(slope, joint=i, movers=[j])
+    ending = f"the axis of joint {i + 1} as joint {j + 1} can bring it"
     if chain.joints[j].kind == "P":
-        return [near]
-    far = Meaning("far", (i + 1, j + 1), f"$P$ is as far {bringing}")
+        return [MeasuredMeaning("near", joints, f"$P$ is as near to {ending}", off)]
     others = [k for k in range(i + 1, min(chain.n, chain.point.frame)) if k != j]
-    if parallel(samples, i, j) and not any(_changes_distance(samples, i, k) for k in others):
-        far = Meaning("far", far.joints, f"the arm is stretched out: {far.words}")
-        near = Meaning("near", near.joints, f"the arm is folded back: {near.words}")
-    return [far, near]
+    alone = parallel(samples, i, j) and not any(_changes_distance(samples, i, k) for k in others)
+    stretched, folded = ("the arm is stretched out: ", "the arm is folded back: ") if alone else ("", "")
+    return [
+        MeasuredMeaning("far", joints, f"{stretched}$P$ is as far from {ending}", off),
+        MeasuredMeaning("near", joints, f"{folded}$P$ is as near to {ending}", off),
+    ]
 
 
 def _changes_distance(samples: Sequence[Sample], i: int, j: int) -> bool:
@@ -208,44 +237,21 @@ def _changes_distance(samples: Sequence[Sample], i: int, j: int) -> bool:
     return all(abs(before - after) > 1e-9 for before, after in distances)
 
 
-def measure(meaning: Meaning) -> Off:
-    """Return the measure that is zero if a statement holds; "straight" and "doubled", "far" and "near" share one."""
-    i, j = meaning.joints[0] - 1, meaning.joints[-1] - 1
-    joints = [joint - 1 for joint in meaning.joints]
-    if meaning.kind in ("along", "across"):
-        return partial(slant, slide=i, i=joints[1], j=j, across=meaning.kind == "across")
-    by_kind: dict[str, Off] = {
-        "on axis": partial(distance, joint=i),
-        "in line": partial(off_line, i=i, j=j),
-        "parallel": partial(spread, joints=joints),
-        "one plane": partial(spread, joints=joints),
-        "square": partial(_off_square, joints=joints),
-        "straight": partial(_off_collinear, k=i + 1),
-        "doubled": partial(_off_collinear, k=i + 1),
-        "level": off_level,
-        "one way": partial(off_common_direction, joints=joints),
-    }
-    return by_kind.get(meaning.kind, partial(slope, joint=i, movers=[j]))
-
-
 def _off_square(arm: NumericChain, q: np.ndarray, joints: Sequence[int]) -> np.ndarray:
     """Return how far axes are from being at right angles to each other."""
     return np.asarray(1 - spread(arm, q, joints))
 
 
-def holds(chain: Chain, meaning: Meaning, sample: Sample) -> bool | None:
+def holds(chain: Chain, meaning: MeasuredMeaning, sample: Sample) -> bool | None:
     """Tell whether a statement is true of a configuration; None if that is not clear."""
     i, j = meaning.joints[0] - 1, meaning.joints[-1] - 1
     if meaning.kind in ("far", "near"):
         return _is_extreme(chain, meaning.kind, sample, i, j)
-    is_zero = _decide_zero(sample.off(measure(meaning)))
+    size = sample.off(meaning.off)
+    is_zero = True if size < NEAR else False if size > APART / 20 else None
     if is_zero and meaning.kind in ("straight", "doubled"):
         return bool(bend(sample.arm, sample.q[None], i + 1)[1][0] > 0) == (meaning.kind == "straight")
     return is_zero
-
-
-def _is_true(chain: Chain, meaning: Meaning, sample: Sample) -> bool:
-    return holds(chain, meaning, sample) is True
 
 
 def _is_extreme(chain: Chain, kind: str, sample: Sample, i: int, j: int) -> bool | None:
@@ -259,12 +265,3 @@ def _is_extreme(chain: Chain, kind: str, sample: Sample, i: int, j: int) -> bool
         return False if abs(change[0] - change[1]) / (2 * STEP) > APART / 20 else None
     beyond = float(change.max() if kind == "far" else -change.min())
     return True if beyond < NEAR else False if beyond > APART / 20 else None
-
-
-def _decide_zero(size: float) -> bool | None:
-    return True if size < NEAR else False if size > APART / 20 else None
-
-
-def _holds_nearby(samples: Sequence[Sample], off: Off) -> bool:
-    """Tell whether a relation holds in the poses near the samples, too: then it says nothing about the samples."""
-    return all(sample.off_nearby(off) < NEAR for sample in samples)

@@ -10,7 +10,7 @@ from typing import Any
 import mpmath
 import sympy as sp
 
-from qdot.exercises.arm.chain import TASK_ROWS, Chain
+from qdot.exercises.arm.chain import Chain
 
 DIGITS = 30
 DOUBLE: Any = mpmath.fp
@@ -26,7 +26,7 @@ class PreciseArm:
     """A chain with a number for every open symbol, in the arithmetic of an mpmath context."""
 
     def __init__(self, chain: Chain, values: Mapping[sp.Symbol, sp.Expr], context: Any = PRECISE) -> None:
-        self.context, self.task = context, [TASK_ROWS.index(row) for row in chain.task]
+        self.context, self.task = context, chain.task_rows
 
         def number(expression: sp.Expr) -> Any:
             return numeric(sp.sympify(expression).xreplace(dict(values)), context)

@@ -59,9 +59,8 @@ class Line:
             if max(map(abs, error)) < 64 * self.context.eps:
                 return q
             try:
-                q = [
-                    a + b for a, b in zip(q, solve_linear([jacobian[row] for row in self.arm.task], error), strict=True)
-                ]
+                step = solve_linear([jacobian[row] for row in self.arm.task], error)
+                q = [a + b for a, b in zip(q, step, strict=True)]
             except ZeroDivisionError:
                 return None
         return None

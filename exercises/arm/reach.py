@@ -34,13 +34,11 @@ _SURE = 1e-6
 """Places nearer to the limit of the reach than this part of the total length are left undecided."""
 
 
-def reaches(arm: NumericChain, task: Sequence[int], place: np.ndarray) -> bool | None:
-    """Tell whether the point can be at `place` (3, m), as far as `task` (rows) counts; None if that is undecided."""
-    known = _carried_arm(arm, tuple(task))
+def reaches(arm: NumericChain, place: np.ndarray) -> bool | None:
+    """Tell whether the point of a planar arm that joint 1 rotates can be at `place` (3, m); None if undecided."""
+    known = _carried_arm(arm)
     if known is None:
         return None
-    if known.axis is None:
-        return _is_inside(_length(known.inside @ (place - known.start)), known.distances)
     there = place - known.foot
     height = float(there @ known.axis)
     out = float(np.linalg.norm(there - height * known.axis))
@@ -57,47 +55,35 @@ def reaches(arm: NumericChain, task: Sequence[int], place: np.ndarray) -> bool |
 
 @dataclass(frozen=True)
 class _CarriedArm:
-    """A planar arm, alone or rotated about the line through `foot` along `axis`.
+    """A planar arm, rotated about the line through `foot` along `axis`.
 
-    `start` is on its first axis, `distances` are those that it reaches from there, and `inside` projects a vector into
-    its plane. The plane is `beside` the line by that distance, its `shoulder` across from the foot and above it; `size`
-    is that of the whole arm.
+    `distances` are those that it reaches from its first axis. The plane is `beside` the line by that distance, its
+    `shoulder` across from the foot and above it; `size` is that of the whole arm.
     """
 
-    start: np.ndarray
-    inside: np.ndarray
     distances: np.ndarray
-    axis: np.ndarray | None
+    axis: np.ndarray
     foot: np.ndarray
-    shoulder: tuple[float, float] = (0.0, 0.0)
-    beside: float = 0.0
-    size: float = 0.0
+    shoulder: tuple[float, float]
+    beside: float
+    size: float
 
 
 @lru_cache(maxsize=256)
-def _carried_arm(arm: NumericChain, task: tuple[int, ...]) -> _CarriedArm | None:
-    """Return an arm as a planar one, alone or rotated by joint 1; None for other arms."""
-    home = _home_frames(arm)
-    moving = min(arm.point_frame, len(arm.kinds))
-    carried = len(task) == 3
-    if moving <= carried or task not in ((0, 1), (0, 2), (1, 2), (0, 1, 2)) or arm.kinds[0] != "R":
+def _carried_arm(arm: NumericChain) -> _CarriedArm | None:
+    """Return an arm as a planar one that joint 1 rotates; None for other arms."""
+    home, moving = _home_frames(arm), min(arm.point_frame, len(arm.kinds))
+    if moving < 2 or arm.kinds[0] != "R":
         return None
-    axes, origins, point = home[carried:moving, :3, 2], home[carried:moving, :3, 3], arm.point_of(home)
-    normal, start, foot = axes[0], origins[0], home[0, :3, 3]
-    distances = _distances(arm.kinds[carried:moving], axes, origins, point)
-    if distances is None:
+    axes, origins, point = home[1:moving, :3, 2], home[1:moving, :3, 3], arm.point_of(home)
+    normal, foot, axis = axes[0], home[0, :3, 3], home[0, :3, 2]
+    distances = _distances(arm.kinds[1:moving], axes, origins, point)
+    if distances is None or abs(axis @ normal) > _EXACT:
         return None
-    inside = np.eye(3) - np.outer(normal, normal)
-    if not carried:
-        (left,) = {0, 1, 2} - set(task)
-        return _CarriedArm(start, inside, distances, None, foot) if 1 - abs(normal[left]) <= _EXACT else None
-    axis = home[0, :3, 2]
-    if abs(axis @ normal) > _EXACT:
-        return None
-    way, beside = start - foot, float((point - foot) @ normal)
+    way, beside = origins[0] - foot, float((point - foot) @ normal)
     size = float(np.sum(distances[np.isfinite(distances)])) + float(np.linalg.norm(way)) + abs(beside)
     shoulder = float(way @ np.cross(normal, axis)), float(way @ axis)
-    return _CarriedArm(start, inside, distances, axis, foot, shoulder, beside, size)
+    return _CarriedArm(distances, axis, foot, shoulder, beside, size)
 
 
 @lru_cache(maxsize=256)
@@ -143,8 +129,8 @@ def reaches_beside(arm: NumericChain, frames: np.ndarray, task: Sequence[int], s
     point = arm.point_of(frames)
     by = np.zeros(6)
     by[list(task)] = shift
-    if max(task) < 3:
-        known = reaches(arm, task, point + by[:3])
+    if list(task) == [0, 1, 2]:
+        known = reaches(arm, point + by[:3])
         if known is not None:
             return known
     flat = _flat_arm(arm, tuple(task))
@@ -215,7 +201,11 @@ def _reaches_flat(arm: NumericChain, flat: _FlatArm, joints: tuple[int, ...], pl
     kinds, axes, origins = [arm.kinds[joint] for joint in joints], home[joints, :3, 2], home[joints, :3, 3]
     if kinds[0] == "R":
         distances = _distances(kinds, axes, origins, tip)
-        return None if distances is None else _is_inside(_length(flat.inside @ (place - origins[0])), distances)
+        return (
+            None
+            if distances is None
+            else _is_inside(float(np.linalg.norm(flat.inside @ (place - origins[0]))), distances)
+        )
     if len(kinds) == 1 or "P" in kinds[1:]:
         return None
     off = float(cross(flat.normal, axes[0]) @ (place - origins[1]))
@@ -225,10 +215,6 @@ def _reaches_flat(arm: NumericChain, flat: _FlatArm, joints: tuple[int, ...], pl
 
 def _is_below(size: float, most: float) -> bool | None:
     return None if abs(size - most) < _SURE * (size + most) else size < most
-
-
-def _length(vector: np.ndarray) -> float:
-    return float(np.linalg.norm(vector))
 
 
 def _rotation_about(turn: np.ndarray) -> np.ndarray:

@@ -10,7 +10,7 @@ from functools import lru_cache
 import numpy as np
 
 from qdot.exercises.arm.axes import Off, Sample
-from qdot.exercises.arm.chain import TASK_ROWS, Chain
+from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.kinematics import NumericChain
 from qdot.exercises.common.stream import Stream
 
@@ -28,7 +28,7 @@ def is_reason(chain: Chain, samples: Sequence[Sample], off: Off, holds: Holds) -
     `samples` are configurations at which it holds; `chain` has the task. If the search finds only these, which are
     singular, the statement counts as the reason.
     """
-    rows = [TASK_ROWS.index(row) for row in chain.task]
+    rows = chain.task_rows
     all_arms = list({id(sample.arm): sample.arm for sample in samples}.values())
     chosen_arms = all_arms[:: max(1, len(all_arms) // _ARMS)][:_ARMS]
     arms = NumericChain.stack(chosen_arms)

@@ -17,10 +17,10 @@ from itertools import combinations, product
 import numpy as np
 import sympy as sp
 
-from qdot.exercises.arm.chain import TASK_ROWS, Base, Chain, Joint, Point
+from qdot.exercises.arm.chain import ANGLES, TASK_ROWS, Base, Chain
 from qdot.exercises.arm.derivation import TooLong, determinant_of, minors_are_long, moves_with_last_link
 from qdot.exercises.arm.joint_solvability import drop_implied, may_hold_together
-from qdot.exercises.arm.kinematics import NumericChain, Z, frame_behind
+from qdot.exercises.arm.kinematics import NumericChain, jacobian_seen_from
 from qdot.exercises.arm.singularity import Conjunction, Search, cases_of_zero, common_zeros, state_conditions, tidy_ways
 from qdot.exercises.arm.trigonometry import Factored, factor_trig
 from qdot.exercises.common.stream import Stream
@@ -73,32 +73,25 @@ def plain_chain(chain: Chain) -> tuple[Chain, dict[sp.Symbol, sp.Expr]]:
 
     These are twists that are not right angles, and lengths with roots in them.
     """
-    values: dict[sp.Symbol, sp.Expr] = {}
+    values: dict[sp.Symbol, sp.Expr] = {
+        q: q + offset for q, offset in zip(chain.q, chain.offsets, strict=True) if offset != 0
+    }
 
-    def named(name: str, value: sp.Expr) -> sp.Symbol:
-        symbol = sp.Symbol(name)
+    def simplify(name: str, value: sp.Expr) -> sp.Expr:
+        if sp.Symbol(name) in chain.q:
+            return sp.Symbol(name)
+        is_angle = name.startswith(ANGLES)
+        if is_angle and (2 * value / sp.pi).is_Integer:
+            return sp.Mod(value, 2 * sp.pi)
+        if not is_angle and _is_plain(value):
+            return value
+        symbol = sp.Symbol(name if is_angle or name.startswith("point") else f"length_{name}")
         if value != symbol:
             values[symbol] = value
         return symbol
 
-    def twist(name: str, value: sp.Expr) -> sp.Expr:
-        return sp.Mod(value, 2 * sp.pi) if (2 * value / sp.pi).is_Integer else named(name, value)
-
-    def length(name: str, value: sp.Expr) -> sp.Expr:
-        return value if _is_plain(value) else named(name, value)
-
-    joints = []
-    for i, (joint, q, offset) in enumerate(zip(chain.joints, chain.q, chain.offsets, strict=True), 1):
-        if offset != 0:
-            values[q] = q + offset
-        if joint.kind == "R":
-            theta, d = q, length(f"length_d{i}", joint.d)
-        else:
-            theta, d = twist(f"fixed{i}", joint.theta), q
-        a, alpha = length(f"length_a{i}", joint.a), twist(f"alpha{i}", joint.alpha)
-        joints.append(Joint(joint.kind, theta, d, a, alpha))
-    x, y, z = (length(f"point_{axis}", value) for axis, value in zip("xyz", chain.point.offset, strict=True))
-    return replace(chain, joints=tuple(joints), base=Base(), tool=Point(chain.point.frame, (x, y, z))), values
+    plain = replace(chain, base=Base()).map_entries(simplify)
+    return replace(plain, tool=plain.point), values
 
 
 def _is_plain(value: sp.Expr) -> bool:
@@ -134,31 +127,6 @@ def _sparsest_frames(chain: Chain) -> list[tuple[int, int | None]]:
     for key, pattern in sorted(candidates):
         patterns.setdefault(pattern, (key[3], key[4]))
     return list(patterns.values())
-
-
-def _jacobian_seen_from(chain: Chain, frame: int, about: int | None) -> sp.ImmutableMatrix:
-    """Return J of the last link seen from a frame, with the origin of frame `about` as the point, 6 x n.
-
-    Without `about`, it is that of P, 3 x n, and the frame is not after the one in which P is fixed.
-    """
-    end = chain.point.frame if about is None else about
-    between = frame_behind(chain.joints[min(frame, end) : max(frame, end)])
-    point = between.origin if end >= frame else -(between.rotation.T * between.origin)
-    if about is None:
-        point += between.rotation * sp.Matrix(chain.point.offset)
-    columns = []
-    for i, joint in enumerate(chain.joints):
-        if about is None and i >= end:
-            columns.append(sp.zeros(3, 1))
-            continue
-        way = frame_behind(chain.joints[min(i, frame) : max(i, frame)])
-        if i < frame:
-            z, origin = way.rotation.T * Z, -(way.rotation.T * way.origin)
-        else:
-            z, origin = way.rotation * Z, way.origin
-        linear, angular = (z.cross(point - origin), z) if joint.kind == "R" else (z, sp.zeros(3, 1))
-        columns.append(linear if about is None else linear.col_join(angular))
-    return sp.ImmutableMatrix(sp.Matrix.hstack(*columns).applyfunc(_tidy))
 
 
 def _tidy(entry: sp.Expr) -> sp.Expr:
@@ -230,7 +198,7 @@ class _Elimination:
 
     def _roots(self, factor: sp.Expr) -> list[tuple[sp.Expr, dict[sp.Expr, sp.Expr]]]:
         """Return the ways in which a factor vanishes: a condition to state, and sines, cosines and slides there."""
-        known = cases_of_zero(factor, self.search)
+        known = cases_of_zero(factor)
         if known[0][1]:
             return [(condition, dict(values)) for condition, values in known]
         roots = half_angle_roots(factor, self.search)
@@ -443,10 +411,13 @@ def reciprocal_set(chain: Chain, twists: tuple[tuple[sp.Symbol, sp.Expr], ...] =
     sets, failed = [], None
     for frame, about in _sparsest_frames(chain)[:TRIED]:
         try:
-            sets.append(_search_from(chain, frame, about, is_zero))
+            singular_set = _search_from(chain, frame, about, is_zero)
         except TooLong as error:
             failed = error
-        if sets and _size(sets[-1]) < SHORT:
+            continue
+        possible = (w for w in singular_set.ways if may_hold_together([c.xreplace(dict(twists)) for c in w], chain.q))
+        sets.append(replace(singular_set, ways=tuple(possible)))
+        if _size(sets[-1]) < SHORT:
             break
     if not sets:
         assert failed is not None
@@ -459,7 +430,7 @@ def _size(singular_set: ReciprocalSet) -> int:
 
 
 def _search_from(chain: Chain, frame: int, about: int | None, is_zero: Callable[[sp.Expr], bool]) -> ReciprocalSet:
-    seen = Reduction(frame, about, _jacobian_seen_from(chain, frame, about))
+    seen = Reduction(frame, about, sp.ImmutableMatrix(jacobian_seen_from(chain, frame, about).applyfunc(_tidy)))
     eliminated = _Elimination(Search(chain.q, is_zero))
     ways = list(eliminated.ways(sp.Matrix(seen.matrix), tuple(range(1, chain.n + 1)), ()))
     if () in ways:

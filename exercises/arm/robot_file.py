@@ -37,7 +37,7 @@ from typing import Any
 import numpy as np
 import sympy as sp
 
-from qdot.exercises.arm.axes_to_dh import HOME, Axis, Pose, exactly, pose_of
+from qdot.exercises.arm.axes_to_dh import HOME, Axis, Pose, pose_of, to_exact
 from qdot.exercises.arm.chain import CONVENTIONS, TASK_ROWS, TWIST_ORDERS, Base, Chain, Joint, Point
 from qdot.exercises.arm.conventions import ALIASES, REGISTRY
 from qdot.exercises.arm.conventions.base import FRAMES, FRAMES_OF_JOINTS, Convention
@@ -45,10 +45,17 @@ from qdot.exercises.arm.conventions.screws import Screws
 from qdot.exercises.arm.derivation import derive
 from qdot.exercises.arm.entry import check_role, doubt, value_of
 from qdot.exercises.arm.kinematics import NumericChain
-from qdot.exercises.arm.standard_table import Row, axes_of_rows, by_axes, is_rounded, modified, standard
+from qdot.exercises.arm.standard_table import (
+    Row,
+    axes_of_rows,
+    dh_of_axes,
+    dh_of_modified_rows,
+    dh_of_standard_rows,
+    is_rounded,
+)
 from qdot.exercises.arm.urdf import UrdfChain, read_urdf
-from qdot.exercises.common.errors import QdotError, unknown
-from qdot.exercises.common.input_file import Place, TomlFile, read_table, read_toml, toml_text
+from qdot.exercises.common.errors import QdotError
+from qdot.exercises.common.input_file import Place, TomlFile, read_toml, toml_text
 from qdot.exercises.common.stream import Stream
 
 ROW_KEYS = Convention.joint_keys
@@ -110,28 +117,16 @@ def read_robot(path: Path) -> Chain:
     return read_robot_file(path).chain
 
 
-def read_robot_file(path: Path, tip: str = "", convention: str = "", angles: str = "") -> Robot:
-    """Return the robot that a file describes; the file's ending tells its format: .toml, .csv or .urdf.
+def read_robot_file(path: Path, tip: str = "") -> Robot:
+    """Return the robot that a file describes: a URDF if its name ends in .urdf or .xml, else a ROBOT.toml.
 
-    For a URDF, `tip` is the link at the end of the chain; for a table in CSV, `convention` and `angles` (radians or
-    degrees) say how it is written. Raises QdotError with the file, line, place and what is right.
+    For a URDF, `tip` is the link at the end of the chain. Raises QdotError with file, line, place and what is right.
     """
-    kind = path.suffix.lower()
-    if kind in (".urdf", ".xml"):
-        _refuse_options(path, convention, angles)
+    if path.suffix.lower() in (".urdf", ".xml"):
         return _robot_of_urdf(path, read_urdf(path, tip))
     if tip:
         raise QdotError(f"{path}: a tip is named for a URDF, whose name ends in .urdf")
-    if kind == ".csv":
-        return robot_of(read_csv_rows(path, convention or CONVENTIONS[0], angles or ANGLE_UNITS[0]))
-    _refuse_options(path, convention, angles)
     return robot_of(read_toml(path))
-
-
-def _refuse_options(path: Path, convention: str, angles: str) -> None:
-    for key, value in (("convention", convention), ("angles", angles)):
-        if value:
-            raise QdotError(f'{path}: --{key} is for a table in CSV; a ROBOT.toml says {key} = "{value}" itself')
 
 
 def _too_many(count: int) -> str:
@@ -142,7 +137,7 @@ def _robot_of_urdf(path: Path, described: UrdfChain) -> Robot:
     count = len(described.axes)
     if count > MOST_JOINTS:
         raise QdotError(f"{path}: {_too_many(count)}")
-    base, joints, point = by_axes(described.axes, described.tip, count)
+    base, joints, point = dh_of_axes(described.axes, described.tip, count)
     chain = Chain(described.name, joints, ("vx",), base, point, described.name)
     return Robot(
         chain.with_task(*default_task(chain)),
@@ -151,54 +146,6 @@ def _robot_of_urdf(path: Path, described: UrdfChain) -> Robot:
         written_arm=_written_axes(described.axes),
         rounded=is_rounded(chain, described.axes, described.tip),
     )
-
-
-@dataclass(frozen=True)
-class _TableFile(TomlFile):
-    """A table in CSV, represented as the file that has a [[joint]] for each of its lines."""
-
-    numbers: tuple[int, ...] = ()
-
-    def line(self, place: Place) -> int | None:
-        """Return the number of the line of a joint."""
-        index = place[1] if len(place) > 1 and place[0] == "joint" else None
-        return self.numbers[index] if isinstance(index, int) else None
-
-
-def read_csv_rows(path: Path, convention: str, angles: str) -> TomlFile:
-    """Return a table in CSV, a column for each entry of a row, as the equivalent ROBOT.toml. Raises QdotError."""
-    rows = read_table(path, ROW_KEYS[0], ",".join(ROW_KEYS), too_long=_TOO_LONG)
-    if not rows:
-        raise QdotError(f"{path}: it has a header and no rows; below it stands a line for each joint")
-    for index, (number, row) in enumerate(rows, 1):
-        _check_cells(f"{path}: line {number}: joint {index}", row)
-    joints = [{key: _cell(key, text) for key, text in row.items() if text.strip()} for _, row in rows]
-    content = {"name": path.stem, "convention": convention, "angles": angles, "joint": joints}
-    return _TableFile(path, "", content, tuple(number for number, _ in rows))
-
-
-_TOO_LONG = 'numbers have a decimal point, as in 0.4, or stand in double quotes, "0,4"; or it has a column too many'
-
-
-def _check_cells(place: str, row: dict[str, str]) -> None:
-    """Refuse cells of unknown columns, and a row in which a cell is missing or empty."""
-    for column, text in row.items():
-        if text.strip() and column not in ROW_KEYS:
-            raise QdotError(f"{place}: {unknown('column', column, ROW_KEYS)}")
-    for column in ROW_KEYS:
-        if not row.get(column, "").strip():
-            raise QdotError(
-                f"{place}: the cell of {column!r} is empty or missing; a row has {', '.join(ROW_KEYS)}, each in the "
-                "column that is called so, and 0 where there is nothing"
-            )
-
-
-def _cell(key: str, text: str) -> object:
-    """Return a number if a cell has one, with a decimal point or a decimal comma, else its text."""
-    number = text.strip()
-    if re.fullmatch(r"[-+]?\d*,\d+", number):
-        number = number.replace(",", ".")
-    return Decimal(number) if key != "kind" and re.fullmatch(r"[-+]?(\d+\.?\d*|\.\d+)", number) else text.strip()
 
 
 def robot_of(file: TomlFile) -> Robot:
@@ -307,11 +254,11 @@ class _Reader:
         base = self._pose("base")
         if base != HOME or self.has_links_first:
             self.home_axes = axes_of_rows(rows, base, self.convention), None
-        table = modified if self.has_links_first else standard
-        if self.has_links_first or any(row.reversed for row in rows):
+        table = dh_of_modified_rows if self.has_links_first else dh_of_standard_rows
+        if self.has_links_first or any(row.is_reversed for row in rows):
             written = zip(rows, self.variables, strict=True)
             self.written_arm = WrittenArm(
-                self.convention, tuple(row.written(variable) for row, variable in written), self._written_base()
+                self.convention, tuple(row.entries(variable) for row, variable in written), self._written_base()
             )
         return table(rows, base, self._point())
 
@@ -393,7 +340,7 @@ class _Reader:
         ]
         self.home_axes = world_axes, point.origin
         self.axis_points = tuple(_coordinates(axis.point) if axis.kind == "R" else None for axis in world_axes)
-        return by_axes(world_axes, point.origin, home_point.frame)
+        return dh_of_axes(world_axes, point.origin, home_point.frame)
 
     def _axis(self, index: int) -> Axis:
         """Return an axis as written, in the base frame."""
@@ -470,13 +417,13 @@ class _Reader:
 
 
 def _coordinates(place: sp.Matrix) -> Triple:
-    x, y, z = place.applyfunc(exactly)
+    x, y, z = place.applyfunc(to_exact)
     return x, y, z
 
 
 def _written_axes(axes: Sequence[Axis]) -> WrittenArm:
     rows = (
-        (tuple(axis.direction.applyfunc(exactly)), tuple(axis.point.applyfunc(exactly)) if axis.kind == "R" else None)
+        (tuple(axis.direction.applyfunc(to_exact)), tuple(axis.point.applyfunc(to_exact)) if axis.kind == "R" else None)
         for axis in axes
     )
     return WrittenArm(Screws, tuple(rows))

@@ -14,18 +14,13 @@ import sympy as sp
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.derivation import Derivation, TooLong, derive
 from qdot.exercises.arm.joint_solvability import drop_implied, follows, may_hold_together
-from qdot.exercises.arm.relations import Relation, factor_by_half_angle, relation_of
 from qdot.exercises.arm.trigonometry import Factored, factor_trig, substitute
-from qdot.exercises.common.stream import Stream
-from qdot.exercises.formula.text import text_of
 
 MOST_WAYS, MOST_PARTS = 300, 40
 """Ways in which minors vanish together that are examined at most, and ways that anyone would read."""
 MOST_ZEROS = 10_000
 """Work allowed for proving that long conditions follow from others, as `joint_solvability` counts it."""
 _NOTHING = sp.Float("1e-20")
-_SIGNS, _CLEAR = 12, 1e-6
-"""Places at which the sign of an expression is tested, and the size from which it has one."""
 RIGHT_ANGLES = (sp.S.Zero, sp.pi / 2, sp.pi, -sp.pi / 2)
 
 
@@ -33,6 +28,8 @@ Joints = tuple[sp.Symbol, ...]
 Conjunction = tuple[sp.Expr, ...]
 Solved = tuple[sp.Symbol, tuple[sp.Expr, ...]]
 """A joint, and its values at which a condition holds."""
+Values = tuple[tuple[sp.Symbol, sp.Expr], ...]
+"""Joints with their values."""
 Zeros = list[Conjunction] | None
 """Conditions under which all minors vanish together; None if they always do."""
 
@@ -55,10 +52,18 @@ class Component:
         """
         if self.solutions is None:
             return [" and ".join(f"{condition} = 0" for condition in self.conditions)]
-        texts = [""]
-        for joint, values in self.solutions:
-            texts = [f"{text} and {joint} = {value}".removeprefix(" and ") for text in texts for value in values]
-        return texts
+        return [" and ".join(f"{joint} = {value}" for joint, value in each) for each in self.value_combinations()]
+
+    def value_combinations(self) -> list[Values]:
+        """Return every combination of joint values at which the conditions hold; none if they tie joints."""
+        if self.solutions is None:
+            return []
+        pairs = ([(joint, value) for value in values] for joint, values in self.solutions)
+        return list(product(*pairs))
+
+    def at(self, values: Values) -> "Component":
+        """Return the part at which joints have these values."""
+        return Component(self.conditions, tuple((joint, (value,)) for joint, value in values))
 
 
 @lru_cache(maxsize=256)
@@ -73,12 +78,15 @@ def singular_set(chain: Chain) -> tuple[Component, ...] | None:
 def special_length_components(chain: Chain) -> tuple[Component, ...]:
     """Return further components that exist only if the open lengths are related in special ways."""
     derivation = derive(chain)
-    never = (conditions for conditions, holds in _substitute_values(derivation, _zeros(derivation)) if not holds)
-    components = (
-        solve_conjunction(conditions, chain)
-        for conditions in never
-        if sp.Tuple(*conditions).free_symbols - set(chain.q)
-    )
+    inverse = sp.Symbol("d_inverse")
+    components = []
+    for conditions, holds in _substitute_values(derivation, _zeros(derivation)):
+        lengths = sorted(sp.Tuple(*conditions).free_symbols - set(chain.q), key=str)
+        if holds or not lengths:
+            continue
+        nonzero_lengths = 1 - inverse * sp.Mul(*lengths)
+        if may_hold_together([*conditions, nonzero_lengths], (*chain.q, *lengths, inverse)):
+            components.append(solve_conjunction(conditions, chain))
     return tuple(dict.fromkeys(component for component in components if component is not None))
 
 
@@ -322,7 +330,9 @@ def _trig_polynomial(condition: sp.Expr, chain: Chain) -> sp.Poly | None:
 _AT = sp.Function("at")
 """Marks that a factor is zero at one of its roots, at(sin(theta2), pi), until the other root is found, too."""
 
-_TRIG = sp.Dummy("trig")
+
+def _is_mark(condition: sp.Expr) -> bool:
+    return getattr(condition, "func", None) == _AT
 
 
 @dataclass(frozen=True)
@@ -374,187 +384,20 @@ def common_zeros(minors: Sequence[Factored], search: Search) -> Zeros:
 
 
 def tidy_ways(conjunctions: Iterable[Conjunction], search: Search, what: str) -> list[Conjunction]:
-    """Return ways in which something vanishes without duplicates, implied conditions, and impossible ways.
+    """Return ways in which something vanishes without duplicates and implied conditions.
 
     Cases that differ in the root of a factor are merged. Raises TooLong with `what` vanishes.
     """
     merged = _merge_roots(list(conjunctions))
-    settled = [leaf for conjunction in merged for leaf in _settle(conjunction, search)]
-    if settled != merged:
-        merged = _merge_roots(settled)
     if len(merged) > MOST_PARTS:
         raise TooLong(f"{what} vanish together in more than {MOST_PARTS} ways, too many to read")
-    stated = [state_conditions(conjunction) for conjunction in _drop_special_cases(merged)]
-    there = [conjunction for conjunction in stated if _may_hold(list(conjunction), search)]
-    return _drop_subsumed([_drop_implied(conjunction, search) for conjunction in there], search)
-
-
-def _may_hold(conditions: list[sp.Expr], search: Search) -> bool:
-    """Tell whether conditions may hold together, for generic lengths; True if undecided.
-
-    Angles that some of them fix are substituted into the others; two that fix both cosine and sine of one angle have to
-    agree.
-    """
-    for condition in conditions:
-        roots = _roots(condition, search)
-        if roots:
-            rest = [remaining for remaining in conditions if remaining != condition]
-            return any(_may_hold_at(rest, {joint: value}, search) for joint, value in roots)
-    known: dict[sp.Expr, sp.Expr] = {}
-    for condition in conditions:
-        for trig, value in _known_trig(condition, search):
-            known[trig] = value
-            others = (
-                _numerator(remaining.xreplace({trig: value})) for remaining in conditions if remaining != condition
-            )
-            if any(_free_factors(remaining, search) == [] for remaining in others):
-                return False
-    return not any(_are_apart(a, b, known, search) for a, b in combinations(conditions, 2))
-
-
-def _numerator(condition: sp.Expr) -> sp.Expr:
-    """Return the numerator, which is zero where the condition holds."""
-    return sp.together(condition).as_numer_denom()[0]
-
-
-def _may_hold_at(conditions: list[sp.Expr], values: dict[sp.Symbol, sp.Expr], search: Search) -> bool:
-    """Tell the same if a joint has a value: of each condition, some factor that contains a joint has to vanish."""
-    ways = [_free_factors(substitute(condition, values), search) for condition in conditions]
-    return all(way != [] for way in ways) and any(
-        _may_hold(list(dict.fromkeys(chosen)), search) for chosen in product(*(way for way in ways if way is not None))
-    )
+    stated = [state_conditions(conjunction) for conjunction in merged]
+    return _drop_subsumed([_drop_implied(conjunction, search) for conjunction in stated], search)
 
 
 def _free_factors(condition: sp.Expr, search: Search) -> list[sp.Expr] | None:
     """Return the factors with joints, one of which vanishes where the condition holds; None if it always does."""
     return search.moving_factors(factor_trig(sp.expand(condition)))
-
-
-def _known_trig(condition: sp.Expr, search: Search) -> Iterator[tuple[sp.Expr, sp.Expr]]:
-    """Yield the only sine or cosine of joints in a condition with its value, as in a1 + a2 cos(theta2) = 0."""
-    moving = [trig for trig in condition.atoms(sp.sin, sp.cos) if search.moves(trig)]
-    if len(moving) == 1:
-        line = sp.Poly(sp.expand(condition).xreplace({moving[0]: _TRIG}), _TRIG)
-        if line.degree() == 1 and not line.free_symbols_in_domain & set(search.joints):
-            slope, rest = line.all_coeffs()
-            if search.moving_factors(factor_trig(sp.expand(slope))) is not None:
-                yield moving[0], -rest / slope
-
-
-def _are_apart(first: sp.Expr, second: sp.Expr, known: dict[sp.Expr, sp.Expr], search: Search) -> bool:
-    """Tell whether two conditions, both linear in cosine and sine of one angle, have no common solution."""
-    angles = {atom.args[0] for atom in (*first.atoms(sp.sin, sp.cos), *second.atoms(sp.sin, sp.cos))}
-    turning = sorted(filter(search.moves, angles), key=sp.default_sort_key)
-    return any(_are_apart_at(first, second, angle, known, search) for angle in turning)
-
-
-def _are_apart_at(
-    first: sp.Expr, second: sp.Expr, angle: sp.Expr, known: dict[sp.Expr, sp.Expr], search: Search
-) -> bool:
-    """Solve both for cosine and sine, whose squares have to add up to one; without constants, both would be zero."""
-    cosine, sine = sp.Dummy("c"), sp.Dummy("s")
-    circle = {sp.cos(angle): cosine, sp.sin(angle): sine}
-    lines = [sp.Poly(sp.expand(condition).xreplace(circle), cosine, sine) for condition in (first, second)]
-    if any(line.total_degree() != 1 for line in lines):
-        return False
-    a, b = ([line.coeff_monomial(monomial) for monomial in (cosine, sine, 1)] for line in lines)
-    size = a[0] * b[1] - a[1] * b[0]
-    if not any(map(search.moves, (*a, *b))):
-        x, y = a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2]
-        return search.moving_factors(factor_trig(sp.expand(x**2 + y**2 - size**2))) is not None
-    return a[2] == b[2] == 0 and _is_never_zero(size.xreplace(known), search)
-
-
-def _is_never_zero(expression: sp.Expr, search: Search) -> bool:
-    """Tell whether an expression is a sum of squares, up to sign, one of them a nonzero constant.
-
-    Also True for a quadratic in a sine, cosine or slide without real roots, as (3 cos(theta5) - 2)^2 + 9.
-    """
-    if _changes_sign(expression, search):
-        return False
-    plain = sp.expand(expression)
-    trigs = plain.atoms(sp.sin, sp.cos)
-    real = {
-        atom: sp.Dummy(real=True) if search.moves(atom) else sp.Dummy(real=True, zero=False)
-        for atom in (*trigs, *plain.free_symbols)
-    }
-    plain = plain.xreplace({trig: real[trig] for trig in trigs}).xreplace(real)
-    if plain.is_positive or plain.is_negative:
-        return True
-    quadratics = [sp.Poly(plain, x) for x in plain.free_symbols if not x.is_nonzero]
-    parts = (polynomial.all_coeffs() for polynomial in quadratics if polynomial.degree() == 2)
-    return any(sp.expand(b**2 - 4 * a * c).is_negative for a, b, c in parts)
-
-
-def _changes_sign(expression: sp.Expr, search: Search) -> bool:
-    """Tell whether an expression takes both signs when real numbers replace its joints, sines and cosines."""
-    draws = Stream("signs")
-    atoms = sorted(expression.atoms(sp.sin, sp.cos) | expression.free_symbols, key=text_of)
-    signs = set()
-    for _ in range(_SIGNS):
-        values = {
-            atom: sp.Float(draws.uniform(-3, 3) if search.moves(atom) else draws.uniform(0.2, 2)) for atom in atoms
-        }
-        number = expression.xreplace(values)
-        signs.add(sp.sign(number) if number.is_Float and abs(number) > _CLEAR else 0)
-    return {1, -1} <= signs
-
-
-def _settle(conjunction: Conjunction, search: Search) -> Iterator[Conjunction]:
-    """Yield what a conjunction becomes when each condition is solved for a joint and substituted into the others.
-
-    A long condition may have been chosen before the one that fixes a joint in it: after the substitution it is shorter,
-    has more factors, or follows from the others.
-    """
-    open_ones = [condition for condition in conjunction if getattr(condition, "func", None) != _AT]
-    marks = [condition for condition in conjunction if condition not in open_ones]
-    for source in (*marks, *open_ones):  # a joint that has a value never gets another one
-        relation = _relation_from(source, search)
-        moved = [c for c in open_ones if c != source and relation is not None and relation.occurs_in(c)]
-        if relation is None or not moved:
-            continue
-        ways = (_factors_with(relation, condition, search) for condition in moved)
-        kept = tuple(condition for condition in conjunction if condition not in moved)
-        for leaf in _branches([way for way in ways if way is not None], search):
-            yield from _settle(tuple(dict.fromkeys((*kept, *leaf))), search)
-        return
-    yield conjunction
-
-
-def _relation_from(condition: sp.Expr, search: Search) -> Relation | None:
-    """Return the substitution for a joint that a condition, or a mark, implies; None if that is not certain."""
-    if getattr(condition, "func", None) != _AT:
-        return relation_of(
-            condition, search.joints, lambda constant: search.moving_factors(factor_trig(constant)) is not None
-        )
-    ((joint, value),) = _value_at(*condition.args).items()
-    return Relation(joint, value)
-
-
-def _factors_with(relation: Relation, condition: sp.Expr, search: Search) -> list[sp.Expr] | None:
-    """Return the factors one of which vanishes where a condition holds after a substitution; None if it always does."""
-    factors = search.moving_factors(factor_trig(relation.substitute_into(condition)))
-    if factors is None:
-        return None
-    left = [factor for factor in factors if factor not in relation.beside]
-    return [piece for factor in left for piece in factor_by_half_angle(factor, search.joints)]
-
-
-def _drop_special_cases(conjunctions: list[Conjunction]) -> list[Conjunction]:
-    """Drop special cases of another conjunction at one root, as s2 = 0 at 0 in a1 + a2 c2 = 0."""
-    kept = []
-    for conjunction in conjunctions:
-        marks = [case for case in conjunction if getattr(case, "func", None) == _AT]
-        values = {}
-        for mark in marks:
-            values.update(_value_at(*mark.args))
-        plain = [condition for condition in conjunction if condition not in marks]
-        others = [
-            general for general in conjunctions if general != conjunction and not any(o.has(_AT) for o in general)
-        ]
-        if not marks or not any(all(_holds(condition, values, plain) for condition in general) for general in others):
-            kept.append(conjunction)
-    return kept
 
 
 def _holds(condition: sp.Expr, values: dict[sp.Symbol, sp.Expr], known: list[sp.Expr]) -> bool:
@@ -568,16 +411,14 @@ def _holds(condition: sp.Expr, values: dict[sp.Symbol, sp.Expr], known: list[sp.
 def _value_at(factor: sp.Expr, root: sp.Expr) -> dict[sp.Symbol, sp.Expr]:
     """Return the value of the last joint in a factor at one of its roots."""
     angle = factor.args[0]
-    joint = max(angle.free_symbols, key=lambda symbol: symbol.name)
+    joint = max(angle.free_symbols, key=lambda q: (q.name.startswith("theta"), len(q.name), q.name))
     return {joint: sp.expand((root - angle) / sp.diff(angle, joint) + joint)}
 
 
 def state_conditions(conjunction: Conjunction) -> Conjunction:
     """Return conditions without marks: 1 - cos(theta2) = 0 says that the angle is at the root 0 only."""
     return tuple(
-        1 - sp.cos(condition.args[0].args[0] - condition.args[1])
-        if getattr(condition, "func", None) == _AT
-        else condition
+        1 - sp.cos(condition.args[0].args[0] - condition.args[1]) if _is_mark(condition) else condition
         for condition in conjunction
     )
 
@@ -596,26 +437,17 @@ def _branches(factor_sets: list[list[sp.Expr]], search: Search) -> Iterator[list
     factor_sets = sorted(factor_sets, key=lambda factors: (len(factors), sum(map(sp.count_ops, factors))))
     first, rest = factor_sets[0], factor_sets[1:]
     for factor in first:
-        for condition, values in cases_of_zero(factor, search):
+        for condition, values in cases_of_zero(factor):
             tried = (_remaining_factors(factors, factor, values, search) for factors in rest)
             remaining = [factors for factors in tried if factors is not None]
             yield from ([condition, *leaf] for leaf in _branches(remaining, search))
 
 
-def cases_of_zero(factor: sp.Expr, search: Search) -> list[tuple[sp.Expr, dict[sp.Symbol, sp.Expr]]]:
+def cases_of_zero(factor: sp.Expr) -> list[tuple[sp.Expr, dict[sp.Symbol, sp.Expr]]]:
     """Return the ways in which a factor vanishes: a condition to state and the substitution that it allows."""
     if isinstance(factor, (sp.sin, sp.cos)):
-        angle = factor.args[0]
-        joint = max((q for q in search.joints if angle.has(q)), key=search.joints.index)
-        roots = (sp.S.Zero, sp.pi) if isinstance(factor, sp.sin) else (sp.pi / 2, -sp.pi / 2)
-        sign = sp.diff(angle, joint)
-        return [(_root_mark(factor, root), {joint: sp.expand((root - angle) / sign + joint)}) for root in roots]
+        return [(_AT(factor, root), _value_at(factor, root)) for root in _WHERE[factor.func, 0]]
     return [(factor, {})]
-
-
-def _root_mark(factor: sp.Expr, root: sp.Expr) -> sp.Expr:
-    """Return a mark for "this factor is zero at this root", to be merged with its other root later."""
-    return _AT(factor, root)
 
 
 def _remaining_factors(
@@ -641,21 +473,18 @@ def _merge_roots(conjunctions: list[Conjunction]) -> list[Conjunction]:
     """Merge cases that differ only in the root of one factor, as theta3 = 0 and theta3 = pi, into the factor."""
     sets = {frozenset(conjunction) for conjunction in conjunctions}
     text = lru_cache(maxsize=None)(str)
-    changed = True
-    while changed:
-        changed = False
+
+    def mergeable_cases() -> tuple[set[frozenset[sp.Expr]], frozenset[sp.Expr]] | None:
         for conjunction in sorted(sets, key=lambda c: sorted(map(text, c))):
-            for case in conjunction:
-                if getattr(case, "func", None) != _AT:
-                    continue
+            for case in filter(_is_mark, conjunction):
                 rest = conjunction - {case}
                 siblings = {rest | {_AT(case.args[0], root)} for root in RIGHT_ANGLES} & sets
                 if len(siblings) == 2:
-                    sets = (sets - siblings) | {rest | {case.args[0]}}
-                    changed = True
-                    break
-            if changed:
-                break
+                    return siblings, rest | {case.args[0]}
+        return None
+
+    while (cases := mergeable_cases()) is not None:
+        sets = (sets - cases[0]) | {cases[1]}
     return [tuple(sorted(conjunction, key=lambda c: (sp.count_ops(c), sp.default_sort_key(c)))) for conjunction in sets]
 
 

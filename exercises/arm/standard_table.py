@@ -1,6 +1,6 @@
 """The standard (distal) table of an arm that is written in any convention; the axes of an arm at home.
 
-What the first row of a modified table has of `alpha` and `a` is the base's in the standard table.
+`alpha` and `a` of the first row of a modified table belong to the base in the standard table.
 """
 
 from collections.abc import Sequence
@@ -9,24 +9,31 @@ from dataclasses import dataclass, replace
 import numpy as np
 import sympy as sp
 
-from qdot.exercises.arm.axes_to_dh import EXACT, HOME, NEAR, Axis, Pose, exactly, neat, reached, stood_on, table_of_axes
+from qdot.exercises.arm.axes_to_dh import (
+    EXACT,
+    HOME,
+    NEAR,
+    Axis,
+    Pose,
+    base_at,
+    evaluate_entry,
+    point_by_rotations,
+    table_of_axes,
+    to_exact,
+)
 from qdot.exercises.arm.chain import Base, Chain, Joint, Point
-from qdot.exercises.arm.conventions import REGISTRY
-from qdot.exercises.arm.conventions.base import FRAMES, Convention
+from qdot.exercises.arm.conventions.base import Convention
 from qdot.exercises.arm.kinematics import NumericChain, frames_and_point
 from qdot.exercises.arm.trigonometry import without_arctangents
 from qdot.exercises.arm.vectors import rot_x, rot_z
 from qdot.exercises.common.stream import Stream
 
-TABLES = tuple(name for name, convention in REGISTRY.items() if FRAMES in convention.has)
-"""The conventions that are tables."""
-
 
 @dataclass(frozen=True)
 class Row:
-    """A row as it is written: what turns and slides about z, along z and x and about x; is the variable `reversed`?
+    """A row of a table as written: theta, d, a and alpha; `is_reversed` if its variable has a minus sign.
 
-    Of theta of a revolute joint, and d of a prismatic one, it is what is added to the variable.
+    The theta of a revolute joint and the d of a prismatic one are the constants that are added to the variable.
     """
 
     kind: str
@@ -34,87 +41,84 @@ class Row:
     d: sp.Expr
     a: sp.Expr
     alpha: sp.Expr
-    reversed: bool = False
+    is_reversed: bool = False
 
-    def written(self, own: sp.Symbol) -> tuple[sp.Expr, sp.Expr, sp.Expr, sp.Expr]:
-        """Return theta, d, a and alpha as they are written, with the joint's own variable."""
-        moving = -own if self.reversed else own
+    def entries(self, variable: sp.Symbol) -> tuple[sp.Expr, sp.Expr, sp.Expr, sp.Expr]:
+        """Return theta, d, a and alpha as written, with the joint's variable."""
+        moving = -variable if self.is_reversed else variable
         theta, d = (self.theta + moving, self.d) if self.kind == "R" else (self.theta, self.d + moving)
         return theta, d, self.a, self.alpha
 
 
 UPSIDE_DOWN = Pose(rot_x(sp.pi), sp.zeros(3, 1))
-"""How the frame of a joint that counts the other way is moved."""
+"""How the frame of a reversed joint is moved."""
 SHORT = 40
-"""Operations that a coordinate of an axis may have to be told as it is."""
+"""Operations up to which a coordinate of an axis is shown unchanged."""
 
-Placed = tuple[Base, tuple[Joint, ...], Point | None]
+ArmTable = tuple[Base, tuple[Joint, ...], Point | None]
 
 
-def standard(rows: Sequence[Row], base: Pose = HOME, point: Point | None = None) -> Placed:
+def dh_of_standard_rows(rows: Sequence[Row], base: Pose = HOME, point: Point | None = None) -> ArmTable:
     """Return base, table and point of an arm by rows of the standard table, some of whose variables may be reversed.
 
-    Rz(-q) is Rx(pi) Rz(q) Rx(-pi): what turns the other way turns about an axis the other way up. A base has no turn
-    about its own z axis: that is joint 1's. The point is told in its frame as that stands in the end.
+    Rz(-q) is Rx(pi) Rz(q) Rx(-pi): a reversed joint rotates about the opposite axis. A rotation of the base about its z
+    axis is added to joint 1. The point is returned in its frame after these changes.
     """
     rows = list(rows)
     for i, row in enumerate(rows):
-        if row.reversed:
-            rows[i] = replace(row, theta=-row.theta, d=-row.d, alpha=in_one_turn(row.alpha - sp.pi))
+        if row.is_reversed:
+            rows[i] = replace(row, theta=-row.theta, d=-row.d, alpha=wrap_angle(row.alpha - sp.pi))
             if i:
-                rows[i - 1] = replace(rows[i - 1], alpha=in_one_turn(rows[i - 1].alpha + sp.pi))
+                rows[i - 1] = replace(rows[i - 1], alpha=wrap_angle(rows[i - 1].alpha + sp.pi))
             else:
                 base = base @ UPSIDE_DOWN
-            point = _with_frame_moved(point, i, UPSIDE_DOWN)
-    placed, turned = (Base(), sp.S.Zero) if base == HOME else stood_on(base)
+            point = _move_frame(point, i, UPSIDE_DOWN)
+    placed, turned = (Base(), sp.S.Zero) if base == HOME else base_at(base)
     rows[0] = replace(rows[0], theta=rows[0].theta + turned)
     joints = []
     for number, row in enumerate(rows, 1):
         turn, slide = (1, 0) if row.kind == "R" else (0, 1)
         theta, d = row.theta + turn * sp.Symbol(f"theta{number}"), row.d + slide * sp.Symbol(f"d{number}")
         joints.append(Joint(row.kind, theta, d, row.a, row.alpha))
-    return placed, tuple(joints), _with_frame_moved(point, 0, Pose(rot_z(-turned), sp.zeros(3, 1)))
+    return placed, tuple(joints), _move_frame(point, 0, Pose(rot_z(-turned), sp.zeros(3, 1)))
 
 
-def modified(rows: Sequence[Row], base: Pose = HOME, point: Point | None = None) -> Placed:
-    """Return base, table and point of an arm by rows of the modified table, whose alpha and a stand before their joint.
-
-    So do its frames; those of the standard table stand behind them.
-    """
+def dh_of_modified_rows(rows: Sequence[Row], base: Pose = HOME, point: Point | None = None) -> ArmTable:
+    """Return base, table and point of an arm by rows of the modified table: alpha and a come before their joint."""
     links = [Pose(rot_x(row.alpha), sp.Matrix([row.a, 0, 0])) for row in rows]
     behind = [(row.a, row.alpha) for row in rows[1:]] + [(sp.S.Zero, sp.S.Zero)]
     shifted = [replace(row, a=a, alpha=alpha) for row, (a, alpha) in zip(rows, behind, strict=True)]
     for i, link in enumerate(links):
-        point = _with_frame_moved(point, i, link)
-    return standard(shifted, base if links[0] == HOME else base @ links[0], point)
+        point = _move_frame(point, i, link)
+    return dh_of_standard_rows(shifted, base if links[0] == HOME else base @ links[0], point)
 
 
-def _with_frame_moved(point: Point | None, frame: int, moved: Pose) -> Point | None:
-    """Return a point as its frame tells it once that is moved by a pose; as it is where another frame is moved."""
+def _move_frame(point: Point | None, frame: int, moved: Pose) -> Point | None:
+    """Return a point in its frame after that frame was moved by a pose; unchanged if another frame was moved."""
     if point is None or point.frame != frame:
         return point
     x, y, z = moved.rotation.T * (sp.Matrix(point.offset) - moved.origin)
     return Point(frame, (x, y, z))
 
 
-def by_axes(axes: Sequence[Axis], point: sp.Matrix, link: int) -> tuple[Base, tuple[Joint, ...], Point | None]:
-    """Return base, standard table and point of interest, which is on the link behind so many joints.
+def dh_of_axes(axes: Sequence[Axis], point: sp.Matrix, link: int) -> ArmTable:
+    """Return base, standard table and point of interest of an arm by its axes; `link` is the link of the point.
 
-    Raises RuntimeError unless the table leads where the axes do.
+    Raises RuntimeError unless the table moves the point as the axes do.
     """
     base, joints, tool = table_of_axes(axes, point)
     if link < len(axes):
         whole = Chain("axes", joints, ("vx",), base)
         frame, home = frames_and_point(whole)[0][link], dict.fromkeys(whole.q, sp.S.Zero)
         offset = frame.rotation.xreplace(home).T * (point - frame.origin.xreplace(home))
-        x, y, z = offset.applyfunc(exactly)
+        x, y, z = offset.applyfunc(to_exact)
         tool = Point(link, (x, y, z))
     _check(Chain("axes", joints, ("vx",), base, tool), axes, point, link)
     return base, joints, tool
 
 
 def _check(chain: Chain, axes: Sequence[Axis], point: sp.Matrix, link: int) -> None:
-    """Raise RuntimeError unless a chain leads its point, and points beside it on the same link, where its axes do."""
+    """Raise RuntimeError unless a chain moves its point, and others of the same link, as its axes do."""
     stream = Stream("axes")
     letters = sorted(set(point.free_symbols).union(*(axis.point.free_symbols for axis in axes)), key=str)
     for _ in range(3):
@@ -124,35 +128,35 @@ def _check(chain: Chain, axes: Sequence[Axis], point: sp.Matrix, link: int) -> N
         frames, home = arm.frames(q), arm.frames(0 * q)
         turned = frames[link, :3, :3] @ home[link, :3, :3].T
         for beside in np.vstack([np.zeros(3), np.eye(3)]):
-            there = reached(axes[:link], point + sp.Matrix(beside), q[:link], lengths)
+            there = point_by_rotations(axes[:link], point + sp.Matrix(beside), q[:link], lengths)
             if not np.allclose(arm.point_of(frames) + turned @ beside, there, atol=1e-7):
                 raise RuntimeError(f"the table of {chain} does not lead where its axes do; please report this")
 
 
 def axes_of(chain: Chain) -> tuple[list[Axis], sp.Matrix]:
-    """Return the axes of an arm at home, and where its point of interest is then (3 x 1, m); world frame.
+    """Return the axes of an arm at home, and its point of interest there (3 x 1, m); world frame.
 
-    A revolute joint's axis is told by the point that the arm's file names on it, else by the origin of its frame.
+    The point of a revolute joint's axis is the one that the arm's file names, else the origin of its frame.
     """
     home = dict.fromkeys(chain.q, sp.S.Zero)
     frames, point = frames_and_point(chain)
 
     def at_home(vector: sp.Matrix) -> sp.Matrix:
-        return vector.xreplace(home).applyfunc(without_arctangents).applyfunc(_short)
+        return vector.xreplace(home).applyfunc(without_arctangents).applyfunc(_shorten)
 
     axes = [
         Axis(joint.kind, at_home(frame.rotation[:, 2]), at_home(frame.origin))
         for joint, frame in zip(chain.joints, frames, strict=False)
     ]
     for i, named in enumerate(chain.axis_points):
-        if named is not None and _is_on(axes[i], sp.Matrix(named)):
+        if named is not None and _lies_on(axes[i], sp.Matrix(named)):
             axes[i] = replace(axes[i], point=sp.Matrix(named))
     return axes, at_home(point)
 
 
-def _is_on(axis: Axis, point: sp.Matrix) -> bool:
-    """Whether a point lies on an axis, whatever its open lengths are, as far as descriptions are exact."""
-    aside = [neat(entry) for entry in axis.direction.cross(point - axis.point)]
+def _lies_on(axis: Axis, point: sp.Matrix) -> bool:
+    """Tell whether a point lies on an axis for all open lengths, as far as descriptions are exact."""
+    aside = [evaluate_entry(entry) for entry in axis.direction.cross(point - axis.point)]
     return all(abs(number) < NEAR for entry in aside for number in _numbers(entry))
 
 
@@ -161,25 +165,25 @@ def _numbers(total: sp.Expr) -> list[sp.Expr]:
     return [term.as_coeff_Mul()[0] for term in sp.Add.make_args(total)]
 
 
-def _short(entry: sp.Expr) -> sp.Expr:
-    """Return an entry as it is where it is short, as 17 sqrt(2)/40 - 1/20, else its numbers as what they are nearly.
+def _shorten(entry: sp.Expr) -> sp.Expr:
+    """Return a short entry unchanged, as 17 sqrt(2)/40 - 1/20, else with its numbers evaluated and recognised.
 
-    A sum with the sine of a number is not short: 0.52 - 0.49 sin(0.3) is 0.3751998993.
+    A sum with the sine of a number is not short: 0.52 - 0.49 sin(0.3) becomes 0.3751998993.
     """
     plain = sp.expand(entry)
-    is_short = sp.count_ops(plain) <= SHORT and not (plain.is_Add and any(_constant(plain)))
-    return plain if is_short else exactly(entry)
+    is_short = sp.count_ops(plain) <= SHORT and not (plain.is_Add and any(_constant_trigs(plain)))
+    return plain if is_short else to_exact(entry)
 
 
-def _constant(entry: sp.Expr) -> list[sp.Expr]:
+def _constant_trigs(entry: sp.Expr) -> list[sp.Expr]:
     return [wave for wave in entry.atoms(sp.sin, sp.cos) if not wave.free_symbols]
 
 
-# --- what is rounded ---
+# --- rounding ---
 
 
 def axes_of_rows(rows: Sequence[Row], base: Pose, convention: type[Convention]) -> list[Axis]:
-    """Return the axes of an arm at home as the rows of a table lead to them, world frame."""
+    """Return the axes of an arm at home by the rows of a table, in the world frame."""
     axes, pose = [], base
     for row in rows:
         for axis, angle, length in convention.steps(row):
@@ -191,10 +195,10 @@ def axes_of_rows(rows: Sequence[Row], base: Pose, convention: type[Convention]) 
     return axes
 
 
-def is_rounded(chain: Chain, told: Sequence[Axis], point: sp.Matrix | None = None) -> bool:
-    """Whether an arm has its axes, and its point, at home only nearly where they are told: numbers are rounded.
+def is_rounded(chain: Chain, axes: Sequence[Axis], point: sp.Matrix | None = None) -> bool:
+    """Tell whether numbers of an arm were rounded: at home, its axes and point are only nearly the described ones.
 
-    Lengths that are open have some values there.
+    This is tested for sampled values of the open lengths.
     """
     draws = Stream("rounded")
     values = {symbol: sp.Rational(3000 + draws.below(9000), 10007) for symbol in chain.parameters}
@@ -207,7 +211,7 @@ def is_rounded(chain: Chain, told: Sequence[Axis], point: sp.Matrix | None = Non
         pose = pose @ Pose(rot_z(theta), sp.Matrix([0, 0, d])) @ Pose(rot_x(alpha), sp.Matrix([a, 0, 0]))
         frames.append(pose)
     off: list[sp.Expr] = []
-    for axis, frame in zip(told, frames, strict=False):
+    for axis, frame in zip(axes, frames, strict=False):
         z, through = frame.rotation[:, 2], axis.point.xreplace(values)
         off += [
             *z.cross(axis.direction.xreplace(values)),
@@ -216,11 +220,11 @@ def is_rounded(chain: Chain, told: Sequence[Axis], point: sp.Matrix | None = Non
     if point is not None:
         there = frames[chain.point.frame] @ Pose(sp.eye(3), sp.Matrix(offset).xreplace(values))
         off += list(there.origin - point.xreplace(values))
-    return any(abs(neat(entry)) > EXACT for entry in off)
+    return any(abs(evaluate_entry(entry)) > EXACT for entry in off)
 
 
-def in_one_turn(angle: sp.Expr) -> sp.Expr:
-    """Return an angle in (-pi, pi] where it is a number, by adding whole turns."""
+def wrap_angle(angle: sp.Expr) -> sp.Expr:
+    """Return an angle in (-pi, pi], by adding full turns, if it is a number."""
     angle = sp.expand(angle)
     turns = angle / (2 * sp.pi)
     if not turns.is_Rational:

@@ -3,16 +3,17 @@
 Angles add up in runs of parallel joints. The frames are those of the arm's convention.
 """
 
+from functools import lru_cache
+
 import sympy as sp
 
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.arm.kinematics import Z, frame_behind, link_frames
-from qdot.exercises.arm.shipped import once_per_structure
 from qdot.exercises.arm.trigonometry import count_terms, textbook
 
 
-@once_per_structure
+@lru_cache(maxsize=4096)
 def poses(structure: Chain) -> tuple[sp.Matrix, ...]:
     """Return T_{w,0} ... T_{w,n}, 4 x 4."""
     return tuple(
@@ -21,7 +22,7 @@ def poses(structure: Chain) -> tuple[sp.Matrix, ...]:
     )
 
 
-@once_per_structure
+@lru_cache(maxsize=4096)
 def seen_from_tool(structure: Chain) -> tuple[tuple[sp.Matrix, sp.Matrix, sp.Matrix], ...]:
     """Return for each joint the axis z, the vector p* (m) and z x p*, each 3 x 1, in the last frame."""
     return tuple(_joint_in_tool_frame(structure, i) for i in range(structure.n))
@@ -40,7 +41,7 @@ def _tidy(matrix: sp.Matrix) -> sp.Matrix:
     return matrix.applyfunc(lambda entry: textbook(sp.expand(entry)))
 
 
-@once_per_structure
+@lru_cache(maxsize=4096)
 def in_tool_frame(structure: Chain) -> sp.Matrix:
     """Return the 6 x n Jacobian in the coordinates of the last frame."""
     columns = (
@@ -50,13 +51,13 @@ def in_tool_frame(structure: Chain) -> sp.Matrix:
     return sp.Matrix.hstack(*columns)
 
 
-@once_per_structure
+@lru_cache(maxsize=4096)
 def terms_of_last_pose(structure: Chain) -> int:
     """Return how many terms T_{w,n} has, multiplied out; ones and zeros don't count."""
     return count_terms(poses(structure)[-1], trivial=(0, 1))
 
 
-@once_per_structure
+@lru_cache(maxsize=4096)
 def terms_in_tool_frame(structure: Chain) -> int:
     """Return how many terms the Jacobian in the last frame has, multiplied out."""
     return count_terms(in_tool_frame(structure), trivial=(0, 1))

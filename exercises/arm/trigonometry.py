@@ -7,79 +7,86 @@ factored form, in which c^2 + s^2 is not replaced by 1 before factoring, because
 recipe, steps 3 to 6).
 """
 
-from collections.abc import Iterable, Mapping, Sequence
+import operator
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
 
 import sympy as sp
 
-Key = tuple[int, ...]
 
-
+@dataclass(frozen=True)
 class Fourier:
-    """A trigonometric polynomial as {angle sum: (coefficient of cos, coefficient of sin)}.
+    """A sum of terms A cos(phi) + B sin(phi), phi being different sums of whole-number multiples of `angles`.
 
-    `angles` are the symbols that occur inside sin and cos; an angle sum is the tuple of their whole-number factors,
-    the first that is not zero being positive. Coefficients are elements of a polynomial ring over the rationals.
+    `terms` has (A, B) for each phi, by the multiples in it, the first of which that is not zero is positive.
     """
 
-    def __init__(self, angles: tuple[sp.Symbol, ...], ring: Any, terms: dict[Key, tuple[Any, Any]]) -> None:
-        self.angles, self.ring = angles, ring
-        self.terms = {key: pair for key, pair in terms.items() if pair[0] or pair[1]}
-
-    def __add__(self, addend: "Fourier") -> "Fourier":
-        terms = dict(self.terms)
-        for key, (c, s) in addend.terms.items():
-            c0, s0 = terms.get(key, (self.ring.zero, self.ring.zero))
-            terms[key] = (c0 + c, s0 + s)
-        return Fourier(self.angles, self.ring, terms)
-
-    def __mul__(self, factor: "Fourier") -> "Fourier":
-        zero, half = self.ring.zero, sp.QQ(1, 2)
-        terms: dict[Key, tuple[Any, Any]] = {}
-
-        def add_term(key: Key, c: Any, s: Any) -> None:
-            key, sign = _orient_key(key)
-            c0, s0 = terms.get(key, (zero, zero))
-            terms[key] = (c0 + c, s0 + s * sign)
-
-        for ka, (ca, sa) in self.terms.items():
-            for kb, (cb, sb) in factor.terms.items():
-                total = tuple(x + y for x, y in zip(ka, kb, strict=True))
-                difference = tuple(x - y for x, y in zip(ka, kb, strict=True))
-                cc, ss, sc, cs = ca * cb * half, sa * sb * half, sa * cb * half, ca * sb * half
-                add_term(total, cc - ss, sc + cs)
-                add_term(difference, cc + ss, sc - cs)
-        zero_key = (0,) * len(self.angles)
-        if zero_key in terms:
-            terms[zero_key] = (terms[zero_key][0], zero)
-        return Fourier(self.angles, self.ring, terms)
-
-    @property
-    def is_zero(self) -> bool:
-        """Whether the function vanishes identically (exact)."""
-        return not self.terms
+    angles: tuple[sp.Symbol, ...]
+    terms: Mapping[tuple[int, ...], tuple[sp.Expr, sp.Expr]]
 
     @property
     def size(self) -> int:
         """The number of terms when written out."""
-        return sum(len(c) + len(s) for c, s in self.terms.values())
+        coefficients = (coefficient for pair in self.terms.values() for coefficient in pair if coefficient != 0)
+        return sum(len(sp.Add.make_args(coefficient)) for coefficient in coefficients)
 
     def expression(self) -> sp.Expr:
-        """Return the SymPy expression, with the content of the coefficients taken out."""
+        """Return the SymPy expression."""
         out = []
-        for key, (c, s) in self.terms.items():
-            angle = sp.Add(*(k * symbol for k, symbol in zip(key, self.angles, strict=True)))
-            out += [c.as_expr() * sp.cos(angle), s.as_expr() * sp.sin(angle)]
+        for multiples, (cosine, sine) in self.terms.items():
+            phi = sp.Add(*(k * angle for k, angle in zip(multiples, self.angles, strict=True)))
+            out += [cosine * sp.cos(phi), sine * sp.sin(phi)]
         return sp.Add(*out)
 
 
-def _orient_key(key: Key) -> tuple[Key, int]:
-    for k in key:
-        if k:
-            return (key, 1) if k > 0 else (tuple(-x for x in key), -1)
-    return key, 1
+def fourier(expression: sp.Expr) -> Fourier:
+    """Return the Fourier form of a trigonometric polynomial.
+
+    With e = exp(i angle), sines and cosines are sums of e and 1/e, for each of which there is a symbol: multiplied out,
+    the exponents of e in a term are the multiples of the angles. Raises ValueError if the expression is not a
+    trigonometric polynomial with whole-number multiples.
+    """
+    trigs = _trig_atoms(expression)
+    angles = _sort_symbols({angle for trig in trigs for angle in trig.free_symbols})
+    lengths = _sort_symbols(expression.free_symbols - set(angles))
+    exponentials = {angle: (sp.Dummy(), sp.Dummy()) for angle in angles}
+    waves = {}
+    for trig in trigs:
+        multiples = _multiples(trig.args[0])
+        ahead, behind = (
+            sp.Mul(*(exponentials[angle][(count < 0) != is_behind] ** abs(count) for angle, count in multiples.items()))
+            for is_behind in (False, True)
+        )
+        waves[trig] = (ahead + behind) / 2 if isinstance(trig, sp.cos) else (ahead - behind) / (2 * sp.I)
+    symbols = [*lengths, *(symbol for pair in exponentials.values() for symbol in pair)]
+    polynomial = sp.polys.rings.PolyRing(symbols or [sp.Dummy()], sp.QQ_I).from_expr(expression.xreplace(waves))
+    terms: dict[tuple[int, ...], list[list[sp.Expr]]] = {}
+    for powers, coefficient in polynomial.terms():
+        exponents = powers[len(lengths) :]
+        phi = tuple(map(operator.sub, exponents[::2], exponents[1::2])) if angles else ()
+        leading = next((k for k in phi if k), 0)
+        if leading >= 0:  # the terms with -phi are the conjugates of these
+            scale = 2 if leading else 1
+            product = sp.Mul(*map(sp.Pow, lengths, powers[: len(lengths)]))
+            cosines, sines = terms.setdefault(phi, [[], []])
+            cosines.append(scale * _rational(coefficient.x) * product)
+            sines.append(-scale * _rational(coefficient.y) * product)
+    sums = {phi: (sp.Add(*cosines), sp.Add(*sines)) for phi, (cosines, sines) in terms.items()}
+    return Fourier(angles, {phi: pair for phi, pair in sums.items() if pair != (0, 0)})
+
+
+def _rational(number: Any) -> sp.Rational:
+    return sp.Rational(int(number.numerator), int(number.denominator))
+
+
+def _multiples(phi: sp.Expr) -> dict[sp.Symbol, int]:
+    """Return the whole numbers by which symbols are multiplied in an angle. Raises ValueError."""
+    multiples = phi.expand().as_coefficients_dict()
+    if any(not (angle.is_Symbol and count.is_Integer) for angle, count in multiples.items()):
+        raise ValueError(f"{phi} is not a whole-number sum of angles")
+    return {angle: int(count) for angle, count in multiples.items()}
 
 
 def _sort_symbols(symbols: Iterable[sp.Symbol]) -> tuple[sp.Symbol, ...]:
@@ -90,135 +97,24 @@ def _trig_atoms(expression: sp.Expr) -> list[sp.Expr]:
     return sorted(expression.atoms(sp.sin, sp.cos), key=sp.default_sort_key)
 
 
-def fourier(*expressions: sp.Expr) -> list[Fourier]:
-    """Return the Fourier form of each expression, all over the same angles and ring.
-
-    Raises ValueError if an expression is not a trigonometric polynomial with whole-number angle sums.
-    """
-    angles = _sort_symbols(set().union(*(atom.free_symbols for e in expressions for atom in _trig_atoms(e))))
-    others = _sort_symbols(set().union(*(e.free_symbols for e in expressions)) - set(angles))
-    ring = sp.polys.rings.PolyRing(others or (sp.Dummy("one"),), sp.QQ)
-    convert = _Converter(angles, ring)
-    return [convert(expression) for expression in expressions]
-
-
-class _Converter:
-    """Walk a SymPy tree and build its Fourier form."""
-
-    def __init__(self, angles: tuple[sp.Symbol, ...], ring: Any) -> None:
-        self.angles, self.ring = angles, ring
-        self.zero_key = (0,) * len(angles)
-
-    def constant(self, coefficient: Any) -> Fourier:
-        return Fourier(self.angles, self.ring, {self.zero_key: (coefficient, self.ring.zero)})
-
-    def __call__(self, e: sp.Expr) -> Fourier:
-        if e.is_Rational:
-            return self.constant(self.ring(sp.QQ(int(e.p), int(e.q))))
-        if e.is_Symbol:
-            return self.constant(self.ring.from_expr(e))
-        if e.is_Add:
-            total = self.constant(self.ring.zero)
-            for term in e.args:
-                total = total + self(term)
-            return total
-        if e.is_Mul or (e.is_Pow and e.exp.is_Integer and e.exp > 0):
-            factors = e.args if e.is_Mul else (e.base,) * int(e.exp)
-            product = self(factors[0])
-            for factor in factors[1:]:
-                product = product * self(factor)
-            return product
-        if isinstance(e, (sp.sin, sp.cos)):
-            return self._trig(e)
-        raise ValueError(f"{e} is not a trigonometric polynomial")
-
-    def _trig(self, e: sp.Expr) -> Fourier:
-        factors = e.args[0].expand().as_coefficients_dict()
-        if any(k not in self.angles or not v.is_Integer for k, v in factors.items()):
-            raise ValueError(f"{e}: the angle is not a whole-number sum of {self.angles}")
-        key, sign = _orient_key(tuple(int(factors.get(symbol, 0)) for symbol in self.angles))
-        zero, unit = self.ring.zero, self.ring.one
-        pair = (unit, zero) if isinstance(e, sp.cos) else (zero, sign * unit)
-        return Fourier(self.angles, self.ring, {key: pair})
-
-
-class _Circles:
-    """Trigonometric polynomials as polynomials in c = cos and s = sin of each angle, with s^2 = 1 - c^2 substituted.
-
-    That form is unique, too, and short if many angles are multiplied, unlike the Fourier form.
-    """
-
-    def __init__(self, expressions: Sequence[sp.Expr]) -> None:
-        angles = _sort_symbols(set().union(*(atom.free_symbols for e in expressions for atom in _trig_atoms(e))))
-        others = _sort_symbols(set().union(*(e.free_symbols for e in expressions)) - set(angles))
-        names = [sp.Dummy(f"{trig}{i}") for i in range(len(angles)) for trig in "cs"]
-        self.ring = sp.polys.rings.PolyRing((*others, *names, sp.Dummy("one")), sp.QQ)
-        trigs = self.ring.gens[len(others) : len(others) + len(names)]
-        self._pairs = {angle: (trigs[2 * i], trigs[2 * i + 1]) for i, angle in enumerate(angles)}
-        self._others = dict(zip(others, self.ring.gens, strict=False))
-        self._sines = range(len(others) + 1, len(others) + len(names), 2)
-        self._known: dict[sp.Expr, Any] = {}
-
-    def __call__(self, e: sp.Expr) -> Any:
-        """Return the unique form. Raises ValueError if `e` is not a trigonometric polynomial of whole-number sums."""
-        if e not in self._known:
-            self._known[e] = self._convert(e)
-        return self._known[e]
-
-    def _convert(self, e: sp.Expr) -> Any:
-        if e.is_Rational:
-            return self.ring(sp.QQ(int(e.p), int(e.q)))
-        if e in self._others:
-            return self._others[e]
-        if e.is_Add:
-            total = self.ring.zero
-            for term in e.args:
-                total = total + self(term)
-            return total
-        if e.is_Mul or (e.is_Pow and e.exp.is_Integer and e.exp > 0):
-            product = self.ring.one
-            for factor in e.args if e.is_Mul else (e.base,) * int(e.exp):
-                product = self._reduce_sines(product * self(factor))
-            return product
-        if isinstance(e, (sp.sin, sp.cos)):
-            return self._trig(e.args[0])[isinstance(e, sp.sin)]
-        raise ValueError(f"{e} is not a trigonometric polynomial")
-
-    def _trig(self, angle: sp.Expr) -> tuple[Any, Any]:
-        """Return the cosine and the sine of a sum, adding one angle after the other."""
-        c, s = self.ring.one, self.ring.zero
-        for symbol, count in angle.expand().as_coefficients_dict().items():
-            if symbol not in self._pairs or not count.is_Integer:
-                raise ValueError(f"{angle} is not a whole-number sum of angles")
-            other_c, other_s = self._pairs[symbol]
-            if count < 0:
-                other_s = -other_s
-            for _ in range(abs(int(count))):
-                sum_c, sum_s = c * other_c - s * other_s, s * other_c + c * other_s
-                c, s = self._reduce_sines(sum_c), self._reduce_sines(sum_s)
-        return c, s
-
-    def _reduce_sines(self, polynomial: Any) -> Any:
-        """Replace even powers of sines."""
-        left, high = {}, self.ring.zero
-        for powers, coefficient in polynomial.terms():
-            if all(powers[k] < 2 for k in self._sines):
-                left[powers] = coefficient
-                continue
-            lower, product = list(powers), self.ring.one
-            for k in self._sines:
-                half, lower[k] = divmod(powers[k], 2)
-                product = product * (1 - self.ring.gens[k - 1] ** 2) ** half
-            high = high + product * self.ring.from_dict({tuple(lower): coefficient})
-        return self.ring.from_dict(left) + high
-
-
 def are_identical(a: sp.Expr, b: sp.Expr) -> bool:
-    """Tell whether two trigonometric polynomials are the same function; this is a proof, not a test at points."""
+    """Tell whether two trigonometric polynomials are the same function; this is a proof, not a test at points.
+
+    Their difference is a polynomial in s = sin and c = cos of each angle, whose remainder after division by all
+    s^2 + c^2 - 1 is unique; this is short if many angles are multiplied, unlike the Fourier form. Raises ValueError if
+    one of them is not a trigonometric polynomial with whole-number multiples of angles.
+    """
     if a == b:
         return True
-    form = _Circles((a, b))
-    return bool(form(a) == form(b))
+    difference = a - b
+    trigs = _trig_atoms(difference)
+    multiples = {trig: _multiples(trig.args[0]) for trig in trigs}
+    circles = {angle: (sp.Dummy(), sp.Dummy()) for trig in trigs for angle in multiples[trig]}
+    single = {sp.sin(q): s for q, (s, _) in circles.items()} | {sp.cos(q): c for q, (_, c) in circles.items()}
+    plain = difference.xreplace({trig: sp.expand_trig(trig).xreplace(single) for trig in trigs})
+    unknowns = [symbol for pair in circles.values() for symbol in pair]
+    ring = sp.polys.rings.PolyRing([*unknowns, *(plain.free_symbols - set(unknowns)), sp.Dummy()], sp.QQ)
+    return not ring.from_expr(plain).rem([ring(s**2 + c**2 - 1) for s, c in circles.values()])
 
 
 @dataclass(frozen=True)
@@ -331,10 +227,6 @@ def _has_bracket(product: sp.Mul) -> bool:
     return any(map(_is_root, numbers)) and any(factor.is_Add and factor.free_symbols for factor in product.args)
 
 
-def _is_root_of_number(power: sp.Expr) -> bool:
-    return power.is_number and _is_root(power)
-
-
 def _is_root(number: sp.Expr) -> bool:
     return number.is_Pow and number.exp.is_Rational and not number.exp.is_Integer
 
@@ -358,7 +250,7 @@ def factor_trig(expression: sp.Expr, most: int = 200) -> Factored:
     """
     if expression == 0:
         return Factored(sp.S.Zero, ())
-    if any(map(_is_root_of_number, expression.atoms(sp.Pow))):
+    if any(power.is_number and _is_root(power) for power in expression.atoms(sp.Pow)):
         raise ValueError(f"{expression} has roots of numbers")
     names, back = _as_symbols(expression)
     coefficient, raw = _polynomial_factors(expression.xreplace(names), most)
@@ -367,10 +259,11 @@ def factor_trig(expression: sp.Expr, most: int = 200) -> Factored:
         content, short = _shortest_form(factor.xreplace(back))
         if short == 0:
             return Factored(sp.S.Zero, ())
-        pieces = _split(short)
         coefficient *= content**power
-        for piece, inner in pieces:
-            powers[piece] = powers.get(piece, 0) + power * inner
+        for piece in sp.Mul.make_args(short):
+            base, exponent = piece.as_base_exp()
+            if base != 1:
+                powers[base] = powers.get(base, 0) + power * int(exponent)
     ordered = sorted(powers.items(), key=lambda item: (sp.count_ops(item[0]), sp.default_sort_key(item[0])))
     return Factored(sp.Rational(coefficient), tuple(ordered))
 
@@ -385,21 +278,12 @@ def _polynomial_factors(expression: sp.Expr, most: int) -> tuple[sp.Expr, list[t
     if primitive.LC() < 0:
         coefficient, primitive = -coefficient, -primitive
     factors = [(symbol, power) for symbol, power in zip(polynomial.gens, powers, strict=True) if power]
-    if len(primitive.terms()) > most or _has_no_factors(primitive):
+    if len(primitive.terms()) > most:
         return coefficient, [*factors, (primitive.as_expr(), 1)]
     common, rest = _linear_factor(primitive)
     more, pieces = common.factor_list()
     factors += [(piece.as_expr(), power) for piece, power in pieces]
     return coefficient * more, factors if rest is None else [*factors, (rest, 1)]
-
-
-def _has_no_factors(primitive: sp.Poly) -> bool:
-    """Tell whether a symbol occurs in one term only, to the first power, so that the polynomial is irreducible.
-
-    A primitive polynomial x A + B is irreducible if A and B have no common factor, as when A is a single term.
-    """
-    terms = primitive.monoms()
-    return len(terms) == 1 or any(sum(powers) == max(powers) == 1 for powers in zip(*terms, strict=True))
 
 
 def _linear_factor(primitive: sp.Poly) -> tuple[sp.Poly, sp.Expr | None]:
@@ -431,15 +315,6 @@ def _as_symbols(expression: sp.Expr) -> tuple[dict[sp.Expr, sp.Symbol], dict[sp.
     return names, {symbol: atom for atom, symbol in names.items()}
 
 
-def _split(factor: sp.Expr) -> list[tuple[sp.Expr, int]]:
-    """Return the factors of an already shortened factor, which may be a product."""
-    if factor == 1:
-        return []
-    if factor.is_Mul:
-        return [(f.base, int(f.exp)) if f.is_Pow else (f, 1) for f in factor.args]
-    return [(factor.base, int(factor.exp))] if factor.is_Pow else [(factor, 1)]
-
-
 _LONGEST = 3
 """A Fourier form with more than this many times the terms is not tried as a shorter form of a factor."""
 
@@ -451,8 +326,8 @@ def _shortest_form(factor: sp.Expr) -> tuple[sp.Rational, sp.Expr]:
     """
     forms = [factor]
     if factor.is_Add:
-        short = fourier(factor)[0]
-        if short.is_zero:
+        short = fourier(factor)
+        if not short.terms:
             return sp.S.One, sp.S.Zero
         forms += _reduce_squares(factor)
         if short.size <= _LONGEST * len(factor.args):  # else expanding the angles would only lengthen it
@@ -460,7 +335,7 @@ def _shortest_form(factor: sp.Expr) -> tuple[sp.Rational, sp.Expr]:
             forms += [short.expression(), *map(_collect_trigs, (expanded, *_reduce_squares(expanded)))]
     best = min(forms, key=lambda form: (len(sp.Add.make_args(form)), sp.count_ops(form)))
     content, primitive = best.as_content_primitive()
-    if _leading_term(primitive).could_extract_minus_sign():
+    if min(sp.Add.make_args(primitive), key=sp.default_sort_key).could_extract_minus_sign():
         content, primitive = -content, sp.Add(*(-term for term in sp.Add.make_args(primitive)))
     names, back = _as_symbols(primitive)
     return content, sp.factor_terms(primitive.xreplace(names)).xreplace(back) if primitive.is_Add else primitive
@@ -497,10 +372,6 @@ def _reduce_squares(expression: sp.Expr) -> list[sp.Expr]:
             out.append(term)
         forms.append(sp.expand(sp.Add(*out)).xreplace(back))
     return forms
-
-
-def _leading_term(expression: sp.Expr) -> sp.Expr:
-    return min(sp.Add.make_args(expression), key=sp.default_sort_key)
 
 
 def textbook(expression: sp.Expr) -> sp.Expr:

@@ -15,9 +15,9 @@ import sympy as sp
 from qdot.exercises.arm.axes import Sample
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.derivation import derive, structure
-from qdot.exercises.arm.directions import CLEAR, Values, clear_rank, task_rows, value_sets
+from qdot.exercises.arm.directions import CLEAR, clear_rank
 from qdot.exercises.arm.kinematics import NumericChain
-from qdot.exercises.arm.singularity import Component, singular_set
+from qdot.exercises.arm.singularity import Component, Values, singular_set
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.formula.expression import read
 from qdot.exercises.formula.program import compile_program, evaluate
@@ -117,7 +117,7 @@ def full_rank(chain: Chain) -> int:
 def jacobian_at(chain: Chain, pose: Pose) -> np.ndarray:
     """Return the task Jacobian at a pose, (m, n), in floating point."""
     sample = to_sample(chain, pose)
-    return np.asarray(sample.arm.jacobian(sample.q)[task_rows(chain)])
+    return np.asarray(sample.arm.jacobian(sample.q)[chain.task_rows])
 
 
 def evaluate_precisely(chain: Chain, pose: Pose, matrix: sp.Matrix) -> sp.Matrix:
@@ -244,11 +244,6 @@ def sample_singular_poses(chain: Chain, component: Component, count: int) -> tup
     return tuple(to_sample(chain, pose) for pose in poses if pose is not None)
 
 
-def restrict(component: Component, values: Values) -> Component:
-    """Return the part of a component at one combination of its joint values."""
-    return Component(component.conditions, tuple((joint, (value,)) for joint, value in values))
-
-
 @dataclass(frozen=True)
 class Branch:
     """A part of the singular set that looks alike: a combination of joint values, or a condition that ties joints.
@@ -273,12 +268,12 @@ def branches(chain: Chain) -> tuple[Branch, ...]:
         if component.solutions is None or generic_component.solutions is None:
             reached.append(Branch(component, generic_component))
             continue
-        for values in value_sets(component):
+        for values in component.value_combinations():
             theirs = next(
-                (theirs for theirs in value_sets(generic_component) if _have_same_values(chain, values, theirs)), None
+                (v for v in generic_component.value_combinations() if _have_same_values(chain, values, v)), None
             )
             if theirs is not None:
-                reached.append(Branch(restrict(component, values), restrict(generic_component, theirs)))
+                reached.append(Branch(component.at(values), generic_component.at(theirs)))
     return tuple(reached)
 
 
@@ -302,7 +297,7 @@ def _sample_joints_on(
     fixed: dict[sp.Symbol, sp.Expr] = {}
     for component in sorted(components, key=lambda component: component.solutions is None):
         if component.solutions is not None:
-            values = dict(rng.choice(value_sets(component)))
+            values = dict(rng.choice(component.value_combinations()))
             if any(fixed.get(q, value) != value for q, value in values.items()):
                 return None
             fixed.update({q: wrap_angle(chain, q, value.xreplace(dict(lengths))) for q, value in values.items()})

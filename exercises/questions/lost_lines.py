@@ -7,7 +7,7 @@ from itertools import compress
 import numpy as np
 
 from qdot.exercises.arm.chain import Chain
-from qdot.exercises.arm.directions import CLEAR, Line, directions, lines_of, lost_direction, task_rows
+from qdot.exercises.arm.directions import CLEAR, Line, directions, lines_of, lost_direction
 from qdot.exercises.arm.singularity import Component
 from qdot.exercises.questions.geometry import sample_singular_poses
 
@@ -32,7 +32,7 @@ class Motion:
 @lru_cache(maxsize=1024)
 def find_lost_motion(generic: Chain, component: Component) -> Motion | None:
     """Return the lines along which a motion is lost and those along which none is, on a branch of a structure."""
-    samples, rows = sample_singular_poses(generic, component, SAMPLES), task_rows(generic)
+    samples, rows = sample_singular_poses(generic, component, SAMPLES), generic.task_rows
     lost = [lost_direction(sample.arm.jacobian(sample.q)[rows], CLEAR / 5) for sample in samples]
     if len(samples) < SAMPLES // 2 or any(u is None for u in lost):
         return None

@@ -12,7 +12,7 @@ from qdot.exercises.answers import Direction, Number
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.classification import representative_samples
 from qdot.exercises.arm.derivation import derive, structure
-from qdot.exercises.arm.directions import Line, LostFormula, clear_rank, lost_formula, value_sets
+from qdot.exercises.arm.directions import Line, LostFormula, clear_rank, lost_formula
 from qdot.exercises.arm.kinds import kind_at, kind_is_sure
 from qdot.exercises.arm.meanings import Meaning, Reading, common_kind, read_meanings
 from qdot.exercises.arm.singularity import Component, singular_set
@@ -201,7 +201,7 @@ def _ask_direction(chain: Chain, rng: Stream) -> Asked | None:
 
 
 def _describe_loss(chain: Chain, component: Component, formula: LostFormula) -> LostAt:
-    (values,) = value_sets(component)
+    (values,) = component.value_combinations()
     jacobian = None if formula.jacobian is None else formula.jacobian.applyfunc(derive(chain).fill)
     return LostAt(values, tuple(q for q in chain.q if q not in dict(values)), jacobian, formula.columns)
 
@@ -220,7 +220,7 @@ class Where:
 
 def _describe_where(chain: Chain, branch: Branch) -> Where | None:
     if branch.component.solutions is not None:
-        return Where(value_sets(branch.component)[0])
+        return Where(branch.component.value_combinations()[0])
     reading = read_branch(structure(chain).chain, branch.generic)
     if reading is None or len(branch.component.conditions) > 1 or reading.right.kind != "on axis":
         return None
@@ -275,7 +275,7 @@ def _ask_motion(chain: Chain, rng: Stream) -> Asked:
 def lost_direction_where(chain: Chain, where: Where) -> tuple[LostAt, sp.Matrix] | None:
     """Return J and the direction that is lost where joints have values, as formulas; None where none is short."""
     for branch in branches(chain) if where.values else ():
-        if branch.component.solutions is not None and value_sets(branch.component)[0] == where.values:
+        if branch.component.solutions is not None and branch.component.value_combinations()[0] == where.values:
             formula = lost_formula(structure(chain).chain, branch.generic)
             if formula is not None and formula.jacobian is not None:
                 return _describe_loss(chain, branch.component, formula), formula.direction.applyfunc(derive(chain).fill)
@@ -352,7 +352,7 @@ def _ask_meaning(chain: Chain, rng: Stream) -> Asked | None:
         offered += [(false, None if kind is None else rng.choice(kinds)) for false in others]
         answer, order = shuffle_options(offered, offered[0], rng, _describe_meaning)
         tied = branch.component.solutions is None
-        values = () if tied else value_sets(branch.component)[0]
+        values = () if tied else branch.component.value_combinations()[0]
         condition = branch.component.conditions[0] if tied else None
         asked = MeaningAsked(values, pose if tied else None, condition, tuple(order))
         return answer, OfMeaning(asked=asked)

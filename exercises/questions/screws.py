@@ -16,7 +16,7 @@ import sympy as sp
 
 from qdot.exercises.answers import Number
 from qdot.exercises.arm.arithmetic import apply_matrix
-from qdot.exercises.arm.axes_to_dh import Axis, exactly
+from qdot.exercises.arm.axes_to_dh import Axis, to_exact
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.arm.conventions.base import SCREWS
@@ -160,7 +160,7 @@ def carried_screws(chain: Chain) -> tuple[Screw, ...]:
     for joint, axis in zip(_carry_screws(structure(chain).chain), axes_of(chain)[0], strict=True):
         direction, point, screw = map(fill, (joint.direction, joint.point, joint.screw))
         if chain.axis_points:  # they lie so far along their axes from what the joints carry
-            along = exactly(axis.direction.dot(axis.point - point.xreplace(home)))
+            along = to_exact(axis.direction.dot(axis.point - point.xreplace(home)))
             point = (point + along * direction).applyfunc(without_brackets)
         carried.append(Screw(joint.number, joint.kind, direction, point, screw))
     return tuple(carried)

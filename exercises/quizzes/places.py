@@ -7,7 +7,7 @@ import numpy as np
 import sympy as sp
 
 from qdot.exercises.arm.chain import Chain
-from qdot.exercises.arm.directions import clear_rank, task_rows
+from qdot.exercises.arm.directions import clear_rank
 from qdot.exercises.arm.kinematics import NumericChain
 from qdot.exercises.arm.lengths import with_lengths
 from qdot.exercises.arm.singularity import Component, singular_set
@@ -51,7 +51,7 @@ def clearness(chain: Chain) -> float:
     """
     rng, arm = Stream("clearness"), NumericChain(chain, {})
     q = np.array([[float(value) for value in sample_pose(chain, rng).values()] for _ in range(_LOOKED_AT)])
-    sigma = np.linalg.svd(arm.jacobian(q)[:, task_rows(chain)], compute_uv=False)
+    sigma = np.linalg.svd(arm.jacobian(q)[:, chain.task_rows], compute_uv=False)
     return min(CLEAR, round(float(np.median(sigma[:, -1] / np.maximum(sigma[:, 0], 1e-12))), 3))
 
 

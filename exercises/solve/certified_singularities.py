@@ -9,7 +9,7 @@ from dataclasses import replace
 
 from qdot.exercises.arm.axes import Sample
 from qdot.exercises.arm.chain import Chain
-from qdot.exercises.arm.classification import Kind, part_at
+from qdot.exercises.arm.classification import Kind
 from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.arm.normalized_arm import normalize_arm
 from qdot.exercises.arm.singularity import Component
@@ -43,7 +43,7 @@ def certified_words(chain: Chain, words: str, samples: Sequence[Sample]) -> str:
 def _certify_component(chain: Chain, singular: SingularComponent) -> SingularComponent:
     component = Component(singular.conditions, singular.solutions)
     kind = _certify_kind(chain, component, singular.kind)
-    cases = tuple((values, _certify_kind(chain, part_at(component, values), case)) for values, case in singular.cases)
+    cases = tuple((values, _certify_kind(chain, component.at(values), case)) for values, case in singular.cases)
     return replace(singular, kind=kind, cases=cases)
 
 

@@ -16,7 +16,7 @@ from qdot.exercises.arm.derivation import TooLong, derive
 from qdot.exercises.arm.kinds import kind_is_sure
 from qdot.exercises.arm.numeric_rank_check import check_rank_loss
 from qdot.exercises.arm.reciprocal import applies
-from qdot.exercises.arm.robot_file import Limits, Robot, read_robot
+from qdot.exercises.arm.robot_file import Robot, read_robot
 from qdot.exercises.arm.singularity import Component, singular_set, special_length_components
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.formula.text import matrix_json
@@ -126,17 +126,10 @@ def solve(chain: Chain) -> Solution:
     Solution(mine: J 2 x 2, det J = a1*a2*sin(theta2))
     """
     d = derive(chain)
-    singularities = _singularities(chain)
-    results = singularities.determinant, singularities.singular, singularities.note
-    solution = Solution(chain, d.position, d.geometric[:3, :], d.geometric, *results)
-    return replace(solution, redundant=singularities.redundant, special=singularities.special)
-
-
-def _singularities(chain: Chain) -> Singularities:
-    """Return determinant and singular set with all remarks."""
     *_, last = singular_stages(chain)
     assert isinstance(last, Singularities)
-    return last
+    results = last.determinant, last.singular, last.note, None, last.redundant, last.special
+    return Solution(chain, d.position, d.geometric[:3, :], d.geometric, *results)
 
 
 @dataclass(frozen=True)
@@ -456,14 +449,12 @@ def _blocks(chain: Chain, robot: Robot | None) -> list[str]:
 class Ready:
     """A result that is ready: its name, and its content, which may be empty.
 
-    `left` is what remains to be computed for the singular set, None for other results; `singular` is the set as far as
-    it is known.
+    `left` is what remains to be computed for the singular set, None for other results.
     """
 
     name: str
     content: Any
     left: tuple[str, ...] | None = None
-    singular: tuple[SingularComponent, ...] | None = None
 
 
 Stages = Iterator[str | PartialResult | Ready]
@@ -514,7 +505,7 @@ def _singular_text(chain: Chain, robot: Robot | None, parts: list[Part], explain
             number += 1
         if not stage.left and (stage.lengths or stage.special):
             blocks.append(_special_block(chain, stage, number))
-        yield Ready(name, "\n".join(filter(None, blocks)), stage.left, stage.singular)
+        yield Ready(name, "\n".join(filter(None, blocks)), stage.left)
 
 
 def _singular_section(
@@ -575,7 +566,7 @@ def data_stages(chain: Chain) -> Stages:
             yield Ready("determinant", {"determinant": str(d.determinant)})
     for stage in singular_stages(chain):
         if isinstance(stage, Singularities):
-            yield Ready("singular", _singular_json(chain, stage), stage.left, stage.singular)
+            yield Ready("singular", _singular_json(chain, stage), stage.left)
         else:
             yield stage
 
@@ -621,19 +612,10 @@ def _values_beyond_limits(chain: Chain, robot: Robot | None, singular: Iterable[
             if ends is None:
                 continue
             low, high = (tex_value(end, joint) for end in ends)
-            out = [
-                v for v in values if v.is_number and not any(_is_within(v + turn, ends) for turn in _full_turns(joint))
-            ]
+            turns = (0,) if joint.name.startswith("d") else (-2 * sp.pi, 0, 2 * sp.pi)
+            out = [v for v in values if v.is_number and not any(ends[0] <= v + turn <= ends[1] for turn in turns)]
             excluded += [f"${tex(joint)} = {tex_value(value, joint)}$ (from ${low}$ to ${high}$)" for value in out]
     return list(dict.fromkeys(excluded))
-
-
-def _full_turns(joint: sp.Symbol) -> tuple[sp.Expr, ...]:
-    return (sp.S.Zero,) if joint.name.startswith("d") else tuple(2 * sp.pi * turn for turn in (-1, 0, 1))
-
-
-def _is_within(value: sp.Expr, ends: Limits) -> bool:
-    return bool(ends[0] <= value) and bool(value <= ends[1])
 
 
 __all__ = ["Solution", "read_robot", "solution_data", "solution_json", "solution_latex", "solution_text", "solve"]

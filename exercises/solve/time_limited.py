@@ -30,7 +30,6 @@ from qdot.exercises.solve.solver import (
     twists_of,
 )
 from qdot.exercises.writing.markup import to_text
-from qdot.exercises.writing.solution_steps import SingularComponent
 
 ShowProgress = Callable[[str], AbstractContextManager[object]]
 """Shows what a block is working on while it lasts."""
@@ -46,19 +45,17 @@ class _Progress:
     """What is known about the singular set until it is ready."""
     left: tuple[str, ...] | None = None
     """What remains to be computed for that set, None if nothing is known about it."""
-    singular: tuple[SingularComponent, ...] | None = None
-    """The set, None if it is not ready, or the arm is singular everywhere."""
     ended: str = ""
     """Why results are missing; empty if none are."""
 
 
 def write_solution(
     robot: Robot, form: str, seconds: float, say: Callable[[str], None], show_progress: ShowProgress
-) -> tuple[SingularComponent, ...] | None:
+) -> None:
     """Print the derivation of an arm as text, latex or json; text section by section, as they are ready.
 
     It ends once it has taken `seconds` of processor time. Raises KeyboardInterrupt if that ended it, after printing all
-    that was ready. Returns the singular set, None if it is not ready, or if the arm is singular everywhere.
+    that was ready.
     """
     chain, progress = robot.chain, _Progress()
     stages = data_stages(chain) if form == "json" else text_stages(chain, robot)
@@ -83,7 +80,6 @@ def write_solution(
             say(f"\n{to_text(block)}")
     if stop is not None:
         raise stop
-    return progress.singular
 
 
 def _run_stages(
@@ -100,7 +96,7 @@ def _run_stages(
                 say(stage.content)
             progress.ready[stage.name] = stage.content  # only now: a section stopped while it was printed is missing
             if stage.left is not None:
-                progress.partial_result, progress.left, progress.singular = None, stage.left, stage.singular
+                progress.partial_result, progress.left = None, stage.left
         elif isinstance(stage, PartialResult):
             progress.partial_result, progress.left = stage, stage.left
         else:

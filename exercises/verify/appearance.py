@@ -83,7 +83,7 @@ def is_of_kind(chain: Chain, kind: Kind, samples: Sequence[Sample]) -> bool:
     """Tell whether all configurations have a kind, if it is said of all."""
     if not kind.kind or not kind.uniform:
         return True
-    return {seen_kind for seen_kind in kinds_at(chain, samples) if seen_kind is not None} <= {kind.kind}
+    return set(kinds_at(chain, samples)) <= {kind.kind}
 
 
 @dataclass(frozen=True)

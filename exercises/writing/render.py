@@ -51,6 +51,11 @@ class TemplateCache(jinja2.FileSystemBytecodeCache):
         digest = hashlib.sha256(made_by.encode()).hexdigest()[:16]
         super().__init__(str(folder / "__pycache__"), f"%s.{digest}.cache")
 
+    def load_bytecode(self, bucket: jinja2.bccache.Bucket) -> None:
+        """Fill the bucket, if the code is there."""
+        with suppress(OSError):
+            super().load_bytecode(bucket)
+
     def dump_bytecode(self, bucket: jinja2.bccache.Bucket) -> None:
         """Store the bucket's code."""
         if not sys.dont_write_bytecode:

@@ -11,13 +11,13 @@ from itertools import combinations
 import sympy as sp
 
 from qdot.exercises.arm.chain import TASK_ROWS, Chain, Point
-from qdot.exercises.arm.classification import Kind, Values, classify, is_one_sided, split_by_value
+from qdot.exercises.arm.classification import Kind, classify, is_one_sided, split_by_value
 from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.arm.derivation import Derivation, TooLong, derive, structure, task_velocity
 from qdot.exercises.arm.existence_conditions import Need, need_of
 from qdot.exercises.arm.kinematics import frame_behind, link_frames
 from qdot.exercises.arm.mpmath_kinematics import determinant, four_digits, inverse, round_matrix
-from qdot.exercises.arm.singularity import Component, never_vanishes, singular_set
+from qdot.exercises.arm.singularity import Component, Values, never_vanishes, singular_set
 from qdot.exercises.arm.standard_table import axes_of
 from qdot.exercises.arm.trigonometry import substitute, textbook, without_brackets
 from qdot.exercises.problem.problem import Part

@@ -7,11 +7,12 @@ from dataclasses import dataclass, field
 import sympy as sp
 
 from qdot.exercises.arm.chain import TASK_ROWS, Base, Chain, Point
-from qdot.exercises.arm.classification import Kind, Values
+from qdot.exercises.arm.classification import Kind
 from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.arm.conventions.base import Convention
 from qdot.exercises.arm.derivation import derive
 from qdot.exercises.arm.kinds import kind_is_sure
+from qdot.exercises.arm.singularity import Values
 from qdot.exercises.arm.standard_table import axes_of
 from qdot.exercises.questions.base import velocities
 from qdot.exercises.writing.languages import ENGLISH, Catalogue, catalogue

@@ -35,18 +35,18 @@ from qdot.grader.cli.options import (
     name_option,
 )
 from qdot.grader.grading.batch import (
-    alone,
-    files_of_one,
+    find_student,
+    find_student_files,
     grade_class,
     grade_one,
-    limits_of,
+    lock_folder,
+    make_limits,
     read_time,
-    student_named,
 )
 from qdot.grader.grading.certificates import Kind
 from qdot.grader.grading.certify import CERTIFIER, Task, find_former_students, list_tasks
 from qdot.grader.grading.class_check import check_class, check_secret, load_class, read_sample
-from qdot.grader.grading.history import describe_moves, earlier_results
+from qdot.grader.grading.history import describe_moves, read_earlier_results
 from qdot.grader.grading.marking import format_points
 from qdot.grader.grading.overrides import OVERRIDES, note_unused_groups, read_overrides
 from qdot.grader.grading.result import Result
@@ -325,12 +325,12 @@ def grade(
     if allow_missing and student:
         raise QdotError("--allow-missing is about a whole class; --student takes no marks away")
     if student:
-        results = [_grade_student(assignment, submissions, student, received, limits_of(seconds))]
+        results = [_grade_student(assignment, submissions, student, received, make_limits(seconds))]
         points = f"{format_points(results[0].score)} of {format_points(results[0].max_score)} points"
         summary = f"{results[0].student}: {status(results[0])}, {points}"
     else:
         place = submissions or folder / "submitted"
-        earlier, results, summary = _grade_class(assignment, place, limits_of(seconds), jobs, executor, allow_missing)
+        earlier, results, summary = _grade_class(assignment, place, make_limits(seconds), jobs, executor, allow_missing)
         if diff:
             tell(describe_moves(earlier, results))
     tell(summary)
@@ -357,8 +357,8 @@ def _grade_class(
         _note_ownerless(assignment, submitted)
         if not executor:  # each worker looks for itself
             check_sandbox(assignment.sandbox == "strict")
-        with alone(assignment.folder):
-            earlier = earlier_results(assignment)
+        with lock_folder(assignment.folder):
+            earlier = read_earlier_results(assignment)
             if not allow_missing:
                 _check_all_there(assignment, place, earlier, submitted.by_student)
             with progress("grading", len(assignment.roster)) as counter:
@@ -409,10 +409,10 @@ def _note_ownerless(assignment: Assignment, submitted: SubmissionFolder) -> None
 
 def _grade_student(assignment: Assignment, path: Path | None, name: str, received: str, limits: Limits) -> Result:
     """Grade one student alone, from a notebook or folder, or from what the class has submitted."""
-    student = student_named(assignment, name)
+    student = find_student(assignment, name)
     time = read_time(received) if received else None
     if path is not None:
-        files = files_of_one(assignment, path, time)
+        files = find_student_files(assignment, path, time)
     else:
         files = find_submissions(assignment, assignment.folder / "submitted").by_student.get(student.id)
         if files is not None and time is not None:

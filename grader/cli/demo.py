@@ -14,7 +14,7 @@ from qdot.exercises.common.errors import QdotError
 from qdot.exercises.common.extras import explain_missing
 from qdot.exercises.common.files import write_atomically
 from qdot.exercises.problem.problem import Part, Problem
-from qdot.grader.grading.batch import alone, grade_class
+from qdot.grader.grading.batch import grade_class, lock_folder
 from qdot.grader.grading.certify import CERTIFIER
 from qdot.grader.grading.result import Result
 from qdot.grader.reports.formats import write_asked
@@ -144,7 +144,7 @@ def run_demo(folder: Path, jobs: int) -> None:
             hand_in(assignment, student.id, kind)
             counter.step()
     submissions = find_submissions(assignment, folder / "submitted").by_student
-    with alone(assignment.folder):
+    with lock_folder(assignment.folder):
         with progress("grading", len(students)) as counter:
             limits = Limits(cell_seconds=2)
             results = grade_class(assignment, submissions, jobs, limits, lambda _: counter.step())

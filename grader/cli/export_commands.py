@@ -119,12 +119,12 @@ def report(
       qdot report homework --report csv=-
           the marks once more, for another program
     """
-    from qdot.grader.grading.history import last_results
+    from qdot.grader.grading.history import read_last_results
     from qdot.grader.reports.formats import STDOUT, read_reports, write_asked
 
     reports = read_reports(report, of_one=False)
     whole_class = load_class(folder)
-    assignment, results = last_results(whole_class)
+    assignment, results = read_last_results(whole_class)
     left_out = [student.id for student in whole_class.roster if student not in assignment.roster]
     if left_out:
         note(f"{', '.join(left_out)}: on the roster, and not yet graded; left out")

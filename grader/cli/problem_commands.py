@@ -13,9 +13,8 @@ from qdot import show as show_problem
 from qdot.exercises.arm.chain import CONVENTIONS
 from qdot.exercises.arm.library import ENDINGS, is_in_library, robot_path
 from qdot.exercises.arm.library import robots as library
-from qdot.exercises.arm.robot_file import ANGLE_UNITS, read_robot_file
+from qdot.exercises.arm.robot_file import read_robot_file
 from qdot.exercises.arm.robot_text import robot_text
-from qdot.exercises.arm.standard_table import TABLES
 from qdot.exercises.assignment.sets import DEFAULT_SET, SETS, find_set
 from qdot.exercises.common.completion import complete_names
 from qdot.exercises.common.console import VariationOption, note, one_of, progress, say, show_work
@@ -93,7 +92,7 @@ def families(
     The difficulty is a step from 0 to 4 of a scale: how much there is to work out for such an arm by hand. A
     family's name goes into assignment.toml (family = "planar-2r") and before a seed: `qdot show planar-2r/7`. With a
     NAME it is told of this family what it can be asked, question by question, and in a few words why not the rest; so
-    it is of a real robot (ur5) and of your own ROBOT.toml, CSV or URDF, which may take a minute.
+    it is of a real robot (ur5) and of your own ROBOT.toml or URDF, which may take a minute.
 
     Examples:
       qdot families
@@ -257,7 +256,7 @@ def solve(
         str,
         typer.Argument(
             metavar="ROBOT",
-            help="Your arm: ROBOT.toml, a table in CSV, or a URDF; or the name of a real one: panda.",
+            help="Your arm: ROBOT.toml or a URDF; or the name of a real one: panda.",
             autocompletion=complete_names(library),
         ),
     ],
@@ -265,24 +264,12 @@ def solve(
         str, name_option(f"One of {', '.join(SOLVE_FORMATS)}.", "--format", "-f", names=SOLVE_FORMATS)
     ] = "text",
     tip: Annotated[str, typer.Option(metavar="LINK", help="URDF: the link at the end, if there are several.")] = "",
-    convention: Annotated[
-        str, name_option(f"CSV: whose rows they are, one of {', '.join(TABLES)}.", names=TABLES)
-    ] = "",
-    angles: Annotated[
-        str,
-        name_option(f"CSV: what its angles are in, {' or '.join(ANGLE_UNITS)}.", names=ANGLE_UNITS, metavar="UNIT"),
-    ] = "",
     convert: Annotated[
-        str,
-        name_option(f"Write the arm as ROBOT.toml in a convention: {', '.join(CONVENTIONS)}.", names=CONVENTIONS),
+        str, name_option(f"Write the arm as ROBOT.toml in a convention: {', '.join(CONVENTIONS)}.", names=CONVENTIONS)
     ] = "",
     time: Annotated[
         str, typer.Option(metavar="SECONDS", help=f"Processor time after which it ends, {LEAST:g} or more.")
     ] = f"{SECONDS:g}",
-    map_file: Annotated[
-        Path | None,
-        typer.Option("--map", metavar="FILE.svg", help="Draw where it is singular, over pairs of its joints, too."),
-    ] = None,
 ) -> None:
     """Derive all the book would for your own arm or a real one.
 
@@ -297,39 +284,27 @@ def solve(
     in every one; `note` says so in words. Arms that are told by their axes have `space_jacobian` and `body_jacobian`.
 
     Results are written as they are ready. With --time, or by Ctrl-C, it ends earlier, and says what is missing; JSON
-    has `missing` then, a list of what was not worked out. --map draws the conditions that are in three joints or fewer.
+    has `missing` then, a list of what was not worked out.
 
     Examples:
       qdot solve arm.toml
           your own arm: position, Jacobian, determinant, singularities
       qdot solve panda --time 300
           a real one, with more time
-      qdot solve arm.toml --map arm.svg
-          and a picture of where it is singular
       qdot solve panda --convert dh > arm.toml
           as a file of your own
     """
     one_of(format, SOLVE_FORMATS, "--format")
-    from qdot.exercises.solve.locus import check_map, write_map
     from qdot.exercises.solve.time_limited import write_solution
 
     seconds = seconds_of(time)
-    if convention:
-        one_of(convention, TABLES, "--convention")
-    if angles:
-        one_of(angles, ANGLE_UNITS, "--angles")
-    if map_file is not None:
-        check_map(map_file)
-    read = read_robot_file(robot_path(robot), tip, convention, angles)
+    read = read_robot_file(robot_path(robot), tip)
     for message in read.notes:
         note(message)
     if convert:
         one_of(convert, CONVENTIONS, "--convert")
-        if format != "text" or map_file is not None:
-            option = "--map" if map_file is not None else "--format"
-            raise QdotError(f"--convert writes a ROBOT.toml, and {option} is for what is derived; give one of both")
+        if format != "text":
+            raise QdotError("--convert writes a ROBOT.toml, and --format is for what is derived; give one of both")
         say(robot_text(read, convert).rstrip())
         return
-    singular = write_solution(read, format, seconds, say, show_work)
-    if map_file is not None:
-        note(write_map(map_file, read, singular))
+    write_solution(read, format, seconds, say, show_work)

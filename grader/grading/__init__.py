@@ -4,7 +4,7 @@ It imports submissions, judging and diagnosis; reports are above it.
 
     result                      a student's result: the fields of a line of results.jsonl
     partial_credit, marking     the share that an answer earns; a student's answers to a problem
-    attempt, notebook           one notebook of a class graded; a notebook without a class
+    attempt                     one notebook of a class graded; a notebook without a class
     copied_answers, overrides   whether an answer is right for another student; points that a person sets
     final_result                from notebooks to a student's result: overrides, lateness, which attempt counts
     cluster                     notebooks graded by the workers of a Dask cluster

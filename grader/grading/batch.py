@@ -116,7 +116,7 @@ def cache_folder(folder: Path) -> Path:
 
 
 @contextlib.contextmanager
-def alone(folder: Path) -> Iterator[None]:
+def lock_folder(folder: Path) -> Iterator[None]:
     """Be the only one who grades in an assignment's folder. Raises QdotError if another grader is at work there.
 
     The system releases the lock when this process ends, however it ends.
@@ -276,12 +276,12 @@ def stored_path(cache: Path, student: str, file: Path | None) -> Path:
 # --- one student ---
 
 
-def limits_of(seconds: float) -> Limits:
+def make_limits(seconds: float) -> Limits:
     """Return the limits of a notebook that may take so long; each of its cells may take half of that."""
     return Limits(seconds=seconds, cell_seconds=max(1.0, seconds / 2))
 
 
-def student_named(assignment: Assignment, identifier: str) -> Student:
+def find_student(assignment: Assignment, identifier: str) -> Student:
     """Return a student of the roster. Raises QdotError."""
     for student in assignment.roster:
         if student.id == identifier:
@@ -297,7 +297,7 @@ def read_time(text: str) -> datetime.datetime:
         raise QdotError(f"{text!r} is no time; write it as in 2027-01-15T23:59:00+01:00") from None
 
 
-def files_of_one(
+def find_student_files(
     assignment: Assignment, path: Path, received: datetime.datetime | None = None, time_source: str = "option"
 ) -> StudentFiles | None:
     """Return what a student handed in: a notebook, or a folder with it. Raises QdotError if there is neither."""

@@ -148,7 +148,7 @@ def _are_names(claim: object) -> TypeGuard[list[str]]:
     return isinstance(claim, list) and all(isinstance(name, str) for name in claim)
 
 
-def readable(text: str, expected: ExpectedForm) -> bool:
+def is_readable(text: str, expected: ExpectedForm) -> bool:
     """Tell whether a text can be read as the expected answer."""
     return _check_answer("", text, expected).readable
 

@@ -16,7 +16,7 @@ from qdot.exercises.assignment.assignment import Assignment
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.common.files import remove_left_behind, write_atomically
 from qdot.exercises.common.json_form import as_json, from_json
-from qdot.grader.grading.marking import format_points, max_points_of_parts, sum_points
+from qdot.grader.grading.marking import format_points, list_max_points, sum_points
 from qdot.grader.grading.result import MadeFrom, Result
 
 
@@ -31,7 +31,7 @@ class Move:
     why: str
 
 
-def earlier_results(assignment: Assignment) -> dict[str, Result]:
+def read_earlier_results(assignment: Assignment) -> dict[str, Result]:
     """Return the results of the previous run by student; lines that can't be read are left out."""
     return {result.student: result for _, result in _earlier_lines(assignment)}
 
@@ -55,7 +55,7 @@ def results_path(assignment: Assignment) -> Path:
     return assignment.folder / "graded" / "results.jsonl"
 
 
-def last_results(assignment: Assignment) -> tuple[Assignment, list[Result]]:
+def read_last_results(assignment: Assignment) -> tuple[Assignment, list[Result]]:
     """Return the results of the last run in the roster's order, and the assignment with only those students.
 
     Raises QdotError if nothing has been graded, or the results are of other problems or another version.
@@ -68,7 +68,7 @@ def last_results(assignment: Assignment) -> tuple[Assignment, list[Result]]:
     roster = tuple(student for student in assignment.roster if student.id in earlier)
     if not roster:
         raise QdotError(f"{path}: no student of the roster is in it; {again}")
-    max_points = list(max_points_of_parts(assignment).items())
+    max_points = list(list_max_points(assignment).items())
     results = []
     for line, result in (earlier[student.id] for student in roster):
         if as_json(result) != json.loads(line):
@@ -79,7 +79,7 @@ def last_results(assignment: Assignment) -> tuple[Assignment, list[Result]]:
     return replace(assignment, roster=roster), results
 
 
-def keep_earlier(assignment: Assignment, results: Sequence[Result]) -> None:
+def keep_earlier_results(assignment: Assignment, results: Sequence[Result]) -> None:
     """Add results to the history that new ones are about to replace, or whose student has left the roster.
 
     A run that was stopped may have added them already: nothing is added twice. Unchanged results are not added.

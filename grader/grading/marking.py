@@ -83,7 +83,7 @@ def mark(
     return [marking.verdict(part, texts.get(part.name)) for part in problem.parts]
 
 
-def share_earned(problem: Problem, part: Part, text: str) -> Fraction:
+def compute_earned_share(problem: Problem, part: Part, text: str) -> Fraction:
     """Return the share of a part's points that an answer earns by itself, as it is typed; the same at every call."""
     seed = f"{problem.id}/{part.name}"
     parsed = read_answer(problem, part, text, seed)
@@ -232,7 +232,7 @@ def _entries(part: Part, judgement: Judgement) -> tuple[tuple[bool, ...], ...] |
     return ((True,) * columns,) * rows or None
 
 
-def max_points_of_parts(assignment: Assignment) -> dict[str, float]:
+def list_max_points(assignment: Assignment) -> dict[str, float]:
     """Return the most points of every part, by its name in the assignment, as in "p1.jacobian"."""
     slots = assignment.slots
     names = [f"{slot.name}.{question}" for slot in slots for question in slot.questions]

@@ -15,7 +15,7 @@ from qdot.exercises.assignment.assignment import Assignment
 from qdot.exercises.common.errors import QdotError, unknown
 from qdot.exercises.common.input_file import read_table
 from qdot.grader.diagnosis.groups import LENGTH, LETTERS, group_key
-from qdot.grader.grading.marking import max_points_of_parts, share_of_points, sum_points
+from qdot.grader.grading.marking import list_max_points, share_of_points, sum_points
 from qdot.grader.grading.result import AppliedOverride
 
 OVERRIDES = "overrides.csv"
@@ -65,7 +65,7 @@ def read_overrides(assignment: Assignment) -> Overrides:
     path = assignment.folder / OVERRIDES
     if not path.exists():
         return NO_OVERRIDES
-    max_points = max_points_of_parts(assignment)
+    max_points = list_max_points(assignment)
     max_points[TOTAL] = sum_points(max_points.values())
     students = [student.id for student in assignment.roster]
     of_students: dict[str, dict[str, Override]] = {}

@@ -67,7 +67,7 @@ class Host:
         }  # fmt: skip
 
 
-def host_named(name: str, environment: Mapping[str, str]) -> Host:
+def find_host(name: str, environment: Mapping[str, str]) -> Host:
     """Return GitHub or GitLab as the environment variables of its jobs describe it. Raises QdotError."""
     token = environment.get(TOKEN, "").strip()
     if not token:

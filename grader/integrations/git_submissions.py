@@ -31,9 +31,9 @@ from qdot.exercises.assignment.lateness import with_zone
 from qdot.exercises.common.console import note, printable, say
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.common.files import write_atomically
-from qdot.grader.grading.batch import student_named
-from qdot.grader.grading.history import last_results
-from qdot.grader.integrations.git_hosts import Host, Push, host_named
+from qdot.grader.grading.batch import find_student
+from qdot.grader.grading.history import read_last_results
+from qdot.grader.integrations.git_hosts import Host, Push, find_host
 from qdot.grader.reports.github import make_summary
 from qdot.grader.submissions.submission import NOT_FETCHED
 
@@ -73,7 +73,7 @@ class Collected:
     unreached: str = ""
 
 
-def counts_until(assignment: Assignment, student: Student) -> datetime.datetime | None:
+def find_cutoff(assignment: Assignment, student: Student) -> datetime.datetime | None:
     """Return the time after which a student's pushes no longer count: the deadline, unless late work may earn points.
 
     Where late work loses a share (`late`), it is that table's `until`; None where pushes count without an end. Without
@@ -95,7 +95,7 @@ def collect(assignment: Assignment, host: Host) -> list[Collected]:
 
     Raises QdotError if nobody could be; what was fetched before is still there then.
     """
-    wanted = [(student_named(assignment, name), repository) for name, repository in _repositories(assignment, host)]
+    wanted = [(find_student(assignment, name), repository) for name, repository in _repositories(assignment, host)]
     for left in assignment.folder.glob(f"{WORK}*"):  # by a run that was killed
         shutil.rmtree(left, ignore_errors=True)
     with tempfile.TemporaryDirectory(prefix=WORK, dir=assignment.folder) as work:
@@ -146,7 +146,7 @@ def _repositories(assignment: Assignment, host: Host) -> list[tuple[str, str]]:
 
 def _collect_one(assignment: Assignment, host: Host, fetched: Path, student: Student, repository: str) -> Collected:
     """Fetch a student's repository into a folder of all, and return what was fetched."""
-    until = counts_until(assignment, student)
+    until = find_cutoff(assignment, student)
     collected = Collected(student.id, repository, counts_until="" if until is None else until.isoformat())
     folder = fetched / student.id
     try:
@@ -234,7 +234,7 @@ def hand_back(assignment: Assignment, host: Host) -> list[Collected]:
 
     It is a commit without a past that depends on nothing but the feedback: if that has not changed, nothing is sent.
     """
-    graded, results = last_results(assignment)
+    graded, results = read_last_results(assignment)
     by_student = {result.student: result for result in results}
 
     def push_feedback(student: str, repository: str) -> Collected:
@@ -283,7 +283,7 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("--on", choices=("github", "gitlab"), required=True)
     options = parser.parse_args(arguments)
     try:
-        host, assignment = host_named(options.on, os.environ), load_assignment(options.folder)
+        host, assignment = find_host(options.on, os.environ), load_assignment(options.folder)
         every = (collect if options.task == "collect" else hand_back)(assignment, host)
     except QdotError as error:
         note(f"qdot: {error}")

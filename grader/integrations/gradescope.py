@@ -19,7 +19,7 @@ from qdot.exercises.assignment.attempt_policy import AttemptPolicy
 from qdot.exercises.common.console import note, say
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.common.files import write_atomically
-from qdot.grader.grading.batch import files_of_one, grade_one, limits_of, student_named
+from qdot.grader.grading.batch import find_student, find_student_files, grade_one, make_limits
 from qdot.grader.grading.marking import format_points
 from qdot.grader.reports.gradescope import VISIBILITY, GradescopeResults, gradescope_results
 from qdot.grader.reports.rows import only_result
@@ -29,7 +29,7 @@ from qdot.grader.submissions.roster import Roster
 from qdot.grader.submissions.submission import read_submission
 
 
-def results_of(root: Path, visibility: str = "visible", seconds: float = Limits.seconds) -> GradescopeResults:
+def make_results(root: Path, visibility: str = "visible", seconds: float = Limits.seconds) -> GradescopeResults:
     """Return the contents of results.json. Raises QdotError if there can be no mark."""
     assignment = load_assignment(root / "source" / "assignment")
     metadata = read_metadata(root / "submission_metadata.json")
@@ -48,8 +48,8 @@ def grade_submission(
     deadline = find_due_date(metadata)
     if deadline is not None:
         student = replace(student, due_date=deadline)
-    files = files_of_one(assignment, submission, parse_time(metadata.get("created_at")), "Gradescope")
-    result = only_result([grade_one(assignment, student, files, limits_of(seconds))], "gradescope")
+    files = find_student_files(assignment, submission, parse_time(metadata.get("created_at")), "Gradescope")
+    result = only_result([grade_one(assignment, student, files, make_limits(seconds))], "gradescope")
     return gradescope_results(result, assignment.feedback, visibility)
 
 
@@ -83,12 +83,12 @@ def find_submitter(assignment: Assignment, metadata: dict[str, Any], submission:
         raise QdotError(
             f"{named}: not surely one student of roster.csv; add the e-mail address there, and export again"
         )
-    return student_named(assignment, next(iter(owners)))
+    return find_student(assignment, next(iter(owners)))
 
 
 def _claimed_students(assignment: Assignment, submission: Path) -> set[str]:
     """Return the student to whom the submitted notebook was handed out, by its metadata."""
-    files = files_of_one(assignment, submission)
+    files = find_student_files(assignment, submission)
     if files is None or files.obstacle:
         return set()
     return {str(read_submission(files.files[0], assignment.key).claims.get("student"))}
@@ -151,7 +151,7 @@ def main(arguments: list[str] | None = None) -> int:
     target = options.root / "results" / "results.json"
     try:
         target.unlink(missing_ok=True)
-        results = results_of(options.root, options.visibility, options.seconds)
+        results = make_results(options.root, options.visibility, options.seconds)
         write_atomically(target, results.text)
     except QdotError as error:
         note(f"qdot: {error}")

@@ -22,8 +22,8 @@ from qdot.exercises.common.console import note
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.exports.nbgrader import SIGN
 from qdot.grader.cli.class_commands import check_sandbox
-from qdot.grader.grading.batch import files_of_one, grade_one, limits_of, student_named
-from qdot.grader.grading.marking import format_points, max_points_of_parts
+from qdot.grader.grading.batch import find_student, find_student_files, grade_one, make_limits
+from qdot.grader.grading.marking import format_points, list_max_points
 from qdot.grader.grading.result import Result
 from qdot.grader.integrations.nbgrader_cells import GENERATE, fill_in, restore_cells, without_self_checks
 from qdot.grader.reports.rows import make_rows
@@ -64,7 +64,7 @@ class MakeWhole(NbGraderPreprocessor):
                     f"{about['assignment']} is marked by qdot, and {FOLDER}/{about['assignment']} is missing"
                 )
             return nb, resources
-        points = max_points_of_parts(assignment)
+        points = list_max_points(assignment)
         if sum(source.startswith(SIGN) for source in sources) != len(points):
             raise QdotError(f"nbgrader knows other cells than {about['assignment']} has; {GENERATE}")
         nb.cells = [from_dict(cell) for cell in restore_cells(nb.cells, points)]
@@ -127,14 +127,14 @@ def _assignment_of_qdot(step: Any, key: str) -> Assignment | None:
 
 def _grade(assignment: Assignment, about: Any, step: Mark) -> Result:
     """Return the result of the submission that nbgrader describes."""
-    student, course = student_named(assignment, about["student"]), _course(step)
+    student, course = find_student(assignment, about["student"]), _course(step)
     _check_sandbox_once(assignment.sandbox == "strict")
     folder = Path(course.root, course.format_path(course.submitted_directory, student.id, about["assignment"]))
     received = course.get_existing_timestamp(str(folder))
     if received is not None and received.tzinfo is None:
         received = received.replace(tzinfo=datetime.UTC)
-    handed_in = files_of_one(assignment, folder / f"{about['notebook']}.ipynb", received, "nbgrader")
-    return grade_one(assignment, student, handed_in, limits_of(step.seconds))
+    handed_in = find_student_files(assignment, folder / f"{about['notebook']}.ipynb", received, "nbgrader")
+    return grade_one(assignment, student, handed_in, make_limits(step.seconds))
 
 
 @cache

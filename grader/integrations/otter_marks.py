@@ -13,7 +13,7 @@ from typing import Any
 from qdot.exercises.assignment.assignment import Assignment, Student, load_assignment
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.common.json_form import as_json
-from qdot.grader.grading.batch import student_named
+from qdot.grader.grading.batch import find_student
 from qdot.grader.integrations.gradescope import find_submitter, grade_submission
 from qdot.grader.reports.gradescope import GradescopeResults
 from qdot.grader.sandbox.sandbox import Limits
@@ -32,7 +32,7 @@ class Mark:
     feedback: str
 
 
-def results_for(
+def grade_for_otter(
     folder: Path, notebook: Path, metadata: Mapping[str, Any], seconds: float = Limits.seconds
 ) -> GradescopeResults:
     """Return a submission's results in Gradescope's form. Raises QdotError if there can be no mark.
@@ -55,15 +55,15 @@ def _student_named_in(assignment: Assignment, notebook: Path) -> Student:
     claimed = read_submission(notebook, assignment.key).claims.get("student")
     if not isinstance(claimed, str):
         raise QdotError(f"{notebook.name} does not say whose it is; hand in the notebook that was handed out")
-    return student_named(assignment, claimed)
+    return find_student(assignment, claimed)
 
 
-def marks_of(results: GradescopeResults) -> dict[str, Mark]:
+def list_marks(results: GradescopeResults) -> dict[str, Mark]:
     """Return the marks of all parts by their names."""
     return {test.number: Mark(test.score or 0.0, test.max_score, test.output) for test in results.tests}
 
 
-def code_of_marks(marks: Mapping[str, Mark]) -> str:
+def write_marks_code(marks: Mapping[str, Mark]) -> str:
     """Return the code of a cell that loads the marks for the tests and runs nothing of the student's."""
     return f"import json\n{NAME} = json.loads({json.dumps(as_json(marks))!r})"
 
@@ -71,7 +71,7 @@ def code_of_marks(marks: Mapping[str, Mark]) -> str:
 def require_full_points(marks: Mapping[str, Mapping[str, Any]] | None, part: str) -> None:
     """Raise AssertionError with the feedback on an answer that does not earn all of its points.
 
-    `marks` are what the cell of `code_of_marks` has read.
+    `marks` are what the cell of `write_marks_code` has read.
     """
     if marks is None or part not in marks:
         raise AssertionError("qdot has not marked this notebook, so that it earns nothing")

@@ -20,7 +20,7 @@ from otter.plugins import AbstractOtterPlugin
 
 from qdot.exercises.exports.nbgrader import grade_id
 from qdot.exercises.exports.otter import FOLDER
-from qdot.grader.integrations.otter_marks import code_of_marks, marks_of, results_for
+from qdot.grader.integrations.otter_marks import grade_for_otter, list_marks, write_marks_code
 
 OTTERS = "tests"
 """The folder that Otter itself has put beside the notebook, in the place of any that the student handed in."""
@@ -36,7 +36,7 @@ class Marks(AbstractOtterPlugin):
         assignment = submission.parent.parent / "source" / "files" / FOLDER
         try:
             with _work_elsewhere():
-                self.results = results_for(assignment, submission, self.submission_metadata)
+                self.results = grade_for_otter(assignment, submission, self.submission_metadata)
         finally:
             shutil.rmtree(assignment, ignore_errors=True)
 
@@ -44,11 +44,13 @@ class Marks(AbstractOtterPlugin):
         """Return the notebook that is run in place of the student's: a cell with the marks."""
         metadata = dict(submission.metadata) if isinstance(submission, NotebookNode) else {}
         kept = {name: metadata[name] for name in ("kernelspec", "language_info") if name in metadata}
-        return new_notebook(metadata=kept, cells=[new_code_cell(code_of_marks(marks_of(self.results)), id="marks")])
+        return new_notebook(
+            metadata=kept, cells=[new_code_cell(write_marks_code(list_marks(self.results)), id="marks")]
+        )
 
     def after_grading(self, results: Any) -> None:
         """Give each part its points, less the late penalty, and show the notes on the whole submission."""
-        marks = marks_of(self.results)
+        marks = list_marks(self.results)
         earned = sum(mark.points for mark in marks.values())
         counting = self.results.score / earned if earned else 1
         for part, mark in marks.items():

@@ -9,7 +9,7 @@ from qdot.exercises.assignment.assignment import Assignment, Student
 from qdot.exercises.assignment.lateness import describe_duration
 from qdot.exercises.mistakes.catalogue import CATALOGUE
 from qdot.exercises.quizzes import ASKED
-from qdot.grader.grading.marking import max_points_of_parts
+from qdot.grader.grading.marking import list_max_points
 from qdot.grader.grading.result import AppliedOverride, PartResult, Result
 from qdot.grader.judging.verdict import Outcome
 from qdot.grader.reports.answers import make_visible
@@ -136,7 +136,7 @@ def summarize_parts(assignment: Assignment, results: Sequence[Result]) -> list[P
     work = [result.parts for result in select_graded(results)]
     rows = _rows(results)
     of_class = []
-    for index, (name, most) in enumerate(max_points_of_parts(assignment).items()):
+    for index, (name, most) in enumerate(list_max_points(assignment).items()):
         answers = [parts[name] for parts in work]
         shares = [part.points / most for part in answers if part.points is not None]
         count = Counter(part.outcome for part in answers)

@@ -11,7 +11,7 @@ from qdot.exercises.common.files import clean_up_after, flush_disks_after, write
 from qdot.exercises.common.parallel import ordered_map
 from qdot.grader.grading.attempt import describe_error
 from qdot.grader.grading.final_result import ungraded_result
-from qdot.grader.grading.history import keep_earlier, results_path
+from qdot.grader.grading.history import keep_earlier_results, results_path
 from qdot.grader.grading.result import Result
 from qdot.grader.reports.feedback import make_feedback_page, page_fingerprint
 from qdot.grader.reports.tables import grades_csv, results_jsonl
@@ -51,7 +51,7 @@ def write_reports(
                 each()
         for _ in range(len(pages) - len(old)):
             each()
-        keep_earlier(assignment, list(final.values()))
+        keep_earlier_results(assignment, list(final.values()))
         write_atomically(folder / "grades.csv", grades_csv(list(final.values()), assignment.roster), 0o600)
         write_atomically(results_path(assignment), results_jsonl(list(final.values())), 0o600)
     if unwritten:

@@ -18,7 +18,7 @@ from typing import Any
 from qdot.exercises.assignment.assignment import Assignment
 from qdot.exercises.exports.nbgrader import grade_id
 from qdot.exercises.exports.otter import parts_of
-from qdot.grader.grading.batch import student_named
+from qdot.grader.grading.batch import find_student
 from qdot.grader.reports.rows import make_rows
 from tests.platforms.jupyter import jupyter, page, variables
 from tests.platforms.notebooks import (
@@ -143,7 +143,7 @@ def _hold(ours: Ours, course: _Course, formgrader: _Formgrader, counts: Counts) 
     student, assignment = ours.student, ours.assignment
     listed, grades = formgrader.scores[student], formgrader.grades(student)
     total = (listed["score"], listed["max_score"]) == (ours.result["score"], ours.result["max_score"])
-    named = f"{listed['first_name']} {listed['last_name']}" == student_named(assignment, student).name
+    named = f"{listed['first_name']} {listed['last_name']}" == find_student(assignment, student).name
     counts.add("shown in formgrader", total and named, f"{student}: {listed}, {ours.result['score']} of ours")
     feedback = course.folder / "feedback" / student / KEY / f"{KEY}.html"
     pages = {"shown": _words(feedback.read_text(encoding="utf-8")), "shown in formgrader": formgrader.words(student)}

@@ -19,7 +19,7 @@ from qdot.exercises.exports.known_wrong import known_wrong
 from qdot.exercises.exports.registry import EXPORT_FORMATS
 from qdot.exercises.notebook.notebook import notebook_text, solution_notebook
 from qdot.exercises.problem.problem import Part, Problem, variable
-from qdot.grader.grading.batch import files_of_one, grade_one, limits_of, student_named
+from qdot.grader.grading.batch import find_student, find_student_files, grade_one, make_limits
 from qdot.grader.grading.certify import find_failures
 from qdot.grader.sandbox.sandbox import Limits
 from tests.platforms.given import SECRET
@@ -125,9 +125,9 @@ class Ours:
     @cached_property
     def result(self) -> Any:
         """Its result, as in results.jsonl."""
-        found = files_of_one(self.assignment, self.notebook)
+        found = find_student_files(self.assignment, self.notebook)
         return grade_one(
-            self.assignment, student_named(self.assignment, self.student), found, limits_of(Limits.seconds)
+            self.assignment, find_student(self.assignment, self.student), found, make_limits(Limits.seconds)
         )
 
     @cached_property

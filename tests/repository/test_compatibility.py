@@ -20,7 +20,7 @@ from qdot.grader.grading.attempt import GRADER
 from qdot.grader.grading.batch import grade_class
 from qdot.grader.grading.certificates import Kind
 from qdot.grader.grading.certify import certify_all, list_tasks
-from qdot.grader.grading.history import earlier_results, find_moves
+from qdot.grader.grading.history import find_moves, read_earlier_results
 from qdot.grader.sandbox.sandbox import Limits
 from qdot.grader.submissions.submission import find_submissions
 from tests.support import ROOT
@@ -63,7 +63,7 @@ def test_an_archived_class_has_the_same_marks(archive: Path, tmp_path: Path) -> 
     looked = find_submissions(assignment, assignment.folder / "submitted")
     results = grade_class(assignment, looked.by_student, 0, Limits())
     if archive.name == UNRELEASED or about(archive)["grader"] == GRADER:
-        assert find_moves(earlier_results(assignment), results) == [], ANEW
+        assert find_moves(read_earlier_results(assignment), results) == [], ANEW
 
 
 # --- names ---

@@ -66,11 +66,10 @@ def test_extras_are_those_of_the_project() -> None:
     ("module", "command"),
     [
         ("typst", ["export", "{hw}", "--to", "pdf"]), ("matplotlib", ["grade", "{hw}", "--report", "html=x.html"]),
-        ("matplotlib", ["solve", "panda", "--map", "x.svg"]),
         ("xlsxwriter", ["grade", "{hw}", "--report", "xlsx=x.xlsx"]),
         ("distributed", ["grade", "{hw}", "--executor", "tcp://127.0.0.1:1"]),
     ],
-    ids=["pdf", "html", "map", "xlsx", "executor"],
+    ids=["pdf", "html", "xlsx", "executor"],
 )  # fmt: skip
 def test_a_library_that_is_missing_is_told_before_anything_is_done(
     module: str, command: list[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch

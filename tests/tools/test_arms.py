@@ -21,11 +21,7 @@ def test_solutions_of_random_arms_hold(number: int) -> None:
     assert outcome(robot, SECONDS).false == (), robot
 
 
-TWO_R = Chain(
-    "two",
-    (Joint("R", "theta1", 0, "a1", 0), Joint("R", "theta2", 0, sp.Rational(3, 10), 0)),
-    ("vx", "vy"),
-)
+TWO_R = Chain("two", (Joint("R", "theta1", 0, "a1", 0), Joint("R", "theta2", 0, sp.Rational(3, 10), 0)), ("vx", "vy"))
 
 
 def test_an_arm_without_falsehoods() -> None:

@@ -1,7 +1,7 @@
-"""What every convention answers: a class of which each convention is a subclass.
+"""The base class of all conventions.
 
-An arm is worked out in its standard (distal) Denavit-Hartenberg table. A convention says how the arm is presented, and
-changes nothing of how it moves. The answers here are those of the standard table; a convention gives those that differ.
+All results are derived from the standard (distal) Denavit-Hartenberg table. A convention says how the arm is presented
+and does not change how it moves. The answers here are those of the standard table; a subclass overrides what differs.
 """
 
 import re
@@ -20,8 +20,8 @@ if TYPE_CHECKING:
     from qdot.exercises.writing.languages import Catalogue
 
 FRAMES, FRAMES_OF_JOINTS, SCREWS = "frames", "frames of joints", "screws"
-"""What a convention may have, and a question or a mistake may need: frames on the links; frames each of which has the
-axis of the joint that moves it; the axes at home, and the screws along them."""
+"""Features that a convention may have, and that a question or a mistake may need: frames on the links; frames whose z
+axis is that of the joint that moves them; the axes at home and their screws."""
 
 VELOCITIES = ("vx", "vy", "vz", "wx", "wy", "wz")
 """The components of a velocity, linear first (6.6)."""
@@ -34,21 +34,21 @@ class Convention:
     """How one arm is presented. Names of axes and vectors are LaTeX without dollar signs."""
 
     name: ClassVar[str]
-    """What the convention is called in files and in the ids of problems."""
+    """The name of the convention in files and in the ids of problems."""
     title: ClassVar[str]
-    """What it is called in lists."""
+    """Its name in lists."""
     aliases: ClassVar[tuple[str, ...]] = ()
-    """What it is called elsewhere."""
+    """Other names of it."""
     has: ClassVar[frozenset[str]] = frozenset({FRAMES})
-    """What questions and mistakes may need of it."""
+    """Its features."""
     twist_orders: ClassVar[tuple[str, ...]] = ()
-    """The orders in which the halves of its twists can stand, the usual one first; none where there is no choice."""
+    """The possible orders of the halves of its twists, the usual one first; empty if there is no choice."""
     joint_keys: ClassVar[tuple[str, ...]] = ("kind", "theta", "d", "a", "alpha")
-    """What a joint in a file needs."""
+    """The keys of a joint in a file."""
     misreadings: ClassVar[frozenset[str]] = frozenset()
-    """Mistakes that only those make who read an arm in this convention."""
+    """Mistakes that can only happen in this convention."""
     caption: ClassVar[str] = "Denavit–Hartenberg parameters"
-    """What the table shows."""
+    """The caption of the table."""
     columns: ClassVar[tuple[str, ...]] = (r"\theta_i", "d_i", "a_i", r"\alpha_i")
     """The headings of the table."""
     row_transform: ClassVar[str] = r"R_z(\theta_i)\, T_z(d_i)\, T_x(a_i)\, R_x(\alpha_i)"
@@ -65,24 +65,24 @@ class Convention:
 
     @property
     def has_frames(self) -> bool:
-        """Whether frames stand on the links."""
+        """Whether the links have frames."""
         return FRAMES in self.has
 
     @property
     def is_omega_first(self) -> bool:
-        """Whether the angular velocity stands first in what the arm is asked about."""
+        """Whether the angular velocity comes first in twists."""
         return False
 
     @property
     def has_frames_of_joints(self) -> bool:
-        """Whether each of them has the axis of the joint that moves it, as none of the standard table has."""
+        """Whether the z axis of each frame is that of the joint that moves it, unlike in the standard table."""
         return FRAMES_OF_JOINTS in self.has
 
     # --- table and frames ---
 
     @property
     def base(self) -> "Base":
-        """Where frame O_0 stands in the world."""
+        """The pose of frame O_0 in the world."""
         return self.chain.base
 
     @property
@@ -126,27 +126,27 @@ class Convention:
     def frames_in_numbers(self, frames: np.ndarray, corners: np.ndarray, place: np.ndarray) -> np.ndarray:
         """Return the poses of its frames, (…, n + 1, 4, 4), for those of the standard table.
 
-        `corners` (…, n, 3) are where link i turns from the axis of joint i into x_i, `place` (3) is where O_0 is drawn.
+        `corners` (…, n, 3) are where link i bends from the axis of joint i into x_i, `place` (3) is where O_0 is drawn.
         """
         return frames
 
     def first_joints(self, count: int) -> "Chain":
-        """Return the first joints of the arm, with the origin of the frame behind them as the point of interest."""
+        """Return the arm of the first joints, with the origin of the frame after them as the point of interest."""
         return replace(self.chain, joints=self.chain.joints[:count], tool=None)
 
     # --- names ---
 
     def axis(self, joint: int | None = None, at_home: bool = False) -> str:
-        """Return what the axis of a joint is called; of joint i, a revolute one, if none is named."""
+        """Return the name of the axis of a joint; without a joint, that of a revolute joint i."""
         return f"z_{{{self._index(joint)}}}"
 
     @property
     def prismatic_axis(self) -> str:
-        """What the axis of joint i is called if it is prismatic."""
+        """The name of the axis of joint i if it is prismatic."""
         return self.axis()
 
     def vector(self, joint: int | None = None) -> str:
-        """Return what the vector from the axis of a joint to the point of interest is called."""
+        """Return the name of the vector from the axis of a joint to the point of interest."""
         return f"p^*_{{{self._index(joint)}}}"
 
     def typed_axis(self, joint: int) -> str:
@@ -162,7 +162,7 @@ class Convention:
         return self.frame_index if joint is None else str(self.frame_on_axis(joint))
 
     def start(self, joint: int, say: "Catalogue") -> str:
-        """Return where the vector from the axis of a joint to the point of interest begins."""
+        """Return the start of the vector from the axis of a joint to the point of interest."""
         return f"$O_{{{self.frame_on_axis(joint)}}}$"
 
     def frame_of_all(self, say: "Catalogue") -> str:
@@ -179,7 +179,7 @@ class Convention:
         return "the point" if name == "P" else name and f"the origin {name.replace('_', '')}"
 
     def rename_origins(self, words: str) -> str:
-        """Return words on the arm with its names for the origins of standard frames.
+        """Return a statement with the convention's names for the origins of standard frames.
 
         >>> from qdot.exercises.arm.chain import Chain, Joint
         >>> from qdot.exercises.arm.conventions import REGISTRY
@@ -195,7 +195,7 @@ class Convention:
 
     @property
     def true_of_all(self) -> str:
-        """What is true of every singular configuration of the arm."""
+        """A statement that is true of every singular configuration of the arm."""
         dependent = "rows" if self.chain.n > len(self.chain.task) else "columns"
         return f"the {dependent} of J are linearly dependent"
 
@@ -203,7 +203,7 @@ class Convention:
 
     @property
     def velocities(self) -> tuple[str, ...]:
-        """The components of a velocity in the order in which the arm is asked about them."""
+        """The components of a velocity in the order of the arm's twists."""
         return (*VELOCITIES[3:], *VELOCITIES[:3]) if self.is_omega_first else VELOCITIES
 
     def velocity_rows(self, rows: sp.Matrix) -> sp.Matrix:
@@ -212,16 +212,16 @@ class Convention:
 
     @property
     def twist_rows(self) -> list[int]:
-        """Where the components that are asked stand in a twist (omega, v), in which screws are worked out.
+        """The positions of the components in a twist (omega, v), the order in which screws are derived.
 
         As it is its own inverse, it leads back, too.
         """
         return [0, 1, 2, 3, 4, 5] if self.is_omega_first else [3, 4, 5, 0, 1, 2]
 
     def twist(self, twists: sp.Matrix) -> sp.Matrix:
-        """Return twists (omega, v), 6 x n, in the order in which they are asked."""
+        """Return twists (omega, v), 6 x n, in the order of the arm's twists."""
         return twists.extract(self.twist_rows, list(range(twists.cols)))
 
     def adjoint(self, adjoint: sp.Matrix) -> sp.Matrix:
-        """Return a 6 x 6 matrix for twists (omega, v) as one for twists in the order in which they are asked."""
+        """Return a 6 x 6 matrix for twists (omega, v) as one for the order of the arm's twists."""
         return adjoint.extract(self.twist_rows, self.twist_rows)

@@ -1,4 +1,4 @@
-"""Modified (proximal) Denavit-Hartenberg tables of Craig: frame i stands on the axis of joint i, which moves it.
+"""Modified (proximal) Denavit-Hartenberg tables of Craig: frame i is on the axis of joint i, which moves it.
 
 A row is Rx(alpha_{i-1}) Tx(a_{i-1}) Rz(theta_i) Tz(d_i). Rx and Tx commute and join the row before, so that both tables
 hold the same numbers: `alpha` and `a` of row i are those of row i + 1 of the other. What the last standard row has of
@@ -23,7 +23,7 @@ _T = TypeVar("_T")
 
 
 class ModifiedDh(Convention):
-    """`a` and `alpha` of a row stand before its joint."""
+    """`a` and `alpha` of a row come before its joint."""
 
     name, title = "modified-dh", "modified"
     aliases = ("craig", "mdh", "proximal")
@@ -36,7 +36,7 @@ class ModifiedDh(Convention):
     twisted_about = "x_{i-1}"
 
     def _table(self) -> "tuple[Base, list[Joint]]":
-        """Return base and rows: the first row takes what turns the base about x and moves it along x."""
+        """Return base and rows: the first row contains the rotation of the base about x and its shift along x."""
         base, joints = self.chain.base, self.chain.joints
         if base.yaw != 0 or any(base.position[1:]):
             left, before = replace(base, tilt=sp.S.Zero), (sp.S.Zero, base.tilt)
@@ -47,12 +47,12 @@ class ModifiedDh(Convention):
 
     @property
     def base(self) -> "Base":
-        """Where frame O_0 stands in the world: never tilted."""
+        """The pose of frame O_0 in the world: never tilted."""
         return self._table()[0]
 
     @property
     def rows(self) -> "list[Joint]":
-        """The rows of the table, whose `a` and `alpha` stand before their joint."""
+        """The rows of the table, whose `a` and `alpha` come before their joint."""
         return self._table()[1]
 
     @property
@@ -82,16 +82,15 @@ class ModifiedDh(Convention):
         return joint
 
     def from_standard(self, frame: int) -> tuple[sp.Expr, sp.Expr]:
-        """Return alpha (rad) and a (m) of the link, which stand behind its modified frame."""
+        """Return alpha (rad) and a (m) of the link, which come after its modified frame."""
         link = self.chain.joints[frame - 1] if frame else self.rows[0]
         return link.alpha, link.a
 
     def frames_in_numbers(self, frames: np.ndarray, corners: np.ndarray, place: np.ndarray) -> np.ndarray:
         """Return the poses of its frames, (…, n + 1, 4, 4), for those of the standard table.
 
-        Frame i has x_i of the standard one, and z along the axis of joint i; it stands in corner i-1. Frame 0 is
-        upright, and stands at a `place` of its own: what turns about x_0 before joint 1, and slides along it, belongs
-        to the first row.
+        Frame i has x_i of the standard one, z along the axis of joint i, and its origin in corner i-1. Frame 0 is
+        upright, at `place`: a rotation about x_0 before joint 1, and a shift along it, belong to the first row.
         """
         poses = np.array(frames)
         poses[..., 1:, :3, 2] = frames[..., :-1, :3, 2]
@@ -101,7 +100,7 @@ class ModifiedDh(Convention):
         return poses
 
     def first_joints(self, count: int) -> "Chain":
-        """Return the first joints; the last frame stands before the length and the twist of its link."""
+        """Return the arm of the first joints; its last frame is before the length and the twist of its link."""
         first = super().first_joints(count)
         last = [replace(joint, a=sp.S.Zero, alpha=sp.S.Zero) for joint in first.joints[-1:]]
         return replace(first, joints=(*first.joints[:-1], *last))

@@ -1,7 +1,7 @@
-"""Screws: the joint axes where they are at home, in the space frame; no frames stand on the links.
+"""Screws: the joint axes at home, in the space frame; the links have no frames.
 
-What is presented has no prime, as omega_i, and what the joints before it have moved has one. Twists are (omega, v), or
-(v, omega) by the arm's `twist_order`. The arm is worked out in its standard table, which nobody sees.
+An axis at home has no prime, as omega_i, and an axis that the joints before it have moved has one. Twists are (omega,
+v), or (v, omega) by the arm's `twist_order`. Results are derived from the standard table, which is not shown.
 """
 
 from typing import TYPE_CHECKING, ClassVar
@@ -25,7 +25,7 @@ class Screws(Convention):
 
     @property
     def is_omega_first(self) -> bool:
-        """Whether the angular velocity stands first, as usual."""
+        """Whether the angular velocity comes first, as usual."""
         return self.chain.twist_order == self.twist_orders[0]
 
     def _is_prismatic(self, joint: int) -> bool:
@@ -38,7 +38,7 @@ class Screws(Convention):
 
     @property
     def prismatic_axis(self) -> str:
-        """What the axis of joint i is called if it is prismatic."""
+        """The name of the axis of joint i if it is prismatic."""
         return "v_{i}'"
 
     @property
@@ -47,7 +47,7 @@ class Screws(Convention):
         return "omega_i"
 
     def vector(self, joint: int | None = None) -> str:
-        """Return what the vector from the axis of a joint to the point of interest is called."""
+        """Return the name of the vector from the axis of a joint to the point of interest."""
         return f"p_{{{joint or 'i'}}}"
 
     def typed_axis(self, joint: int) -> str:
@@ -55,7 +55,7 @@ class Screws(Convention):
         return f"{'v' if self._is_prismatic(joint) else 'omega'}{joint}"
 
     def start(self, joint: int, say: "Catalogue") -> str:
-        """Return where the vector from the axis of a joint to the point of interest begins."""
+        """Return the start of the vector from the axis of a joint to the point of interest."""
         return say.gettext("a point on the axis")
 
     def frame_of_all(self, say: "Catalogue") -> str:
@@ -63,7 +63,7 @@ class Screws(Convention):
         return say.gettext("the space frame {s}")
 
     def place(self, frame: int) -> str | None:
-        """Return None: no frame stands on a link."""
+        """Return None, because the links have no frames."""
         return None
 
     def origin(self, frame: int) -> str | None:

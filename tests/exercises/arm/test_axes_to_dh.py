@@ -5,11 +5,11 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from qdot.exercises.arm.axes_to_dh import Axis, exactly, reached
+from qdot.exercises.arm.axes_to_dh import Axis, point_by_rotations, to_exact
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.derivation import derive
 from qdot.exercises.arm.mpmath_kinematics import PRECISE, determinant, inverse, solve_linear
-from qdot.exercises.arm.standard_table import axes_of, by_axes
+from qdot.exercises.arm.standard_table import axes_of, dh_of_axes
 from qdot.exercises.common.stream import Stream
 from tests.support.suites import several
 
@@ -32,7 +32,7 @@ def test_oblique_axes_are_told_as_they_were_given(seed: int) -> None:
         way = sp.Matrix(stream.choice(WAYS))
         axes.append(Axis(stream.choice("RRRP"), way / way.norm(), place() + open_length))
     point = place() + 2 * open_length + (sp.Matrix([A2, 0, 0]) if seed % 3 == 0 else sp.zeros(3, 1))
-    base, joints, tool = by_axes(axes, point, len(axes))
+    base, joints, tool = dh_of_axes(axes, point, len(axes))
     found, there = axes_of(Chain("oblique", joints, ("vx",), base, tool))
     gone = [there - point, *(one.direction - axis.direction for one, axis in zip(found, axes, strict=True))]
     gone += [(f.point - a.point).cross(a.direction) for f, a in zip(found, axes, strict=True) if a.kind == "R"]
@@ -58,7 +58,7 @@ def test_open_places_of_parallel_axes_have_no_roots(seed: int) -> None:
         way = along * (-1 if seed > 3 and k == 1 else 1) / along.norm()
         axes.append(Axis("R", way, sp.Matrix(stream.choice([(k * A1, A2, 0), (A1, h * k, A2), (A1 + A2 * k, 0, h)]))))
     point = sp.Matrix([A1 + A2, h, A1])
-    base, joints, tool = by_axes(axes, point, len(axes))
+    base, joints, tool = dh_of_axes(axes, point, len(axes))
     chain = Chain(f"parallel{seed}", joints, ("vx", "vy", "vz"), base, tool, convention="screws")
     found, there = axes_of(chain)
     for one, axis in zip(found, axes, strict=True):
@@ -70,7 +70,7 @@ def test_open_places_of_parallel_axes_have_no_roots(seed: int) -> None:
     q = np.array([stream.uniform(-2, 2) for _ in axes])
     lengths = {A1: 0.7, A2: 0.3, h: 0.45}
     at = {**lengths, **dict(zip(chain.q, q, strict=True))}
-    place = reached(axes, point, q, lengths)
+    place = point_by_rotations(axes, point, q, lengths)
     assert np.allclose(np.array(derive(chain).position.xreplace(at).evalf(), dtype=float).ravel(), place, atol=1e-12)
 
 
@@ -80,11 +80,11 @@ def test_open_places_of_parallel_axes_have_no_roots(seed: int) -> None:
 )
 def test_a_number_is_told_as_what_it_is(value: str) -> None:
     exact = sp.nsimplify(value, rational=True)
-    assert sp.simplify(exactly(exact.n(80)) - exact) == 0
+    assert sp.simplify(to_exact(exact.n(80)) - exact) == 0
 
 
 def test_a_number_of_no_simple_form_is_rounded() -> None:
-    assert exactly(sp.sin(sp.S.One)) == sp.Rational("0.8414709848")
+    assert to_exact(sp.sin(sp.S.One)) == sp.Rational("0.8414709848")
 
 
 TINY = PRECISE.mpf("1e-31")

@@ -13,7 +13,7 @@ import sympy as sp
 from qdot.exercises.arm.appearance import meaning
 from qdot.exercises.arm.axes import Sample
 from qdot.exercises.arm.chain import TASK_ROWS, Chain, Joint
-from qdot.exercises.arm.classification import classify, classify_pieces, domain_of
+from qdot.exercises.arm.classification import classify, classify_conditions, domain_of
 from qdot.exercises.arm.kinds import kind_at, kind_is_sure, kinds_at
 from qdot.exercises.arm.kinematics import NumericChain
 from qdot.exercises.arm.singularity import Component, singular_set
@@ -103,7 +103,7 @@ def test_textbook_kinds(name: str, number: int, textbook_arms: Mapping[str, Any]
     arm = textbook_arms[name]
     part = arm.record["singular_set"][number]
     condition = " and ".join(f"({text.removesuffix(' = 0')}) = 0" for text in part["conditions"])
-    found = classify_pieces(arm.chain, [condition])
+    found = classify_conditions(arm.chain, (condition,))
     assert (found.kind, found.uniform) == expected(part["classification"])
 
 
@@ -195,5 +195,5 @@ def test_a_slide_far_out_may_be_at_the_boundary_where_it_is_not_drawn_in() -> No
         Joint("P", quarter, "d3", "a3", 3 * sp.pi / 4),
         Joint("P", quarter, "d4", 0, quarter),
     )
-    kind = classify_pieces(Chain("far out", rows, TASK_ROWS[:3]), ["theta2 = pi and d4 = -sqrt(2)*a3"])
+    kind = classify_conditions(Chain("far out", rows, TASK_ROWS[:3]), ("theta2 = pi and d4 = -sqrt(2)*a3",))
     assert (kind.kind, kind.uniform) == ("boundary", False)

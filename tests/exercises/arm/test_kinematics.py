@@ -9,14 +9,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from qdot.exercises.arm.chain import Base, Chain, Joint, Point
-from qdot.exercises.arm.kinematics import (
-    NumericChain,
-    differentiated_jacobian,
-    frames_and_point,
-    propagated_jacobian,
-    propagated_p_star,
-    propagated_rotations,
-)
+from qdot.exercises.arm.derivation_graph import as_formulas, formulas, propagate_linear_rows
+from qdot.exercises.arm.kinematics import NumericChain, frames_and_point
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.formula.expression import read
@@ -111,15 +105,18 @@ def test_all_routes_agree(chain: Chain, seed: int) -> None:
     arm = NumericChain(chain, {"h": 0.37})
     poses, jacobian = arm.frames(q), arm.jacobian(q)
     frames, point = frames_and_point(chain)
-    for i, (frame, rotation) in enumerate(zip(frames, propagated_rotations(chain), strict=True)):
+    working = formulas(chain)
+    for i, (frame, rotation) in enumerate(zip(frames, working["rotations"], strict=True)):
         np.testing.assert_allclose(values_of(frame.rotation, chain, q), poses[i, :3, :3], atol=1e-12)
-        np.testing.assert_allclose(values_of(rotation, chain, q), poses[i, :3, :3], atol=1e-12)
+        np.testing.assert_allclose(values_of(as_formulas(rotation), chain, q), poses[i, :3, :3], atol=1e-12)
         np.testing.assert_allclose(values_of(frame.origin, chain, q)[:, 0], poses[i, :3, 3], atol=1e-12)
     np.testing.assert_allclose(values_of(point, chain, q)[:, 0], arm.point(q), atol=1e-12)
-    np.testing.assert_allclose(values_of(propagated_jacobian(chain), chain, q), jacobian, atol=1e-12)
-    np.testing.assert_allclose(values_of(differentiated_jacobian(point, chain.q), chain, q), jacobian[:3], atol=1e-12)
-    for i, p_star in enumerate(propagated_p_star(chain)):
-        np.testing.assert_allclose(values_of(p_star, chain, q)[:, 0], arm.point(q) - poses[i, :3, 3], atol=1e-12)
+    propagated = as_formulas(np.concatenate([propagate_linear_rows(working), working["angular"]]))
+    np.testing.assert_allclose(values_of(propagated, chain, q), jacobian, atol=1e-12)
+    np.testing.assert_allclose(values_of(point.jacobian(chain.q), chain, q), jacobian[:3], atol=1e-12)
+    for i in range(chain.n):
+        p_star = values_of(as_formulas(working["arms"][i]), chain, q)[:, 0]
+        np.testing.assert_allclose(p_star, arm.point(q) - poses[i, :3, 3], atol=1e-12)
 
 
 @settings(max_examples=60)

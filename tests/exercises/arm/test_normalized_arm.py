@@ -6,14 +6,13 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from qdot.exercises.arm import classification
 from qdot.exercises.arm.chain import TASK_ROWS, Base, Chain, Joint
-from qdot.exercises.arm.classification import classify, classify_pieces, generalize, samples_on
+from qdot.exercises.arm.classification import classify, classify_conditions, generalize, samples_on, split_by_value
 from qdot.exercises.arm.kinds import kind_at, kinds_at
 from qdot.exercises.arm.kinematics import NumericChain
 from qdot.exercises.arm.lengths import are_unrelated, with_lengths, with_open_lengths
 from qdot.exercises.arm.normalized_arm import first_joint_moves_all, normalize_arm, normalized_pieces
-from qdot.exercises.arm.singularity import Component, singular_set
+from qdot.exercises.arm.singularity import Component, Values, singular_set
 from qdot.exercises.generation import sample_chain
 from qdot.exercises.problem.problem import Problem, ProblemId
 from qdot.exercises.verify.appearance import holds, places_on
@@ -57,7 +56,7 @@ def test_a_kind_is_that_of_the_arm_by_itself(name: str) -> None:
     components = singular_set(chain) or ()
     assert components
     for component in components:
-        assert classify(chain, component) == classify_pieces(chain, component.pieces())
+        assert classify(chain, component) == classify_conditions(chain, tuple(component.pieces()))
 
 
 @pytest.mark.parametrize("name", ["planar-3r/2", "wrist-zyz/1", *several((), ("spherical/3", "puma-560/1"))])
@@ -102,7 +101,10 @@ def test_what_is_told_of_a_structure_holds_for_the_arm(problem: Problem) -> None
     for component in singular_set(problem.chain) or ():
         pieces, (_, known) = normalized_pieces(problem.chain, component), generalize(problem.chain)
         if all(piece in known for piece in pieces):
-            kind, own = classify(problem.chain, component), classify_pieces(normalize_arm(problem.chain), pieces)
+            kind, own = (
+                classify(problem.chain, component),
+                classify_conditions(normalize_arm(problem.chain), tuple(pieces)),
+            )
             assert all(holds(problem.chain, kind.meaning, sample) for sample in places_on(problem.chain, component))
             assert not (kind.uniform and own.uniform) or kind.kind == own.kind
 
@@ -118,9 +120,9 @@ def test_arms_with_special_lengths_are_looked_at_by_themselves() -> None:
     assert kinds == {4: ["boundary", "boundary"], 5: ["boundary", "internal"]}
 
 
-def values_of(chain: Chain) -> list[tuple[classification.Values, Component]]:
+def values_of(chain: Chain) -> list[tuple[Values, Component]]:
     (component,) = singular_set(chain) or ()
-    return classification.split_by_value(component, classify(chain, component))
+    return split_by_value(component, classify(chain, component))
 
 
 @pytest.mark.parametrize(

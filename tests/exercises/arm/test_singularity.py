@@ -13,11 +13,8 @@ import sympy as sp
 from qdot.exercises.arm.chain import TASK_ROWS, Chain, Joint
 from qdot.exercises.arm.classification import domain_of
 from qdot.exercises.arm.kinematics import NumericChain
-from qdot.exercises.arm.numeric_rank_check import check_rank_loss
 from qdot.exercises.arm.singularity import (
     Search,
-    _changes_sign,
-    _is_never_zero,
     common_zeros,
     singular_set,
     solve_condition,
@@ -262,47 +259,3 @@ def test_the_set_of_an_arm_as_nobody_would_draw_it_is_sound_and_complete(kind: i
             continue
         assert found.are_in(claimed(chain)).all(), (seed, chain)
         assert_sound(chain, stream)
-
-
-@pytest.mark.whole
-def test_long_conditions_come_down_to_values_of_joints() -> None:
-    """An arm of which ten minors vanished together in nine conditions at a time: joints are put into one another."""
-    t4, d5 = sp.symbols("theta4 d5")
-    chain = arm(
-        "vx vy", ("R", T1, R(7, 10), R(1, 5), PI), ("R", T2 + PI / 6, 0, R(3, 10), PI / 4),
-        ("R", T3 + PI / 2, 0, -R(1, 5), PI / 2), ("R", t4 + PI / 6, R(1, 5), 0, -PI / 2),
-        ("P", PI / 2, d5 + R(1, 10), 0, PI / 2),
-    )  # fmt: skip
-    components = singular_set(chain) or ()
-    assert all(component.solutions is not None for component in components)
-    assert [len(component.pieces()) for component in components] == [4, 4, 8]
-    out = check_rank_loss(chain, [component.conditions for component in components])
-    assert all(out.samples) and not out.wrong and not out.unexplained
-
-
-def test_what_is_put_into_others_rules_ways_out() -> None:
-    """Where d3 = 0, a1 + d3 s2 is a1: the two never vanish together."""
-    slide = sp.Symbol("d3")
-    joints = (T1, T2, slide)
-    assert tidy_ways([(slide, A1 + slide * sp.sin(T2), sp.cos(T1))], Search(joints), "") == []
-    (way,) = tidy_ways([(slide, sp.sin(T2) + slide * sp.cos(T1))], Search(joints), "")
-    assert set(way) == {slide, sp.sin(T2)}
-
-
-def test_two_lines_whose_slopes_are_never_in_line_never_hold_together() -> None:
-    """Of -3 s4 + 3 c4 c5 - 2 c4 and -3 s4 c5 + 2 s4 - 3 c4, what decides is (3 c5 - 2)^2 + 9, without a root."""
-    t4, t5 = sp.symbols("theta4 theta5")
-    s4, c4, c5 = sp.sin(t4), sp.cos(t4), sp.cos(t5)
-    never = (-3 * s4 + 3 * c4 * c5 - 2 * c4, -3 * s4 * c5 + 2 * s4 - 3 * c4)
-    sometimes = (-3 * s4 + 3 * c4 * c5 - 2 * c4, 3 * s4 * c5 - 2 * s4 - 3 * c4)
-    assert tidy_ways([never], Search((t4, t5)), "") == []
-    assert len(tidy_ways([sometimes], Search((t4, t5)), "")) == 1
-
-
-def test_a_sum_of_squares_has_one_sign_and_a_difference_two() -> None:
-    """What has both signs vanishes somewhere, and no algebra is needed to see it."""
-    search, c3 = Search((T2, T3)), sp.cos(T3)
-    square = (A1 * sp.cos(T2) - A2) ** 2
-    for never, expression in ((True, square + A2**2), (True, -square - A2**2), (False, square - A2**2 * c3)):
-        assert _changes_sign(expression, search) is not never
-        assert _is_never_zero(expression, search) is never

@@ -25,11 +25,9 @@ def at_a_point(expression: sp.Expr) -> float:
     return float(expression.xreplace({k: sp.Float(v, 30) for k, v in values.items()}).evalf(25))
 
 
-@given(polynomials, polynomials)
-def test_sums_and_products_of_fourier_forms_are_those_of_the_functions(a: sp.Expr, b: sp.Expr) -> None:
-    first, second = fourier(a, b)
-    assert at_a_point((first + second).expression()) == pytest.approx(at_a_point(a + b), abs=1e-9)
-    assert at_a_point((first * second).expression()) == pytest.approx(at_a_point(a * b), abs=1e-9)
+@given(polynomials)
+def test_a_fourier_form_is_the_same_function(expression: sp.Expr) -> None:
+    assert at_a_point(fourier(expression).expression()) == pytest.approx(at_a_point(expression), abs=1e-9)
 
 
 @settings(max_examples=60)
@@ -83,8 +81,9 @@ def test_a_long_sum_keeps_what_its_terms_have_in_common_outside() -> None:
 
 @pytest.mark.parametrize("wrong", [sp.sqrt(A1), sp.sin(T1 / 2), 1 / sp.cos(T1), sp.tan(T1)])
 def test_what_is_no_trigonometric_polynomial_is_refused(wrong: sp.Expr) -> None:
-    with pytest.raises(ValueError, match="not a"):
-        fourier(wrong)
+    for read_form in (fourier, lambda expression: are_identical(expression, A1)):
+        with pytest.raises(ValueError, match=r"is not a|expected an expression convertible to a polynomial"):
+            read_form(wrong)
 
 
 def test_lengths_that_are_equal_come_out_of_sums() -> None:

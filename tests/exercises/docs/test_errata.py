@@ -8,7 +8,7 @@ import pytest
 import sympy as sp
 
 from qdot.exercises.arm.chain import Chain
-from qdot.exercises.arm.classification import classify_pieces
+from qdot.exercises.arm.classification import classify_conditions
 from qdot.exercises.arm.derivation import derive
 from qdot.exercises.arm.kinematics import NumericChain
 from qdot.exercises.docs import corrections, planar_2r, scorbot_arm
@@ -45,7 +45,7 @@ def inverse_solutions(a1: float, a2: float, distance: float) -> int:
 def folded_kind(second: sp.Expr) -> str:
     planar = planar_2r()
     joints = tuple(replace(joint, a=a) for joint, a in zip(planar.joints, (HALF, second), strict=True))
-    return classify_pieces(replace(planar, joints=joints), ("theta2 = pi",)).kind
+    return classify_conditions(replace(planar, joints=joints), ("theta2 = pi",)).kind
 
 
 def is_same(*computed: object) -> object:

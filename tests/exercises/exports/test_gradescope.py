@@ -13,7 +13,7 @@ import pytest
 from qdot.exercises.assignment.assignment import Assignment, Student, load_assignment
 from qdot.exercises.assignment.attempt_policy import AttemptPolicy
 from qdot.grader.grading.result import MadeFrom
-from qdot.grader.integrations.gradescope import apply_attempt_policy, find_due_date, main, results_of
+from qdot.grader.integrations.gradescope import apply_attempt_policy, find_due_date, main, make_results
 from qdot.grader.reports.gradescope import ForStaff, GradescopeResults
 from tests.support.ci import Machine, write_json
 from tests.support.command import run
@@ -93,12 +93,12 @@ def test_late_by_gradescopes_clock_and_due_by_its_extension(assignment: Assignme
     general = {"due_date": "2027-01-10T00:00:00Z"}
     late = {"created_at": "2027-01-12T10:00:00-00:00", "assignment": general}
     root = laid_out(assignment, tmp_path / "a", right(assignment, "ada"), users=[ADA], **late)
-    results = results_of(root, "after_due_date")
+    results = make_results(root, "after_due_date")
     assert results.score == pytest.approx(4 * 0.7)  # three days begun since the 10th
     assert "30 % of 4 points" in results.output
     assert {test.visibility for test in results.tests} == {"after_due_date"}
     write_json(root / "submission_metadata.json", {"users": [own], **late})
-    assert results_of(root).score == pytest.approx(4 * 0.9)
+    assert make_results(root).score == pytest.approx(4 * 0.9)
     assert find_due_date({"users": [ADA]}) is find_due_date({"assignment": {"due_date": "not a time"}}) is None
 
 

@@ -18,7 +18,7 @@ from qdot.exercises.common.errors import QdotError
 from qdot.exercises.common.json_form import as_json
 from qdot.exercises.exports.otter import PLUGIN, parts_of
 from qdot.exercises.problem.problem import variable
-from qdot.grader.integrations.otter_marks import code_of_marks, marks_of, require_full_points, results_for
+from qdot.grader.integrations.otter_marks import grade_for_otter, list_marks, require_full_points, write_marks_code
 from tests.support.command import run
 from tests.support.handing_in import TOML, a_class
 from tests.support.programs import reader
@@ -82,10 +82,10 @@ def test_the_source_and_students_notebooks_have_every_part_and_tell_nothing(assi
 
 
 def test_marks_are_handed_over_as_data(assignment: Assignment, tmp_path: Path) -> None:
-    results = results_for(assignment.folder, handed_in(assignment, tmp_path, wrong), {})
-    marks = marks_of(results)
+    results = grade_for_otter(assignment.folder, handed_in(assignment, tmp_path, wrong), {})
+    marks = list_marks(results)
     made: dict[str, Any] = {}
-    exec(code_of_marks(marks), made)  # as Otter's kernel does
+    exec(write_marks_code(marks), made)  # as Otter's kernel does
     assert made["qdot_marks"] == as_json(marks)
     require_full_points(made["qdot_marks"], "p1.jacobian")
     for part, said in (("p1.position", "wrong"), ("p1.determinant", "sign"), ("p1.nothing", "has not marked")):
@@ -98,14 +98,14 @@ def test_marks_are_handed_over_as_data(assignment: Assignment, tmp_path: Path) -
 def test_whose_it_is_is_said_by_gradescope_else_by_the_notebook(assignment: Assignment, tmp_path: Path) -> None:
     notebook = handed_in(assignment, tmp_path, None)
     users = {"users": [{"email": "ada@example.org", "name": "Ada"}], "created_at": "2027-01-01T00:00:00Z"}
-    assert results_for(assignment.folder, notebook, users).extra_data.student == "ada"
+    assert grade_for_otter(assignment.folder, notebook, users).extra_data.student == "ada"
     with pytest.raises(QdotError, match=r"eve@example\.org"):
-        results_for(assignment.folder, notebook, {"users": [{"email": "eve@example.org"}]})
+        grade_for_otter(assignment.folder, notebook, {"users": [{"email": "eve@example.org"}]})
     content = json.loads(notebook.read_text())
     del content["metadata"]["qdot"]
     notebook.write_text(json.dumps(content))
     with pytest.raises(QdotError, match="whose it is"):
-        results_for(assignment.folder, notebook, {})
+        grade_for_otter(assignment.folder, notebook, {})
 
 
 ENVIRONMENT = {**os.environ, "PYTHONWARNINGS": "ignore"}

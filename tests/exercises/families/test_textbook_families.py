@@ -11,7 +11,7 @@ import pytest
 import sympy as sp
 
 from qdot.exercises.arm.chain import Chain
-from qdot.exercises.arm.classification import classify_pieces, samples_on
+from qdot.exercises.arm.classification import classify_conditions, samples_on
 from qdot.exercises.arm.derivation import derive
 from qdot.exercises.arm.kinematics import NumericChain
 from qdot.exercises.arm.singularity import singular_set
@@ -165,5 +165,5 @@ def test_what_a_search_finds_is_in_the_set_and_other_poses_are_regular(family: s
 @of_families([*KINDS])
 def test_kinds_are_those_of_the_books(family: str) -> None:
     chain = arm_of(family, 1)
-    found = tuple(classify_pieces(chain, [as_text(together)]).kind for together in alternatives(family, chain))
+    found = tuple(classify_conditions(chain, (as_text(together),)).kind for together in alternatives(family, chain))
     assert found == KINDS[family]

@@ -10,14 +10,12 @@ import pytest
 import sympy as sp
 
 from qdot.exercises.answers import Choice, Direction, Number
-from qdot.exercises.arm.axes import off_line, velocity_along_axis
 from qdot.exercises.arm.chain import Point
 from qdot.exercises.arm.derivation import structure
-from qdot.exercises.arm.directions import clear_rank, lost_direction, lost_formula, value_sets
-from qdot.exercises.arm.kinematics import NumericChain
+from qdot.exercises.arm.directions import clear_rank, lost_direction, lost_formula
 from qdot.exercises.arm.singularity import singular_set
 from qdot.exercises.common.stream import Stream
-from qdot.exercises.generation import generate, sample_chain
+from qdot.exercises.generation import generate
 from qdot.exercises.problem.problem import ProblemId
 from qdot.exercises.questions import geometry
 from qdot.exercises.questions.geometry import (
@@ -25,7 +23,6 @@ from qdot.exercises.questions.geometry import (
     jacobian_at,
     nearest_integer,
     precise_lost_direction,
-    restrict,
     sample_regular_pose,
     sample_singular_pose,
 )
@@ -58,7 +55,7 @@ def test_lost_direction_of_the_chapters_arms(textbook_arms: dict[str, Any]) -> N
     for name, vector in expected.items():
         generic = structure(textbook_arms[name].chain).chain
         component = (singular_set(generic) or ())[0]
-        formula = lost_formula(generic, restrict(component, value_sets(component)[0]))
+        formula = lost_formula(generic, component.at(component.value_combinations()[0]))
         assert formula is not None
         assert formula.direction == sp.Matrix(vector)
 
@@ -115,7 +112,8 @@ def test_values_of_arm_and_structure_belong_together() -> None:
         chain = generate(ProblemId("planar-2r", seed, ("rank",))).chain
         offset = chain.offsets[1]
         for branch in branches(chain):
-            (((_, own),), ((_, theirs),)) = value_sets(branch.component)[0], value_sets(branch.generic)[0]
+            ((_, own),) = branch.component.value_combinations()[0]
+            ((_, theirs),) = branch.generic.value_combinations()[0]
             numbers = dict(structure(chain).values)
             apart = sp.N((own + offset - theirs.xreplace(numbers)) / (2 * sp.pi))
             assert abs(apart - round(apart)) < 1e-9
@@ -202,20 +200,6 @@ def test_numbers_are_rounded_as_sympy_rounds_them(digits: int) -> None:
     others = [sp.Float(str(stream.below(10**9) - 5 * 10**8), digits) / 7 ** stream.below(9) for _ in range(60)]
     for value in (*halves, *others, sp.S.Zero, sp.Integer(-3), sp.Rational(-7, 2), sp.pi):
         assert nearest_integer(value) == round(value)
-
-
-def test_axes_in_line_are_the_reason_by_what_no_joint_can_do() -> None:
-    """Of seven joints, two with one axis leave six others: the line that all axes meet is the direction lost."""
-    problem = drawn("lbr-7r", 0)
-    assert "No joint then moves a point of the last link" in worked_solution(problem, problem["singularity-meaning"])
-
-
-def test_two_axes_in_line_lose_no_direction_along_themselves_in_a_puma() -> None:
-    """Its other axes do not meet that line: there the two columns are dependent."""
-    chain = sample_chain(ProblemId("puma-560", 1).with_variation("chapter"))
-    arm = NumericChain(chain, {symbol.name: 0.5 for symbol in chain.parameters})
-    q = np.array([0.3, 0.5, 0.7, 0.4, 0.0, 0.2])
-    assert off_line(arm, q, 3, 5) < 1e-12 < 0.01 < velocity_along_axis(arm, q, 3)
 
 
 def test_a_factor_has_one_sign_throughout_a_solution() -> None:

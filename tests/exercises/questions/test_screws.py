@@ -11,7 +11,7 @@ import sympy as sp
 
 from qdot.exercises import verify
 from qdot.exercises.answers import Choice
-from qdot.exercises.arm.axes_to_dh import Axis, reached
+from qdot.exercises.arm.axes_to_dh import Axis, point_by_rotations
 from qdot.exercises.arm.chain import Chain, Joint, Point
 from qdot.exercises.arm.robot_file import read_robot
 from qdot.exercises.arm.standard_table import axes_of
@@ -231,12 +231,12 @@ def test_an_own_arm_is_told_by_the_points_of_its_file_and_without_brackets(tmp_p
     values = lengths | dict(zip(chain.q, q, strict=True))
     for joint, place in solution_steps(chain).moved_points:
         moved = np.where(np.arange(1, 4) < joint, 0, q)
-        assert np.allclose(_floats(place, values), reached(axes, home, moved, lengths))
+        assert np.allclose(_floats(place, values), point_by_rotations(axes, home, moved, lengths))
     _, details = next(question for question in QUESTIONS if question.name == "space-jacobian").ask(chain, Stream("x"))
     assert isinstance(details, InSpace)
     for number, one in enumerate(details.carried):
         if one.kind == "R":
-            there = reached(axes[:number], sp.Matrix(chain.axis_points[number]), q[:number], lengths)
+            there = point_by_rotations(axes[:number], sp.Matrix(chain.axis_points[number]), q[:number], lengths)
             assert np.allclose(_floats(one.point, values), there)
             assert np.allclose(_floats(one.moment + one.direction.cross(one.point), values), 0)
 
@@ -272,8 +272,8 @@ def test_the_body_jacobian_of_skew_axes_is_short_and_how_the_told_axes_move_the_
     values = lengths | dict(zip(chain.q, q, strict=True))
 
     def pose(at: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        place = reached(axes, home, at, lengths)
-        turned = [reached(axes, home + sp.eye(3)[:, k], at, lengths) - place for k in range(3)]
+        place = point_by_rotations(axes, home, at, lengths)
+        turned = [point_by_rotations(axes, home + sp.eye(3)[:, k], at, lengths) - place for k in range(3)]
         return np.array(turned).T, place
 
     turn, _ = pose(q)

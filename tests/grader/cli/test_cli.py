@@ -213,11 +213,7 @@ def test_verify_says_what_failed_and_a_sweep_begins_at_any_seed(monkeypatch: pyt
 
 @pytest.mark.parametrize(
     ("command", "said"),
-    [
-        (["verify", "--family", "planar-2r"], "--first-seed"),
-        (["grade", "."], "again to go on"),
-        (["families"], ""),
-    ],
+    [(["verify", "--family", "planar-2r"], "--first-seed"), (["grade", "."], "again to go on"), (["families"], "")],
 )
 def test_ctrl_c_says_what_is_true_of_the_command(
     monkeypatch: pytest.MonkeyPatch, command: list[str], said: str

@@ -55,17 +55,18 @@ def test_one_family_tells_of_every_question_whether_it_can_be_asked_and_why_not(
 
 def test_a_robot_is_told_as_a_family_is(tmp_path: Path) -> None:
     """One of the library, by any spelling of its name, and one of a file, with what is odd about it."""
-    for name, file in (("UR-5", robot_path("ur5")), (str(tmp_path / "my arm.csv"), tmp_path / "my arm.csv")):
+    for name, file in (("UR-5", robot_path("ur5")), (str(tmp_path / "my arm.toml"), tmp_path / "my arm.toml")):
         if not file.exists():
-            file.write_text("kind,theta,d,a,alpha\nR,q1,0,400,0\nR,q2,0,a2,0\n")
+            row = '[[joint]]\nkind = "R"\ntheta = "q%d"\nd = 0\na = %s\nalpha = 0\n'
+            file.write_text('name = "mine"\n' + row % (1, 400) + row % (2, '"a2"'))
         row = json.loads(run("families", name, "--json"))
         chain = read_robot_file(file).chain
         assert row["questions"] == [one for one, question in QUESTIONS.items() if question.refusal(chain) is None]
         assert row["refused"] == {one: why for one, q in QUESTIONS.items() if (why := q.refusal(chain)) is not None}
         assert row["joints"] == "".join(joint.kind for joint in chain.joints)
-    told = runner.invoke(app, ["families", str(tmp_path / "my arm.csv")])
+    told = runner.invoke(app, ["families", str(tmp_path / "my arm.toml")])
     assert "is this in millimetres?" in told.stderr
-    assert f"qdot solve '{tmp_path / 'my arm.csv'}'" in told.stdout and "qdot show" not in told.stdout
+    assert f"qdot solve '{tmp_path / 'my arm.toml'}'" in told.stdout and "qdot show" not in told.stdout
 
 
 def test_a_robot_that_is_taken_for_a_family_is_told_as_what_it_is() -> None:

@@ -15,7 +15,7 @@ from qdot.exercises.assignment.store import load_stored_problems
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.problem.problem import Part
 from qdot.grader.cli.demo import fill_in_answers
-from qdot.grader.grading.batch import alone, grade_class
+from qdot.grader.grading.batch import grade_class, lock_folder
 from qdot.grader.grading.result import Result
 from qdot.grader.judging import judge as judging
 from qdot.grader.reports.feedback import make_feedback_page
@@ -255,7 +255,7 @@ def test_text_that_no_file_can_hold_costs_only_its_own_part(assignment: Assignme
 
 def test_a_process_that_is_forked_does_not_hold_the_lock(tmp_path: Path) -> None:
     """Else the next run would be refused while one of a killed run's processes still works."""
-    with alone(tmp_path):
+    with lock_folder(tmp_path):
         pid = os.fork()
         if pid == 0:
             opened = [os.path.realpath(link) for link in Path("/proc/self/fd").iterdir()]

@@ -15,7 +15,13 @@ from qdot.exercises.common.files import write_atomically
 from qdot.exercises.common.json_form import as_json
 from qdot.grader.grading import history
 from qdot.grader.grading.attempt import GRADER
-from qdot.grader.grading.history import describe_moves, earlier_results, find_moves, keep_earlier, results_path
+from qdot.grader.grading.history import (
+    describe_moves,
+    find_moves,
+    keep_earlier_results,
+    read_earlier_results,
+    results_path,
+)
 from qdot.grader.grading.result import CountingSubmission, Lateness, ProblemResult, ReadNotebook, Result
 from qdot.grader.reports.tables import results_jsonl
 from qdot.grader.reports.write import write_reports
@@ -55,7 +61,7 @@ def test_a_large_class_is_written_in_little_more_memory_than_its_results_take(fo
     size = results_path(assignment).stat().st_size
     tracemalloc.start()
     try:
-        keep_earlier(assignment, many)
+        keep_earlier_results(assignment, many)
         assert tracemalloc.get_traced_memory()[1] < 3 * size  # all results at once take eight times as much
         tracemalloc.reset_peak()
         assert len(results_jsonl(many)) == size
@@ -176,12 +182,12 @@ def test_a_run_that_was_stopped_adds_nothing_twice(folder: Path) -> None:
     path.parent.mkdir()
     path.write_text(line(1))
     for score in (2, 2, 1.5):
-        keep_earlier(assignment, [result(score)])
+        keep_earlier_results(assignment, [result(score)])
         assert [each["result"]["score"] for each in kept(folder)["s1"]] == [1]
     path.write_text(line(1.5))
-    keep_earlier(assignment, [result(1)])
+    keep_earlier_results(assignment, [result(1)])
     path.write_text(line(1))
-    keep_earlier(assignment, [result(2)])
+    keep_earlier_results(assignment, [result(2)])
     assert [each["result"]["score"] for each in kept(folder)["s1"]] == [1, 1.5, 1]
 
 
@@ -202,7 +208,7 @@ def test_names_that_no_file_can_hold_are_no_change(folder: Path) -> None:
     assignment = load_assignment(folder)
     for _ in range(2):
         write_reports(assignment, [odd])
-    assert set(earlier_results(assignment)) == {"s1"}
+    assert set(read_earlier_results(assignment)) == {"s1"}
     assert kept(folder) == {}
 
 
@@ -211,12 +217,12 @@ def test_what_is_damaged_is_left_out(folder: Path) -> None:
     path = history.results_path(assignment)
     path.parent.mkdir()
     path.write_bytes(b"\xff")
-    assert earlier_results(assignment) == {}
+    assert read_earlier_results(assignment) == {}
     damaged = '{"student": "s0"\n[]\n{"student": "s2"}\n{"student": "s3", "score": 1, "problems": []}\n'
     path.write_text(f"{damaged}{line(1)}")
-    assert set(earlier_results(assignment)) == {"s1"}
+    assert set(read_earlier_results(assignment)) == {"s1"}
     log = folder / "graded" / "history" / "s1.jsonl"
     log.parent.mkdir()
     log.write_text("half a li")
-    keep_earlier(assignment, [result(2)])
+    keep_earlier_results(assignment, [result(2)])
     assert [each.startswith("{") for each in log.read_text().splitlines()] == [False, True]

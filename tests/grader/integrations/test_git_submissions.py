@@ -12,7 +12,7 @@ import pytest
 from qdot.exercises.assignment.assignment import Assignment, Student, load_assignment
 from qdot.exercises.assignment.lateness import read_late
 from qdot.grader.integrations import git_hosts, git_submissions
-from qdot.grader.integrations.git_submissions import counts_until, main
+from qdot.grader.integrations.git_submissions import find_cutoff, main
 from tests.support.ci import git
 from tests.support.command import run
 from tests.support.handing_in import TOML, a_class, one_process, right
@@ -171,9 +171,9 @@ def test_until_when_a_push_counts(assignment: Assignment) -> None:
     end = datetime(2027, 1, 20, tzinfo=UTC)
     ends = replace(assignment, late=read_late({"until": end}, DUE))
     open_ended = replace(assignment, late=read_late({"per_day": 0.1}, DUE))
-    assert [counts_until(assignment, each) for each in (ada, later)] == [DUE, later.due_date]
-    assert [counts_until(ends, each) for each in (ada, later)] == [end, datetime(2027, 1, 22, tzinfo=UTC)]
-    assert counts_until(open_ended, ada) is counts_until(replace(assignment, due_date=None), ada) is None
+    assert [find_cutoff(assignment, each) for each in (ada, later)] == [DUE, later.due_date]
+    assert [find_cutoff(ends, each) for each in (ada, later)] == [end, datetime(2027, 1, 22, tzinfo=UTC)]
+    assert find_cutoff(open_ended, ada) is find_cutoff(replace(assignment, due_date=None), ada) is None
 
 
 def test_feedback_goes_to_its_student_and_nothing_is_sent_where_it_is_the_same(
@@ -205,7 +205,7 @@ def test_feedback_goes_to_its_student_and_nothing_is_sent_where_it_is_the_same(
 
 def test_git_is_given_the_token_but_neither_an_argument_nor_the_secret(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("QDOT_SECRET", "0123456789abcdef")
-    host = git_hosts.host_named("github", {"QDOT_TOKEN": TOKEN, "GITHUB_SERVER_URL": "https://git.example.org/"})
+    host = git_hosts.find_host("github", {"QDOT_TOKEN": TOKEN, "GITHUB_SERVER_URL": "https://git.example.org/"})
     environment = host.git_environment()
     assert environment["GIT_CONFIG_KEY_0"] == "http.https://git.example.org/.extraheader"
     assert TOKEN not in json.dumps([host.url("a/b"), repr(host)])

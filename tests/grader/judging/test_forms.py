@@ -16,7 +16,7 @@ import sympy as sp
 from qdot.exercises.answers import LETTERS, Choice, Number
 from qdot.exercises.notebook.notebook import claims
 from qdot.exercises.problem.problem import Part, Problem
-from qdot.grader.grading.check import claimed_form, readable
+from qdot.grader.grading.check import claimed_form, is_readable
 from qdot.grader.judging.answer import ParsedAnswer
 from qdot.grader.judging.answer_parser import expected_form, read_answer
 from qdot.grader.judging.functions import calls_of
@@ -119,7 +119,7 @@ def test_check_says_of_every_form_whether_the_grader_can_read_it(typed: list[Typ
             due = expected_form(problem(), part) if part.answer.offered else claimed_form(said, "p1", part.name)
             strange = not part.answer.is_a_set and one.given.symbols - set(problem().domain().roles)
             readable_there = one.given.refusal is None and not strange
-            assert due is not None and readable(one.text, due) == readable_there, one.form
+            assert due is not None and is_readable(one.text, due) == readable_there, one.form
 
 
 def test_there_are_many_forms_of_every_question() -> None:
