@@ -1,5 +1,7 @@
 """Explain a wrong answer: name the mistake behind it if that is very likely, else say what to look at.
 
+The package imports judging. Its modules:
+
     diagnosis                   the mistake behind a wrong answer
     set_mistakes                the mistake behind a set of singular configurations, or what is wrong in it
     formula_mistakes, rounding  mistakes in the finished formulas; answers that are right but for rounding
