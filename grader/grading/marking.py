@@ -256,7 +256,7 @@ def sum_points(points: Iterable[float | None]) -> float:
 def format_points(value: float) -> str:
     """Return points as they are, to four decimals.
 
-    >>> number(2.0), number(123.4567), number(0.25)
+    >>> format_points(2.0), format_points(123.4567), format_points(0.25)
     ('2', '123.4567', '0.25')
     """
     return f"{value:.4f}".rstrip("0").rstrip(".")
