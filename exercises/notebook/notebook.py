@@ -99,9 +99,9 @@ def _notebook(
 
 
 def claims(kind: str, key: str, student: str, problems: Problems) -> dict[str, object]:
-    """Return what a notebook says of itself, for `qdot check`, which has no assignment; the grader believes none of it.
+    """Return what a notebook claims about itself, for `qdot check`, which has no assignment.
 
-    Of each problem: the symbols that it has, the joints' variables, and the form in which each answer is due.
+    For each problem: its symbols, the joint variables, and the expected form of each answer. The grader trusts none of it.
     """
     content: dict[str, object] = {"assignment": key, "student": student, "engine": ENGINE, "kind": kind}
     content["symbols"] = {slot: sorted(problem.symbols()) for slot, problem in problems}

@@ -1,6 +1,6 @@
 """The checks that a notebook makes of its own answers: one question's put into another's, with no right answer at hand.
 
-A table says what two answers have to do with each other, in the Python of the cell that a student runs. The function
+A table relates answers to each other, in the Python of the cell that a student runs. The function
 behind it (`templates/notebook/self-check.py.j2`) stands in the notebook and needs SymPy and NumPy only.
 """
 

@@ -1,4 +1,4 @@
-"""What hints tell of an arm and show of its results: one column or entry, only where others are left to be found.
+"""What hints describe of an arm and show of its results: one column or entry, if others are left to be found.
 
 The same column of a matrix is shown wherever one is shown, so that the hints of several questions together do not add
 up to a whole answer. World frame; notation of the chapter.
@@ -33,7 +33,7 @@ class Entry:
 
 
 class HintContext:
-    """What there is to tell and to show of one arm; templates read its properties."""
+    """Facts about one arm and parts of its results for hints; templates read its properties."""
 
     def __init__(self, chain: Chain) -> None:
         self.chain = chain
@@ -134,7 +134,7 @@ class HintContext:
     def arm_seen(self) -> sp.Matrix | None:
         """R_1^T J11 of an arm whose Jacobian falls into blocks, where it differs from J11; None for others.
 
-        None, too, of an arm that is told by its axes, for which there is no frame 1.
+        Also None for an arm that is described by its axes, for which there is no frame 1.
         """
         if objection_unless_partitioned(self.chain) is not None or not convention_of(self.chain).has_frames:
             return None

@@ -24,7 +24,7 @@ _CODE = re.compile(r"`([^`]*)`")
 
 
 def on_paper(text: str, problem: Problem) -> str:
-    """Return Markdown without what is said of typing; symbols are set as formulas, other code as plain text."""
+    """Return Markdown without remarks on typing; symbols are set as formulas, other code as plain text."""
     for typed, instead in _LEFT_OUT:
         text = re.sub(typed, instead, text, flags=re.DOTALL)
     symbols = problem.chain.q + problem.chain.rates + problem.chain.parameters

@@ -1,4 +1,4 @@
-"""What a worked solution shows between the formula and its result: vectors, products, cofactors, numbers.
+"""The steps that a worked solution shows between the formula and its result: vectors, products, cofactors, numbers.
 
 Everything is worked out on the structure of the arm (no numbers, no offsets), where the algebra is exact and short,
 and then filled with the arm's own numbers. World frame; notation of the chapter.
@@ -73,8 +73,8 @@ class Recursion:
 class SingularComponent:
     """A component of the singular set with what it is; `solutions` are (joint, values), None where joints are tied.
 
-    `cases` says the same of each choice of values, where joints have several and these differ. Where the conditions
-    hold for some lengths only, `need` has what then is at most what.
+    `cases` has the kind for each choice of values, if joints have several and their kinds differ. If the conditions
+    hold for some lengths only, `need` has the inequality for these lengths.
     """
 
     conditions: tuple[sp.Expr, ...]
@@ -110,7 +110,7 @@ class SolutionSteps:
 
     @cached_property
     def hint_context(self) -> HintContext:
-        """What hints tell of the arm and show of its results."""
+        """Facts about the arm and parts of its results for hints."""
         return HintContext(self.chain)
 
     def lost_where(self, values: Values) -> tuple[LostAt, sp.Matrix] | None:
@@ -179,7 +179,7 @@ class SolutionSteps:
 
     @property
     def is_standard(self) -> bool:
-        """Whether the arm is told by a standard table, in whose frames all is worked out."""
+        """Whether the arm is described by a standard table, in whose frames everything is derived."""
         return self.convention.has_frames and not self.convention.has_frames_of_joints
 
     @property
@@ -222,7 +222,7 @@ class SolutionSteps:
         return carried_screws(self.chain)[joint - 1]
 
     def jacobian_of(self, frame: str) -> sp.Matrix:
-        """Return the Jacobian of screws in the "space" frame or in that of the "body", its rows as they are told."""
+        """Return the Jacobian of screws in the "space" or "body" frame, its rows in the order of the arm's twists."""
         return self.convention.twist((space_jacobian if frame == "space" else body_jacobian)(self.chain))
 
     def axis_at_home(self, joint: int) -> sp.Matrix:
@@ -238,7 +238,7 @@ class SolutionSteps:
     def moved_points(self) -> list[tuple[int, sp.Matrix]]:
         """Where P is when joint i and those behind it have moved, and those before it are at home; the last i first.
 
-        Only those joints are told that move it, and joint 1 is not: then it is where it is.
+        Joints that do not move P are left out, and so is joint 1, after which P is at its position.
         """
         places: list[tuple[int, sp.Matrix]] = []
         before = self.d.position.xreplace(self._home)

@@ -89,7 +89,7 @@ def worked_solution(problem: Problem, part: Part, language: str = ENGLISH) -> st
 def worked_solutions(problem: Problem, language: str = ENGLISH) -> dict[str, str]:
     """Return the solutions of all parts by their names, for one text.
 
-    What names stand for is said where they are used first, and what an earlier part has found is not derived again.
+    Names are explained before their first use, and the result of an earlier part is not derived again.
     """
     explained: set[str] = set()
     parts = problem.parts
@@ -102,7 +102,7 @@ def worked_solutions(problem: Problem, language: str = ENGLISH) -> dict[str, str
 def next_solution(problem: Problem, explained: set[str], language: str = ENGLISH, first_of_several: bool = True) -> str:
     """Return the solution of the last part, for a text that has those of the parts before it.
 
-    What names stand for is said where they are used first; `explained`, which grows, has those that were explained.
+    Names are explained before their first use; `explained`, which grows, has those that were explained already.
     """
     *before, part = problem.parts
     text = _derivation(problem, part, language, frozenset(earlier.kind for earlier in before))

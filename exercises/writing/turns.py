@@ -1,7 +1,7 @@
-"""Constants with roots in them that are the sine or cosine of an angle, said by the angle: cos(75°), not (√6 - √2)/4.
+"""Constants with roots that are the sine or cosine of an angle, written by the angle: cos(75°), not (√6 - √2)/4.
 
-SymPy writes both sin(15°) and cos(75°) as the latter. It is said by the angle that stands in the table of the arm, and
-by 15° where none does.
+SymPy writes both sin(15°) and cos(75°) as the latter. The angle is one from the table of the arm if there is one, else
+15°.
 """
 
 from collections.abc import Iterator, Sequence

@@ -1,6 +1,6 @@
 r"""What somebody typed, laid out: a tree, its terms and factors in their own order, and nothing simplified.
 
-What a name or a sine is called is said as everywhere: \theta_{1}, s_{12} for sin(theta1 + theta2), \dot{d}_{2}.
+Names and sines are written as everywhere: \theta_{1}, s_{12} for sin(theta1 + theta2), \dot{d}_{2}.
 """
 
 import re

@@ -43,11 +43,11 @@ class Wording:
         return ", ".join(name.replace("{", "").replace("}", "") for name in velocities(self.convention.velocities))
 
     def twist(self, omega: str, v: str) -> str:
-        """Return a twist with these halves, in the order in which it is told."""
+        """Return a twist with these halves, in the order of the arm's convention."""
         return f"({omega}, {v})" if self.convention.is_omega_first else f"({v}, {omega})"
 
     def halves(self, six: Sequence[str]) -> tuple[Sequence[str], Sequence[str]]:
-        """Return omega and v of what is told in that order."""
+        """Return omega and v of six components in that order."""
         both = [six[row] for row in self.convention.twist_rows]
         return both[:3], both[3:]
 
@@ -210,12 +210,12 @@ class Wording:
 
     @property
     def base(self) -> Base:
-        """Where frame O_0 stands, as it is told."""
+        """The pose of frame O_0, by the arm's convention."""
         return self.convention.base
 
     @property
     def point(self) -> Point:
-        """The point of interest in the frame of its link, as it is told."""
+        """The point of interest in the frame of its link, by the arm's convention."""
         return self.convention.point
 
     @property
