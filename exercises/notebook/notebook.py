@@ -101,7 +101,7 @@ def _notebook(
 def claims(kind: str, key: str, student: str, problems: Problems) -> dict[str, object]:
     """Return what a notebook claims about itself, for `qdot check`, which has no assignment.
 
-    For each problem: its symbols, the joint variables, and the expected form of each answer. The grader trusts none of it.
+    For each problem: its symbols, the joint variables, the expected form of each answer. The grader trusts none of it.
     """
     content: dict[str, object] = {"assignment": key, "student": student, "engine": ENGINE, "kind": kind}
     content["symbols"] = {slot: sorted(problem.symbols()) for slot, problem in problems}
