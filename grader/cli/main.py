@@ -29,6 +29,7 @@ each command, with examples."""
 
 STOPPED = {
     **dict.fromkeys(("generate", "grade", "demo"), "stopped; run the same command again to go on"),
+    "forget": "stopped; run the same command again to remove the rest",
     "verify": "stopped; the same command begins at the first problem again, and --first-seed SEED begins a sweep later",
 }
 """What is printed when Ctrl-C or SIGTERM stops a command, if there is more to say than "stopped"."""
@@ -38,6 +39,7 @@ COMMANDS = {
     **dict.fromkeys(("verify", "generate", "compare", "grade", "doctor"), "qdot.grader.cli.class_commands"),
     "check": "qdot.grader.cli.student_command",
     **dict.fromkeys(("export", "report"), "qdot.grader.cli.export_commands"),
+    "forget": "qdot.grader.cli.forget_command",
     "demo": "qdot.grader.cli.class_commands",
 }
 """Each command, and the module in which it is the function of that name, with _ for -."""

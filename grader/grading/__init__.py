@@ -12,5 +12,6 @@ It imports submissions, judging and diagnosis; reports are above it.
     history                     results that a later run replaced, and whose mark moved
     check                       `qdot check`: what a student can know before submitting
     certificates, certify       a student's certificate; `qdot verify`
+    forgetting                  everything about one student, removed
     class_check                 a run that can't be right, stopped before it writes
 """

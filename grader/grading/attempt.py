@@ -3,6 +3,7 @@
 import datetime
 import hashlib
 import secrets
+import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
@@ -144,8 +145,12 @@ def grade_safely(grader: Grader, student: str, attempt: Attempt | None) -> Marke
 
     Raises QdotError if the machine can't run any notebook at all, which is nobody's submission and is reported once.
     """
+    started = time.process_time()
     try:
-        return grade_attempt(grader, student, attempt)
+        marked = grade_attempt(grader, student, attempt)
+        seconds, memory = grader.sandbox.cost()
+        seconds += time.process_time() - started
+        return replace(marked, seconds=round(seconds, 3), megabytes=round(memory / 1e6, 1))
     except OverLimit as error:
         return mark_ungraded(grader.assignment, student, attempt, str(error), over_limit=True)
     except Exception as error:  # our own failure must neither become a mark nor stop the class

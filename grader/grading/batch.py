@@ -5,13 +5,15 @@ submission, the assignment, and the versions of problems and grader. A rerun tak
 """
 
 import contextlib
+import csv
 import datetime
 import hashlib
+import io
 import json
 import os
 from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 
@@ -77,7 +79,7 @@ def grade_class(
     tasks = [Task(student.id, submissions.get(student.id)) for student in chosen]
     cache = cache_folder(assignment.folder)
     make_folder(cache)
-    results = []
+    results, costs = [], [("student", "seconds", "megabytes")]
     stored = [
         stored_path(cache, task.student, file)
         for task in tasks
@@ -93,8 +95,20 @@ def grade_class(
         with contextlib.closing(graded) as every:
             for student, handed_in in zip(chosen, every, strict=True):
                 results.append(_settle(assignment, student, handed_in, overrides))
+                costs.append((student.id, *_cost(handed_in)))
                 each(results[-1])
+    if students is None:
+        table = io.StringIO()
+        csv.writer(table, lineterminator="\n").writerows(costs)
+        write_atomically(assignment.folder / "graded" / "costs.csv", table.getvalue(), 0o600)
     return results
+
+
+def _cost(handed_in: Sequence[Graded]) -> tuple[str, str]:
+    """Return the processor time that grading a student took, in seconds, and the largest memory, in megabytes."""
+    marks = [graded.marked for graded in handed_in if graded.marked is not None]
+    seconds, megabytes = sum(each.seconds for each in marks), max((each.megabytes for each in marks), default=0.0)
+    return f"{seconds:.2f}", f"{megabytes:.0f}"
 
 
 def _grade_on_cluster(
@@ -215,7 +229,7 @@ class _Worker:
     def put(self, student: str, attempt: Attempt | None, marked: Marked) -> None:
         """Store what the grader gives for a notebook, unless qdot failed on it: then the next run tries again."""
         if marked.is_graded:
-            stored = _Stored(self._key(student, attempt), marked)
+            stored = _Stored(self._key(student, attempt), replace(marked, seconds=0.0, megabytes=0.0))
             write_atomically(self._path(student, attempt), json.dumps(as_json(stored)), lasting=False)
 
     def _path(self, student: str, attempt: Attempt | None) -> Path:

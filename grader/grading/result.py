@@ -87,6 +87,10 @@ class Marked:
     staff_notes: tuple[str, ...] = ()
     made_from: MadeFrom
     problems: tuple[ProblemResult, ...]
+    seconds: float = 0.0
+    """Processor time that grading it took."""
+    megabytes: float = 0.0
+    """Largest memory of the process that ran it."""
 
     @property
     def is_graded(self) -> bool:

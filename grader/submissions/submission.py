@@ -148,6 +148,18 @@ def _find_root(students: "Sequence[Student]", root: Path) -> tuple[Path, Callabl
     return inner, owner_of
 
 
+def find_paths_of_student(students: "Sequence[Student]", root: Path, student: str) -> tuple[list[Path], list[Path]]:
+    """Return the files and folders of a student, and those that may or may not be the student's."""
+    inner, find_owner = _find_root(students, root)
+    certain, doubtful = list[Path](), list[Path]()
+    for submitted in find_submitted_paths(inner):
+        with contextlib.suppress(Exception):  # as in find_submissions: it has no owner
+            owner = find_owner(submitted)
+            if student in owner.students:
+                (certain if owner.is_certain else doubtful).append(submitted.path)
+    return certain, doubtful
+
+
 def _read_not_fetched(table: Path) -> dict[str, StudentFiles]:
     """Return the students whose work could not be fetched, by the table of the fetching program. Raises QdotError."""
     if not table.exists():

@@ -108,6 +108,9 @@ def test_every_kind_of_submission_in_one_class(assignment: Assignment) -> None:
     for student, words in {"s05": "(line", "s06": "empty", "s07": "'other'", "s10": "text", "s11": "notes.txt"}.items():
         assert words in (graded[student].obstacle or "") and status(graded[student]) == "unusable"
     assert {part.outcome for part in graded["s08"].parts.values()} == {"missing"}
+    with (assignment.folder / "graded" / "costs.csv").open(newline="") as file:
+        costs = {row["student"]: row for row in csv.DictReader(file)}
+    assert list(costs) == STUDENTS and float(costs["s01"]["seconds"]) > 0 < float(costs["s01"]["megabytes"])
     assert "ZeroDivisionError: division by zero" in graded["s09"].parts["p1.position"].reason
     assert graded["s09"].score == graded["s09"].max_score - 1
     assert (status(graded["s12"]), graded["s12"].score) == ("missing", 0)

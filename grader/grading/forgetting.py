@@ -1,0 +1,227 @@
+"""Find and remove everything that an assignment's folder has of one student (`qdot forget`).
+
+Files of the student are removed; tables about the class lose the student's lines. The roster's line goes last, so that
+the same command finishes what was interrupted.
+"""
+
+import contextlib
+import hashlib
+import re
+import shutil
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from qdot.exercises.assignment.assignment import Student, read_roster, roster_table
+from qdot.exercises.assignment.gradebook import identifier_of
+from qdot.exercises.assignment.redrawn import REDRAWN
+from qdot.exercises.assignment.store import FOLDER as STORE
+from qdot.exercises.common.errors import QdotError, unknown
+from qdot.exercises.common.files import IS_POSIX, write_atomically
+from qdot.exercises.common.input_file import csv_rows, read_table
+from qdot.exercises.common.json_form import from_json
+from qdot.grader.grading.batch import alone
+from qdot.grader.grading.overrides import OVERRIDES
+from qdot.grader.sandbox.contained import folders
+from qdot.grader.submissions.submission import NOT_FETCHED, find_paths_of_student
+
+ROSTER = "roster.csv"
+PACKED = (".zip", ".mbz", ".xlsx", ".tar", ".gz", ".tgz", ".pdf")
+"""Files that are not searched for a name."""
+LARGEST = 200_000_000
+"""Bytes of the largest file that is searched."""
+
+
+@dataclass(frozen=True)
+class Plan:
+    """What happens to an assignment's folder: files and folders to remove, and tables with their new bytes.
+
+    `mentions` are other files that name the student or can't be searched, each with what to do about it.
+    """
+
+    folder: Path
+    student: Student
+    removed: tuple[Path, ...]
+    shortened: Mapping[Path, bytes]
+    mentions: tuple[tuple[str, str], ...]
+
+    def describe(self) -> Iterator[str]:
+        """Yield the plan, line by line."""
+        name = f" ({self.student.name})" if self.student.name else ""
+        yield f"{self.folder}: {self.student.id}{name}"
+        for path in self.removed:
+            yield f"  remove   {self._shown(path)}"
+        for path, content in self.shortened.items():
+            lines = path.read_bytes().count(b"\n") - content.count(b"\n")
+            yield f"  shorten  {self._shown(path)} by {lines} {'line' if lines == 1 else 'lines'}"
+        for shown, advice in self.mentions:
+            yield f"  stays    {shown}: {advice}"
+
+    def carry_out(self) -> None:
+        """Remove and shorten. Raises QdotError; the same command then continues."""
+        with alone(self.folder) if (self.folder / "graded").is_dir() else contextlib.nullcontext():
+            for path in self.removed:
+                try:
+                    remove(path)
+                except OSError as error:
+                    raise QdotError(
+                        f"{error.filename or path} can't be removed: {error.strerror}; run the same command again"
+                    ) from None
+            for path, content in self.shortened.items():
+                write_atomically(path, content, path.stat().st_mode & 0o777)
+
+    def _shown(self, path: Path) -> str:
+        return path.relative_to(self.folder).as_posix()
+
+
+def plan_forgetting(folder: Path, name: str) -> list[Plan]:
+    """Return what is to be done in an assignment's folder, or in each assignment of a course. Raises QdotError.
+
+    `name` is the roster's identifier, or a name or e-mail address that only one student has.
+    """
+    assignments = [folder] if (folder / "assignment.toml").is_file() else sorted(
+        path.parent for path in folder.glob("*/assignment.toml")
+    )  # fmt: skip
+    if not assignments:
+        raise QdotError(f"{folder} is not an assignment's folder and contains none; 'qdot init' makes one")
+    rosters = {each: _roster(each) for each in assignments}
+    student = _find_student([student for roster in rosters.values() for student in roster], name)
+    plans = [plan for each in assignments if (plan := _plan(each, rosters[each], student))]
+    if not plans:
+        known = sorted({student.id for roster in rosters.values() for student in roster})
+        raise QdotError(f"{folder} has nothing of this student: {unknown('student', name, known[:50])}")
+    return plans
+
+
+def _roster(folder: Path) -> Sequence[Student]:
+    return read_roster(folder / ROSTER) if (folder / ROSTER).exists() and roster_table(folder / ROSTER) else ()
+
+
+def _find_student(roster: Sequence[Student], name: str) -> Student:
+    """Return the student with a name; one who has left the roster has only an identifier. Raises QdotError."""
+    wanted = identifier_of(name)
+    matching = {student.id: student for student in roster if student.id == wanted}
+    if not matching:
+        names = ((student, {student.name.casefold(), student.email.casefold()}) for student in roster)
+        matching = {student.id: student for student, called in names if wanted.casefold() in called}
+    if len(matching) > 1:
+        raise QdotError(f"{name!r} may be {' or '.join(sorted(matching))}; give the identifier")
+    if matching:
+        return next(iter(matching.values()))
+    if not wanted or {"/", "\\"} & set(wanted) or wanted.startswith("."):
+        raise unknown("student", name, sorted(student.id for student in roster)[:50])
+    return Student(wanted)
+
+
+def _plan(folder: Path, roster: Sequence[Student], student: Student) -> Plan | None:
+    known = [*roster, *([] if any(each.id == student.id for each in roster) else [student])]
+    root = folder / "submitted"
+    certain, doubtful = find_paths_of_student(known, root, student.id) if root.is_dir() else ([], [])
+    removed, shortened = [*certain, *_files_named_after(folder, student.id)], dict(_shortened(folder, student.id))
+    if not removed and not shortened:
+        return None
+    # The cache has no names; qdot makes it and the report again.
+    removed += [path for path in (folder / "graded" / ".cache", folder / "graded" / "report.html") if path.exists()]
+    handled = {path for top in removed for path in (top, *(top.rglob("*") if top.is_dir() else ()))} | set(shortened)
+    mentions = [(path.relative_to(folder).as_posix(), "it may belong to this student or another") for path in doubtful]
+    mentions += _mentions(folder, student, handled)
+    return Plan(folder, student, tuple(dict.fromkeys(removed)), shortened, tuple(mentions))
+
+
+def _files_named_after(folder: Path, student: str) -> list[Path]:
+    """Return the files and folders whose names say that they belong to a student."""
+    paths = [folder / kind / student for kind in ("released", "solutions", "certificates")]
+    paths += [folder / "graded" / "feedback" / f"{student}.html", folder / "graded" / "history" / f"{student}.jsonl"]
+    paths.append(folder / STORE / "problems" / hashlib.sha256(student.encode()).hexdigest()[:24])
+    paths += [path for path in sorted((folder / "exports").glob("*/*/*")) if student in (path.name, path.stem)]
+    paths += [unfinished for path in paths for unfinished in path.parent.glob(f".{path.name[:40]}.*.tmp")]
+    return [path for path in paths if path.exists() or path.is_symlink()]
+
+
+def _shortened(folder: Path, student: str) -> Iterator[tuple[Path, bytes]]:
+    """Yield every table with lines of a student, and its bytes without them; the roster last."""
+    results = folder / "graded" / "results.jsonl"
+    if results.is_file():
+        lines = results.read_bytes().splitlines(keepends=True)
+        others = [line for line in lines if _student_of(line) != student]
+        if len(others) < len(lines):
+            yield results, b"".join(others)
+    tables: list[tuple[Path, Callable[[Path], list[tuple[int, dict[str, str]]]]]] = [
+        *((folder / name, lambda path: read_table(path, "student", "student")) for name in (
+            "graded/grades.csv", "graded/costs.csv", OVERRIDES, REDRAWN, f"submitted/{NOT_FETCHED}",
+        )),
+        (folder / ROSTER, roster_table),
+    ]  # fmt: skip
+    for path, read in tables:
+        if path.is_file():
+            rows = {number for number, cells in read(path) if identifier_of(cells.get("student", "")) == student}
+            if rows:
+                yield path, remove_rows(path.read_bytes(), rows)
+
+
+@dataclass(frozen=True)
+class _Line:
+    """Whose result a line of results.jsonl is."""
+
+    student: str
+
+
+def _student_of(line: bytes) -> str:
+    try:
+        return from_json(_Line, line).student
+    except ValueError:
+        return ""
+
+
+def remove_rows(content: bytes, rows: set[int]) -> bytes:
+    r"""Return a table without the rows that begin on these lines; all others stay byte for byte. Raises csv.Error.
+
+    >>> remove_rows(b'student;name\r\n7;"Ada\r\nA"\r\n8;Bo\r\n', {2})
+    b'student;name\r\n8;Bo\r\n'
+    """
+    marks = {b"\xff\xfe": "utf-16-le", b"\xfe\xff": "utf-16-be"}
+    encoding = marks.get(content[:2], "latin-1")  # in UTF-8, too, only an end of a line has its bytes
+    lines = re.findall(r"[^\r\n]*(?:\r\n|\r|\n)|[^\r\n]+$", content.decode(encoding))
+    begins: list[int] = []
+    for _ in csv_rows("\n".join(line.rstrip("\r\n") for line in lines), begins):
+        pass
+    others = (
+        line
+        for number, line in enumerate(lines, 1)
+        if max((begin for begin in begins if begin <= number), default=0) not in rows
+    )
+    return "".join(others).encode(encoding)
+
+
+def _mentions(folder: Path, student: Student, handled: set[Path]) -> Iterator[tuple[str, str]]:
+    """Yield other files that name a student or can't be searched, and what to do about them."""
+    names = [student.email, student.name, *([student.id] if not re.fullmatch(r"\d{0,4}|..?", student.id) else [])]
+    words = b"|".join(re.escape(name.encode()) for name in names if name.strip())
+    pattern = re.compile(rb"(?<![A-Za-z0-9_])(?:" + words + rb")(?![A-Za-z0-9_])", re.IGNORECASE) if words else None
+    for path in sorted(folder.rglob("*")):
+        if path in handled or not path.is_file() or ".git" in path.relative_to(folder).parts:
+            continue
+        shown = path.relative_to(folder).as_posix()
+        if path.name.lower().endswith(PACKED):
+            yield shown, "it can't be searched; remove it or make it again"
+        elif pattern is not None and _contains(path, pattern):
+            again = "; 'qdot export' makes it again" if shown.startswith("exports/") else ""
+            yield shown, f"it names this student{again}"
+    if any((top / ".git").exists() for top in (folder.resolve(), *folder.resolve().parents)):
+        yield ".git", "git keeps everything that was committed"
+
+
+def _contains(path: Path, pattern: re.Pattern[bytes]) -> bool:
+    with contextlib.suppress(OSError):
+        return path.stat().st_size <= LARGEST and pattern.search(path.read_bytes()) is not None
+    return False
+
+
+def remove(path: Path) -> None:
+    """Remove a file or folder, also a folder that a student has locked. Raises OSError."""
+    if path.is_symlink() or not path.is_dir():
+        path.unlink(missing_ok=True)
+    elif IS_POSIX:
+        folders.remove(str(path))
+    else:
+        shutil.rmtree(path)
