@@ -38,7 +38,7 @@ class RemainingMatrix:
     minors: frozenset[sp.Expr]
 
     @property
-    def mixed(self) -> bool:
+    def has_mixed_columns(self) -> bool:
         """Whether some column combines two joints."""
         return 0 in self.joints
 
