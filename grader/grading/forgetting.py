@@ -20,7 +20,7 @@ from qdot.exercises.common.errors import QdotError, unknown
 from qdot.exercises.common.files import IS_POSIX, write_atomically
 from qdot.exercises.common.input_file import csv_rows, read_table
 from qdot.exercises.common.json_form import from_json
-from qdot.grader.grading.batch import alone
+from qdot.grader.grading.batch import lock_folder
 from qdot.grader.grading.overrides import OVERRIDES
 from qdot.grader.sandbox.contained import folders
 from qdot.grader.submissions.submission import NOT_FETCHED, find_paths_of_student
@@ -59,7 +59,7 @@ class Plan:
 
     def carry_out(self) -> None:
         """Remove and shorten. Raises QdotError; the same command then continues."""
-        with alone(self.folder) if (self.folder / "graded").is_dir() else contextlib.nullcontext():
+        with lock_folder(self.folder) if (self.folder / "graded").is_dir() else contextlib.nullcontext():
             for path in self.removed:
                 try:
                     remove(path)

@@ -14,7 +14,7 @@ from qdot.exercises.assignment.release import release
 from qdot.exercises.common.files import write_atomically
 from qdot.grader.cli import forget_command
 from qdot.grader.grading import forgetting
-from qdot.grader.grading.batch import alone
+from qdot.grader.grading.batch import lock_folder
 from qdot.grader.grading.certify import CERTIFIER
 from tests.support import ROOT
 from tests.support.command import fails, run
@@ -151,7 +151,7 @@ def test_what_cannot_be_removed_is_told(folder: Path) -> None:
 
 
 def test_not_while_a_class_is_being_graded(folder: Path) -> None:
-    with alone(folder):
+    with lock_folder(folder):
         assert "is being graded by another" in fails("forget", "ada", folder, "--yes")
     assert (folder / "submitted" / "ada").is_dir()
 
