@@ -1,4 +1,4 @@
-// Conditions on the joints as a union of pieces, by the rules of ../../../exercises/formula/pieces.py.
+// Conditions on the joints as a union of pieces, by the rules of ../../../exercises/formula/set_parser.py.
 
 import { evaluate } from "../read/evaluate.js";
 import { anyNode, integer, namesIn, type Node, node, ReadError, replaced } from "../read/tree.js";
