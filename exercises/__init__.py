@@ -17,7 +17,7 @@ The map, from the bottom up: nothing here imports what stands below it, nor anyt
     notebook/                   notebooks; one problem in every format
     assignment/                 an instructor's folder, read and checked; its notebooks written
     solve/                      all that is derived for an arm of your own (`qdot solve`)
-    docs/                       the pages of docs/ that are made from the code (`make docs`)
+    chapter/                    the chapter's examples, solved, and its errata
     site/                       the web site: pages, and problems that a browser can grade
     exports/                    every other form in which an assignment is handed out (`qdot export`)
 """

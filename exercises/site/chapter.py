@@ -4,7 +4,7 @@ import json
 from collections.abc import Iterator
 
 from qdot.exercises.arm.chain import Chain
-from qdot.exercises.docs import Example, corrections, examples
+from qdot.exercises.chapter import Example, corrections, examples
 from qdot.exercises.figure import figure_svg, singular_svg
 from qdot.exercises.problem.problem import Problem, ProblemId
 from qdot.exercises.problem.record import Json

@@ -11,8 +11,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from qdot.exercises.chapter import planar_2r, scorbot_arm
 from qdot.exercises.common.errors import QdotError
-from qdot.exercises.docs import planar_2r, scorbot_arm
 from qdot.exercises.figure import figure_svg
 from qdot.exercises.site.arms import gallery
 from qdot.exercises.site.chapter import chapter_pages, live_arm

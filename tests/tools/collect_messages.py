@@ -84,14 +84,14 @@ def _find_messages() -> Iterator[FoundMessage]:
     for where in sorted({mistake.where for mistake in CATALOGUE.values() if not is_formula(mistake.where)}):
         yield "exercises/mistakes", where, SOURCE
     for text in _errata_texts():
-        yield "exercises/docs/errata.toml", text, "erratum"
+        yield "exercises/chapter/errata.toml", text, "erratum"
     for key, text in site_english().items():
         yield "site/src/text/en.ts", text, site_context(key)
 
 
 def _errata_texts() -> Iterator[str]:
     """Yield the texts of the chapter's errata that have words outside of formulas."""
-    for entry in tomllib.loads((_EXERCISES / "docs" / "errata.toml").read_text(encoding="utf-8"))["erratum"]:
+    for entry in tomllib.loads((_EXERCISES / "chapter" / "errata.toml").read_text(encoding="utf-8"))["erratum"]:
         *texts, values = entry.values()
         for text in (*texts, *(text for pair in values for text in pair)):
             if re.search("[a-z]{2}", re.sub(r"\$[^$]*\$", "", text)):

@@ -14,10 +14,10 @@ from types import MappingProxyType
 from qdot.exercises.arm.chain import CONVENTIONS, Chain
 from qdot.exercises.arm.conventions import REGISTRY
 from qdot.exercises.arm.library import robots
+from qdot.exercises.chapter import corrections, examples, planar_2r, scorbot_arm
 from qdot.exercises.common.console import say
 from qdot.exercises.common.files import write_atomically
 from qdot.exercises.common.variation import DEFAULT, STEPS
-from qdot.exercises.docs import corrections, examples, planar_2r, scorbot_arm
 from qdot.exercises.families import FAMILIES
 from qdot.exercises.families.listing import LISTING, FamilyListing
 from qdot.exercises.figure import figure_svg, singular_svg, thumbnail_svg

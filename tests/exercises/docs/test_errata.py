@@ -1,4 +1,4 @@
-"""The numbers of exercises/docs/errata.toml: computed from the derivation, the printed formulas as they are printed."""
+"""The numbers of exercises/chapter/errata.toml, computed from the derivation, and the printed formulas of the book."""
 
 from collections.abc import Mapping
 from dataclasses import replace
@@ -11,7 +11,7 @@ from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.classification import classify_conditions
 from qdot.exercises.arm.derivation import derive
 from qdot.exercises.arm.kinematics import NumericChain
-from qdot.exercises.docs import corrections, planar_2r, scorbot_arm
+from qdot.exercises.chapter import corrections, planar_2r, scorbot_arm
 
 A1, A2, A3, T1, T2, T3, QD1, QD2 = sp.symbols("a1 a2 a3 theta1 theta2 theta3 qd1 qd2")
 HALF, TWO_FIFTHS = sp.Rational(1, 2), sp.Rational(2, 5)

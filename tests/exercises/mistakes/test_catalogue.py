@@ -4,7 +4,7 @@ from functools import cache
 
 import pytest
 
-from qdot.exercises.docs import planar_2r
+from qdot.exercises.chapter import planar_2r
 from qdot.exercises.mistakes import finished
 from qdot.exercises.mistakes.catalogue import CATALOGUE
 from tests.support.judging import diagnose

@@ -17,8 +17,8 @@ from typing import Any
 import pytest
 
 from qdot.exercises.assignment.assignment import Student
+from qdot.exercises.chapter import corrections
 from qdot.exercises.common.errors import QdotError
-from qdot.exercises.docs import corrections
 from qdot.exercises.problem.problem import Problem
 from qdot.exercises.site import build as building
 from qdot.exercises.site import supply

@@ -3,7 +3,7 @@
 import pytest
 
 from qdot import generate
-from qdot.exercises.docs import planar_2r
+from qdot.exercises.chapter import planar_2r
 from qdot.grader.diagnosis.advice import advise
 from qdot.grader.grading.marking import mark
 from qdot.grader.judging.answer_parser import read_answer

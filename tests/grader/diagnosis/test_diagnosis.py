@@ -10,8 +10,8 @@ import pytest
 from qdot.exercises.answers import Expression, Matrix
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.derivation_graph import as_formulas, formulas, numbers
+from qdot.exercises.chapter import planar_2r, scorbot_arm
 from qdot.exercises.common.stream import Stream
-from qdot.exercises.docs import planar_2r, scorbot_arm
 from qdot.exercises.families import FAMILIES
 from qdot.exercises.formula.expression import read
 from qdot.exercises.formula.program import compile_program, evaluate

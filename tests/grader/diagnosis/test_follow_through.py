@@ -10,8 +10,8 @@ import sympy as sp
 from qdot.exercises.answers import Expression
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.derivation_graph import Working, as_formulas, formulas
+from qdot.exercises.chapter import planar_2r, scorbot_arm
 from qdot.exercises.common.stream import Stream
-from qdot.exercises.docs import planar_2r, scorbot_arm
 from qdot.exercises.formula.text import text_of
 from qdot.exercises.generation import generate
 from qdot.exercises.mistakes.catalogue import CATALOGUE, make_mistake

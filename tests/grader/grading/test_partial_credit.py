@@ -12,8 +12,8 @@ from qdot.exercises.answers import ConditionSet, Expression
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.assignment.assignment import load_assignment
 from qdot.exercises.assignment.release import init_assignment
+from qdot.exercises.chapter import planar_2r, scorbot_arm
 from qdot.exercises.common.errors import QdotError
-from qdot.exercises.docs import planar_2r, scorbot_arm
 from qdot.exercises.formula.text import text_of
 from qdot.exercises.generation import generate
 from qdot.exercises.problem.credit import OWN, WAYS, Credit, read_credit
