@@ -8,6 +8,7 @@ It imports everything, each command when it is asked for.
     export_commands             `qdot export` and `qdot report`
     site_commands               `qdot site`
     student_command             the command for students, `qdot check`
+    forget_command              `qdot forget`
     options, overview           options that commands share; the families at a glance
     demo                        the simulated class
     reference_pages             the pages of docs/ that list outlets, reports, schemas and what the packages offer
