@@ -44,7 +44,7 @@ GROUPS = {
         "otter": (_("Otter-Grader"), _("An autograder that grades with qdot.")),
         "ci": (_("Grading in CI"), _("GitHub, GitLab, JUnit.")),
         "container": (_("The grader in a container"), _("Build and run it with Podman or Docker.")),
-        "scaling": (_("Large classes"), _("What grading costs; Kubernetes.")),
+        "scaling": (_("Large classes"), _("What grading costs; Dask, Slurm and Kubernetes.")),
     },
     _("How it works"): {
         "judging": (_("How an answer is judged"), _("How formulas are compared, and how unlikely an error is.")),
