@@ -7,5 +7,4 @@ It is the top: nothing imports it except by name.
     otter_marks, otter_plugin   marks that Otter's tests look up; what Otter runs, the only module that needs Otter
     prairielearn, gradescope    what an exported PrairieLearn question calls; Gradescope's autograder
     git_hosts, git_submissions  GitHub and GitLab; repositories fetched as they were at the deadline, feedback
-    pytest_plugin               a stand-in for the removed plugin, which older installations still name
 """

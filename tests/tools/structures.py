@@ -155,6 +155,7 @@ class _Body:
 def class_key(rows: Sequence[StructureRow], task: Sequence[str] = ()) -> Key:
     """Return what all structures of a class have in common, and no others.
 
+    >>> from qdot.exercises.families.structures import read_rows
     >>> planar = class_key(read_rows("R Ra"))
     >>> class_key(read_rows("Rd Rad")) == planar, class_key(read_rows("Rx Ra")) == planar
     (True, False)
