@@ -8,7 +8,7 @@ One module per export format, all listed in `registry`. They share:
     known_wrong                 wrong answers that known mistakes lead to
     stack_parts, stack_maxima   a part as STACK asks and marks it; the Maxima functions for marking
     moodle_quiz                 a quiz as Moodle restores it
-    sheet, boxes                a sheet of paper as data, and the boxes for answers
+    sheet, boxes, marking       a sheet of paper as data; boxes for answers; which answers earn which points
     wheel                       qdot itself as a wheel
     registry                    the export formats by name
 """

@@ -12,11 +12,15 @@ from typing import Literal
 from qdot.exercises.assignment.assignment import FEEDBACK, Assignment
 from qdot.exercises.assignment.draws import FailedSlot, Failures
 from qdot.exercises.common.errors import QdotError
+from qdot.exercises.problem.problem import Part, Problem
 
-SHEETS = ("handout", "exam", "key")
-"""Kinds of sheets: problems; problems with room to write; short answers for the staff."""
+SHEETS = ("handout", "exam", "key", "marking")
+"""Kinds of sheets: problems; problems with room to write; for the staff, short answers, and what wrong answers earn."""
 PAGES = ("a4", "letter")
 """Sizes of paper."""
+
+Earns = Callable[[Problem, Part, str], Fraction]
+"""Returns the share of a part's points that a typed answer earns."""
 
 
 def _refuse(failure: FailedSlot) -> None:
@@ -34,8 +38,9 @@ class Order:
     On paper: the kind of `sheet` (of SHEETS), with or without worked `solutions`, for everybody on the roster or in
     several `versions` without names, and the size of a `page` (of PAGES).
     `failures` certifies a problem; no problem is exported without that. `each` is called after every variant or
-    student, `note` with messages to the staff, `left_out` for each student without a problem. `passing` is
-    the share of the points needed to pass, if there is one.
+    student, `note` with messages to the staff, `left_out` for each student without a problem. `earns` asks the
+    grader what an answer earns, for marking sheets. `passing` is the share of the points needed to pass, if there is
+    one.
     """
 
     assignment: Assignment
@@ -49,6 +54,7 @@ class Order:
     each: Callable[[], None] = _ignore
     note: Callable[[str], None] = _ignore
     left_out: Callable[[FailedSlot], None] = _refuse
+    earns: Earns | None = None
     passing: Fraction | None = None
 
     def tells(self, what: str) -> bool:

@@ -1,4 +1,4 @@
-"""Handouts, exams and keys on paper and screen: HTML, PDF and LaTeX of the same sheets."""
+"""Handouts, exams, keys and marking sheets on paper and screen: HTML, PDF and LaTeX of the same sheets."""
 
 from collections.abc import Callable, Generator, Sequence
 from dataclasses import dataclass
@@ -13,6 +13,10 @@ from qdot.exercises.writing.markup import latex_escaped, to_html, to_latex
 from qdot.exercises.writing.render import render
 from qdot.exercises.writing.typst import to_typst, typst_escaped
 
+STAFF = {"key": "a key", "marking": "a marking sheet"}
+"""Sheets that show answers, each as messages name it."""
+VERSION_TICKS = 8
+"""Columns to tick on the marking sheet of a version, one for each student; a student's own sheet has one."""
 NARROW = 0.8
 """The share of a page's width that a formula may take beside a name."""
 LAST = 60
@@ -52,8 +56,12 @@ def missing_for_pdf() -> str:
 
 def check_sheet(order: Order) -> None:
     """Raise QdotError if the sheet can't be made as ordered."""
-    if order.sheet == "key" and order.solutions:
-        raise QdotError("a key has no worked solutions; these are on --sheet handout or exam, with --solutions")
+    if order.sheet == "marking" and order.earns is None:
+        raise QdotError("a marking sheet needs the grader: qdot export DIR --sheet marking")
+    if order.sheet in STAFF and order.solutions:
+        raise QdotError(
+            f"{STAFF[order.sheet]} has no worked solutions; these are on --sheet handout or exam, with --solutions"
+        )
 
 
 Write = Callable[[Order, Sequence[Sheet], Sequence[PaperQuestion]], str | bytes]
@@ -63,7 +71,7 @@ def _files(order: Order, ending: str, write: Write, whole: bool) -> Generator[Fi
     """Yield a file for each sheet, then one for the class: a key's answers by question, else all sheets if `whole`."""
     key = order.sheet == "key"
     check_sheet(order)
-    private = key or order.solutions
+    private = order.sheet in STAFF or order.solutions
     stem = f"{order.sheet}{'-versions' if order.versions else ''}{'-solutions' if order.solutions else ''}"
     made: list[Sheet] = []
     for sheet in sheets(order):
@@ -92,6 +100,7 @@ def _template_context(order: Order, made: Sequence[Sheet], asked: Sequence[Paper
     return {
         "title": order.assignment.title, "kind": order.sheet, "solutions": order.solutions, "page": order.page,
         "sheets": made, "questions": asked, "last": LAST,
+        "ticks": VERSION_TICKS if order.versions else 1,
     }  # fmt: skip
 
 

@@ -12,6 +12,7 @@ from qdot.exercises.common.parallel import keep_state, ordered_map
 from qdot.exercises.exports.bank import bank
 from qdot.exercises.exports.boxes import Box, PaperOptions, box_of, options_of, scale_working_room, share_that_fits
 from qdot.exercises.exports.export_format import Order
+from qdot.exercises.exports.marking import Marking, mark_part
 from qdot.exercises.exports.markup import Picture, arm_picture, part_picture, solution_picture
 from qdot.exercises.notebook.notebook import points_text
 from qdot.exercises.problem.problem import Part, Problem
@@ -52,6 +53,7 @@ class SheetPart:
     answer: str
     scored: bool = False
     wide: bool = False
+    marking: Marking | None = None
 
     @property
     def room(self) -> int:
@@ -231,4 +233,5 @@ def _sheet_part(order: Order, label: str, problem: Problem, part: Part, solution
         answer=short_answer(problem, part) if order.sheet == "key" else "",
         scored=order.sheet == "exam" and not solutions,
         wide=wide,
+        marking=mark_part(problem, part, order.earns) if order.sheet == "marking" and order.earns else None,
     )

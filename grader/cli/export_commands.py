@@ -21,6 +21,7 @@ from qdot.exercises.exports.sheet import VERSIONS
 from qdot.grader.cli.options import Folder, Jobs, name_option
 from qdot.grader.grading.certify import find_failures
 from qdot.grader.grading.class_check import load_class
+from qdot.grader.grading.marking import compute_earned_share
 
 PASSING = "so many percent of the points on; without it, nothing is said of passing"
 
@@ -78,7 +79,8 @@ def export(
     failed_slots: list[FailedSlot] = []
     order = Order(
         assignment, find_failures, variants, solutions, sheet, versions, page, jobs, note=note,
-        left_out=failed_slots.append, passing=None if passing is None else Fraction(passing, 100),
+        left_out=failed_slots.append, earns=compute_earned_share,
+        passing=None if passing is None else Fraction(passing, 100),
     )  # fmt: skip
     for name in names:
         EXPORT_FORMATS[name].check(order)

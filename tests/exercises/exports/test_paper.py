@@ -13,9 +13,10 @@ import pytest
 from qdot.exercises.assignment.assignment import Student, load_assignment
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.common.extras import install_words
-from qdot.exercises.exports import boxes
+from qdot.exercises.exports import boxes, marking
 from qdot.exercises.exports.boxes import Box, box_of, options_of, scale_working_room, share_that_fits, working_room
 from qdot.exercises.exports.export_format import File, Order
+from qdot.exercises.exports.marking import TOO_LONG, mark_part
 from qdot.exercises.exports.paper import compile_pdf
 from qdot.exercises.exports.registry import EXPORT_FORMATS
 from qdot.exercises.exports.sheet import Sheet, sheets
@@ -24,14 +25,17 @@ from qdot.exercises.figure.tikz import tikz
 from qdot.exercises.formula.latex import parse_latex
 from qdot.exercises.formula.printers.speech import speak
 from qdot.exercises.formula.printers.typst import typst_string
+from qdot.exercises.generation import generate
 from qdot.exercises.notebook.notebook import solution_figure
-from qdot.exercises.problem.problem import Problem
+from qdot.exercises.problem.credit import Credit
+from qdot.exercises.problem.problem import Problem, ProblemId
 from qdot.exercises.writing.markup import parse_markdown, to_latex
 from qdot.exercises.writing.on_paper import on_paper
 from qdot.exercises.writing.short_answer import short_answer
 from qdot.exercises.writing.statement import hints, prompt, statement, worked_solution
 from qdot.exercises.writing.typst import ROOM, to_typst, typst_escaped
 from qdot.grader.grading.certify import find_failures
+from qdot.grader.grading.marking import compute_earned_share
 from tests.grader.reports.test_feedback import Page
 from tests.support.command import fails
 from tests.support.handing_in import a_class
@@ -273,7 +277,7 @@ def an_exam(folder: Path, asked: dict[str, list[str]]) -> Order:
     problems = "".join(f'[[problem]]\nfamily = "{name}"\nquestions = {asked[name]}\n' for name in asked)
     text = f"title = 'Exam'\nkey = 'exam'\n{problems}".replace("'", '"')
     (folder / "assignment.toml").write_text(text, encoding="utf-8")
-    return Order(load_assignment(folder), lambda _: [], sheet="exam", versions=1)
+    return Order(load_assignment(folder), lambda _: [], sheet="exam", versions=1, earns=compute_earned_share)
 
 
 @pytest.fixture(scope="module")
@@ -316,6 +320,50 @@ def test_a_figure_stands_beside_the_table_and_options_are_ticked(six: Order) -> 
     assert "**A.**" not in page and r"\item \textbf{A.}" not in source
 
 
+def test_a_marking_sheet_says_what_known_mistakes_earn(six: Order, tmp_path: Path) -> None:
+    order = replace(six, sheet="marking", assignment=replace(six.assignment, slots=six.assignment.slots[4:]))
+    made = files(order, "pdf")
+    assert list(made) == ["marking-versions/A.pdf", "marking-versions-all.pdf"]
+    assert all(file.private for file in made.values())
+    shown = text_of(made["marking-versions/A.pdf"].content, tmp_path)
+    assert "Determinant" in shown
+    page = str(files(order, "html")["marking-versions/A.html"].content)
+    source = str(files(order, "latex")["marking-versions/A.tex"].content)
+    assert page.count('class="marking"') == source.count(r"\begin{tabular}") == 6
+    (sheet,) = sheets(order)
+    for part in sheet.parts:
+        assert part.marking is not None and part.marking.rule and not part.solution
+        right, *wrong = part.marking.marks
+        assert right.points == f"{part.worth:.3g}" and right.answer
+        assert all(float(mark.points) < part.worth for mark in wrong)
+    determinant = next(part for part in sheet.parts if part.label == "1.2").marking
+    assert determinant is not None
+    assert ("Determinant with the wrong sign", "0.8") in [(mark.title, mark.points) for mark in determinant.marks]
+
+
+@pytest.mark.whole
+def test_what_is_too_wide_for_a_marking_sheet_is_in_the_key(monkeypatch: pytest.MonkeyPatch) -> None:
+    wide = generate(ProblemId("planar-rpr", 5, ("inverse-velocity", "determinant")))
+    long, short = (mark_part(wide, part, compute_earned_share).marks for part in wide.parts)
+    assert TOO_LONG in {mark.answer for mark in long} and all(mark.answer for mark in long)  # no cell is empty
+    assert TOO_LONG not in {mark.answer for mark in short}
+    monkeypatch.setattr(marking, "LEGIBLE", 0.1)
+    assert mark_part(wide, wide.parts[0], compute_earned_share).marks[0].answer == "see the key"
+
+
+def test_the_rule_of_a_marking_sheet_is_that_of_the_assignment() -> None:
+    (part,) = (problem := generate(ProblemId("planar-2r", 1, ("jacobian",)))).parts
+    rules = {
+        by: mark_part(problem, replace(part, credit=Credit(by)), compute_earned_share).rule
+        for by in ("", "entries", "columns", "whole")
+    }
+    assert (
+        "Each of the 4 entries: 0.5." in rules[""] and "one other mistake explains all that is wrong: 1." in rules[""]
+    )
+    assert rules["entries"] and rules[""].startswith(rules["entries"]) and "one other mistake" not in rules["entries"]
+    assert rules["columns"].startswith("Each right column: 1.") and rules["whole"] == "0 points."
+
+
 def test_versions_have_no_names_and_are_no_students_problems(order: Order) -> None:
     made = files(replace(order, sheet="exam", versions=2), "html")
     assert list(made) == ["exam-versions/A.html", "exam-versions/B.html"]
@@ -325,6 +373,8 @@ def test_versions_have_no_names_and_are_no_students_problems(order: Order) -> No
     assert len(own | {sheet.problems[0].table for sheet in drawn}) == 4
     assert not any(student.id in str(file.content) for student in CLASS for file in made.values())
     assert EXPORT_FORMATS["html"].steps(replace(order, versions=2)) == 2
+    with pytest.raises(QdotError, match="needs the grader"):
+        files(replace(order, sheet="marking"), "html")
 
 
 def test_what_can_not_be_written_keeps_no_other_outlet_from_it(

@@ -1,0 +1,164 @@
+"""How to mark a part on paper: the right answer, what known mistakes earn, and the rule for everything else.
+
+The grader decides what an answer earns, so paper and notebooks are marked alike.
+"""
+
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from fractions import Fraction
+
+from qdot.exercises.answers import (
+    LETTERS,
+    Answer,
+    Choice,
+    ConditionSet,
+    Direction,
+    Expression,
+    Matching,
+    Matrix,
+    Number,
+    Selection,
+)
+from qdot.exercises.exports.export_format import Earns
+from qdot.exercises.exports.known_wrong import KnownWrongAnswer, known_wrong
+from qdot.exercises.formula.latex import parse_latex
+from qdot.exercises.problem.credit import AMISS, FORGOTTEN, HALF, OWN
+from qdot.exercises.problem.problem import Part, Problem
+from qdot.exercises.questions.results import is_product
+from qdot.exercises.quizzes.options import list_blames
+from qdot.exercises.writing.fit import fit_formula, width
+from qdot.exercises.writing.short_answer import short_answer
+
+MOST = 4
+"""Maximum number of known mistakes that a sheet lists for a part."""
+LONGEST = 400
+"""Maximum length of a wrong answer that is shown, in characters; for longer ones only the mistake is named."""
+TOO_LONG = "too long to be shown"
+NOTHING = "0 points."
+ROOM, LEGIBLE = 22.0, 1.25
+"""Width of a formula on a sheet, in em of the text, and the multiple of it beyond which it would shrink too much."""
+
+
+@dataclass(frozen=True)
+class Mark:
+    """A line of a marking sheet: "Right" or a mistake, its answer (Markdown, "" if not shown), and its points."""
+
+    title: str
+    answer: str
+    points: str
+
+
+@dataclass(frozen=True)
+class Marking:
+    """The lines of a part, the right answer first, and the rule for all other answers."""
+
+    marks: tuple[Mark, ...]
+    rule: str
+
+
+def mark_part(problem: Problem, part: Part, earns: Earns) -> Marking:
+    """Return how a part is marked; `earns` returns the share of the points for a typed answer."""
+    right = Mark("Right", _drop_illegible(short_answer(problem, part)) or "see the key", _points(part, Fraction(1)))
+    meanings = right.answer[: max(0, right.answer.find("$$"))]  # the meanings of s1, c12 …, which are stated only once
+    wrong = _list_options(part) if part.answer.offered else _list_mistakes(problem, part, earns)
+    marks = (replace(mark, answer=mark.answer.removeprefix(meanings)) for mark in wrong)
+    return Marking((right, *marks), _state_rule(problem, part))
+
+
+def _drop_illegible(answer: str) -> str:
+    """Return an answer, or "" if its formulas would become too small to read on the sheet."""
+    formulas = (parse_latex(latex) for latex in re.findall(r"\$\$(.*?)\$\$", answer, re.DOTALL))
+    return answer if all(width(fit_formula(each, ROOM)) <= LEGIBLE * ROOM for each in formulas) else ""
+
+
+def _points(part: Part, share: Fraction) -> str:
+    return f"{float(share) * part.points:.3g}"
+
+
+def _list_options(part: Part) -> Iterator[Mark]:
+    """Yield the wrong options that known mistakes lead to, if exactly one option is right."""
+    if isinstance(part.answer, Choice):
+        for index in range(len(part.answer.options)):
+            mistakes = dict.fromkeys(blame.title for blame in list_blames(part, index))
+            if mistakes and index != part.answer.correct:
+                yield Mark(f"{LETTERS[index]}: {', and '.join(mistakes)}", "", _points(part, Fraction(0)))
+
+
+def _list_mistakes(problem: Problem, part: Part, earns: Earns) -> Iterator[Mark]:
+    """Yield the answers that known mistakes lead to, with what they earn."""
+    for known in known_wrong(problem, part, MOST):
+        wrong = replace(part, answer=_wrong_answer(part.answer, known))
+        typed = wrong.answer.as_typed()
+        shown = _drop_illegible(short_answer(problem, wrong)) if len(typed) <= LONGEST else ""
+        yield Mark(known.title, shown or TOO_LONG, _points(part, earns(problem, part, typed)))
+
+
+def _wrong_answer(right: Answer, known: KnownWrongAnswer) -> Answer:
+    """Return a known wrong answer as an answer of the same type as the right one."""
+    match right, known.answer:
+        case ConditionSet(), tuple(components):
+            return replace(right, components=components)
+        case Expression(), matrix:
+            return replace(right, reference=matrix[0])
+        case ((Matrix() | Direction() | Number()), matrix):
+            return replace(right, reference=matrix)
+    raise TypeError(f"no mistake leads to answers of type {right.type}")
+
+
+def _state_rule(problem: Problem, part: Part) -> str:
+    """Return the rule for partial credit in a few sentences, as in docs/partial-credit.md."""
+    answer, credit = part.answer, part.credit or OWN
+    if credit.by == "whole" or not credit.worth:
+        return NOTHING
+    match answer:
+        case ConditionSet():
+            return (
+                "Each condition that is missing, and each that is not singular, halves the points (all false values of "
+                f"a joint count as one). A condition that lacks some values: {_worth(part, FORGOTTEN)}. Nothing if "
+                "more conditions are wrong than right."
+            )
+        case Selection():
+            wrong = len(answer.options) - len(answer.correct)
+            penalty = f"; each wrong letter takes off {_worth(part, Fraction(1, wrong))}" if wrong else ""
+            return f"Each right letter: {_worth(part, Fraction(1, len(answer.correct)))}{penalty}."
+        case Matching():
+            each = _worth(part, Fraction(1, len(answer.items)))
+            return f"Each right letter: {each}. A letter used twice counts as none."
+        case Expression() | Matrix() | Number():
+            return " ".join(_rules_for_entries(problem, part)) or NOTHING
+    return NOTHING
+
+
+def _worth(part: Part, share: Fraction) -> str:
+    return _points(part, share * (part.credit or OWN).worth)
+
+
+def _rules_for_entries(problem: Problem, part: Part) -> Iterator[str]:
+    """Yield the rules for a formula, a matrix or numbers; none for a single value, which is right or wrong."""
+    entries, credit = part.answer.as_matrix(), part.credit or OWN
+    counted = [entry for entry in entries if entry != 0] or list(entries)
+    varying = [any(symbol.name not in problem.constants for symbol in entry.free_symbols) for entry in counted]
+    varies, is_single = any(varying), part.answer.is_one_line
+    if is_single and not varies:
+        return
+    if credit.by == "columns" and entries.cols > 1:
+        count = sum(any(entries.col(k)) for k in range(entries.cols))
+        yield f"Each right column: {_worth(part, Fraction(1, count))}."
+    elif not is_single:
+        nonzero = "nonzero " if 0 in entries else ""
+        yield f"Each of the {len(counted)} {nonzero}entries: {_worth(part, Fraction(1, len(counted)))}."
+        if nonzero:
+            yield "A zero answered with something else takes off as much."
+    if varies and not all(varying):
+        yield "Nothing if no right entry depends on the configuration."
+    signs, share = "the sign is" if is_single else "signs are", _worth(part, 1 - AMISS)
+    if varies:
+        yield f"If only {signs} wrong, or only a constant factor: {share}; both: {_worth(part, 1 - 2 * AMISS)}."
+    else:
+        yield f"If only {signs} wrong: {share}."
+    if credit.is_by_mistakes and (varies or part.answer.units_due):
+        yield f"If one other mistake explains all that is wrong: {_worth(part, HALF)}."
+    if is_product(part) and credit.by in ("", "factors"):
+        yield "Each factor with joints that is missing, wrong or extra halves the points, two at most."
+        yield "Nothing if more factors are wrong than right."
