@@ -36,8 +36,8 @@ if TYPE_CHECKING:
     from qdot.exercises.quizzes import ASKED as ASKED
     from qdot.exercises.solve.solver import Solution as Solution
     from qdot.exercises.solve.solver import solve as solve
-    from qdot.exercises.verify import ProblemCertificate as ProblemCertificate
-    from qdot.exercises.verify import certify as certify
+    from qdot.exercises.verify.certificate import ProblemCertificate as ProblemCertificate
+    from qdot.exercises.verify.certificate import certify as certify
     from qdot.grader.diagnosis.diagnosis import diagnose as diagnose
     from qdot.grader.grading.attempt import grade_notebook as grade_notebook
     from qdot.grader.grading.check import check_notebook as check_notebook
@@ -58,7 +58,7 @@ _HOMES = {
     "exercises.formula.identity": ("Certificate",), "exercises.generation": ("generate",),
     "exercises.notebook.problem_formats": ("show",),
     "exercises.problem.problem": ("ENGINE", "Part", "Problem", "ProblemId"), "exercises.quizzes": ("ASKED",),
-    "exercises.solve.solver": ("Solution", "solve"), "exercises.verify": ("ProblemCertificate", "certify"),
+    "exercises.solve.solver": ("Solution", "solve"), "exercises.verify.certificate": ("ProblemCertificate", "certify"),
     "grader.diagnosis.diagnosis": ("diagnose",), "grader.grading.attempt": ("grade_notebook",),
     "grader.grading.check": ("check_notebook",),
     "grader.grading.marking": ("MarkingRules", "mark"),

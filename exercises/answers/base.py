@@ -10,7 +10,7 @@ from typing import Any, ClassVar, Generic, NoReturn, TypeVar
 
 import sympy as sp
 
-from qdot.exercises.formula.expression import tree_of_reference
+from qdot.exercises.formula.parser import tree_of_reference
 from qdot.exercises.formula.printers.python import Write, python_text
 from qdot.exercises.formula.trees import Node
 

@@ -11,7 +11,7 @@ from qdot.exercises.answers.base import Answer, AnswerVisitor, Json, T
 from qdot.exercises.arm.singularity import Component
 from qdot.exercises.formula.identity import Rounding
 from qdot.exercises.formula.printers.python import Write, bracket_long_text, list_code, matrix_code, python_text
-from qdot.exercises.formula.text import matrix_json, rows_of_text, text_of
+from qdot.exercises.formula.sympy_text import matrix_json, rows_of_text, text_of
 
 
 @dataclass(frozen=True)

@@ -20,7 +20,7 @@ From the bottom up:
     reach, three_joints         which places an arm reaches, and whether it reaches beyond where it is
     reciprocal                  more than six joints: where the Jacobian loses rank
     numeric_rank_check          a singular set checked numerically
-    appearance, kinds           what a singular configuration looks like; whether one is boundary or internal
+    appearance, singularity_kinds  what a singular configuration looks like; whether one is boundary or internal
     classification              what singular sets are: of which kind, and what their configurations look like
     difficulty                  how hard an arm is to work through by hand
     directions, meanings        which motion is lost there; what configurations look like

@@ -12,9 +12,9 @@ import numpy as np
 import sympy as sp
 
 from qdot.exercises.formula import algebra
-from qdot.exercises.formula.expression import read
+from qdot.exercises.formula.parser import read
 from qdot.exercises.formula.program import Program, compile_program, evaluate
-from qdot.exercises.formula.text import text_of
+from qdot.exercises.formula.sympy_text import text_of
 from qdot.exercises.formula.trees import Node, ReadError
 
 STEP = 1e-30

@@ -11,16 +11,16 @@ import sympy as sp
 from qdot.exercises.arm.appearance import meaning
 from qdot.exercises.arm.axes import Sample
 from qdot.exercises.arm.chain import TASK_ROWS, Chain
-from qdot.exercises.arm.kinds import are_one_sided, kind_is_sure, kinds_at
 from qdot.exercises.arm.kinematics import NumericChain
 from qdot.exercises.arm.lengths import are_unrelated, with_open_lengths
 from qdot.exercises.arm.normalized_arm import normalize_arm, normalized_pieces
 from qdot.exercises.arm.singularity import Component, Values, singular_set
+from qdot.exercises.arm.singularity_kinds import are_one_sided, kind_is_sure, kinds_at
 from qdot.exercises.arm.trigonometry import substitute
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.formula.conditions import Space
-from qdot.exercises.formula.expression import read
 from qdot.exercises.formula.identity import Domain
+from qdot.exercises.formula.parser import read
 from qdot.exercises.formula.set_parser import Piece, parse_pieces
 
 _LOOKED_AT = 60

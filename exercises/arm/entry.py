@@ -14,8 +14,8 @@ from fractions import Fraction
 import sympy as sp
 
 from qdot.exercises.common.errors import QdotError
-from qdot.exercises.formula.expression import read
 from qdot.exercises.formula.names import FUNCTIONS
+from qdot.exercises.formula.parser import read
 from qdot.exercises.formula.trees import Node, ReadError
 
 LONG = 20

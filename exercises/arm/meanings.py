@@ -27,9 +27,9 @@ from qdot.exercises.arm.axes import (
 )
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.conventions import convention_of
-from qdot.exercises.arm.kinds import kinds_at
 from qdot.exercises.arm.kinematics import NumericChain
 from qdot.exercises.arm.reason import is_reason
+from qdot.exercises.arm.singularity_kinds import kinds_at
 
 NEAR, APART = 1e-6, 0.02
 """What counts as zero, and as clearly not zero, in metres or as a sine."""

@@ -15,7 +15,7 @@ from qdot.exercises.assignment.redrawn import DRAWS, REDRAWN, Redraw, write_redr
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.common.parallel import keep_state, ordered_map
 from qdot.exercises.problem.problem import Problem
-from qdot.exercises.verify import FULL_RANK
+from qdot.exercises.verify.certificate import FULL_RANK
 
 Record = TypeVar("Record")
 

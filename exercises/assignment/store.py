@@ -24,12 +24,12 @@ from qdot.exercises.arm.derivation import derive, store_minors
 from qdot.exercises.assignment.assignment import Assignment
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.common.files import write_atomically
-from qdot.exercises.figure import figure_svg, part_svg
-from qdot.exercises.formula.text import know_texts, text_of
+from qdot.exercises.figure.arm_figure import figure_svg, part_svg
+from qdot.exercises.formula.sympy_text import know_texts, text_of
 from qdot.exercises.problem.problem import Problem
 from qdot.exercises.writing.markup import to_html
+from qdot.exercises.writing.problem_texts import prompt, statement
 from qdot.exercises.writing.render import template_folder
-from qdot.exercises.writing.statement import prompt, statement
 
 FOLDER = ".qdot"
 

@@ -12,7 +12,7 @@ from qdot.exercises.generation import sample_chain
 from qdot.exercises.problem.problem import Part, Problem, ProblemId
 from qdot.exercises.questions import QUESTIONS
 from qdot.exercises.writing.languages import ENGLISH, catalogue
-from qdot.exercises.writing.statement import worked_solution
+from qdot.exercises.writing.problem_texts import worked_solution
 from qdot.exercises.writing.wording import Wording
 
 ERRATA = Path(__file__).with_name("errata.toml")

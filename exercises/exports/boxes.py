@@ -14,8 +14,8 @@ from qdot.exercises.quizzes import ASKED
 from qdot.exercises.quizzes.options import Options
 from qdot.exercises.writing.fit import width
 from qdot.exercises.writing.latex import tex
+from qdot.exercises.writing.problem_texts import option_text
 from qdot.exercises.writing.short_answer import unit_text
-from qdot.exercises.writing.statement import option_text
 
 ROW, LINE = 8, 4
 """Height of a row of a box, and of each further line of an entry, in mm."""

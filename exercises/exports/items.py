@@ -25,8 +25,8 @@ from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.quizzes import ASKED
 from qdot.exercises.quizzes.options import list_blames
 from qdot.exercises.writing.latex import tex
+from qdot.exercises.writing.problem_texts import hints, option_text, prompt, statement, worked_solution
 from qdot.exercises.writing.render import render
-from qdot.exercises.writing.statement import hints, option_text, prompt, statement, worked_solution
 
 MOST_WRONG = 6
 """Most wrong values that are recognised for one number; more would be met by chance."""

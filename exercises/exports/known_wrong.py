@@ -21,9 +21,9 @@ from qdot.exercises.arm.derivation import derive, structure
 from qdot.exercises.arm.derivation_graph import RESULT, Change, as_formulas, formulas, numbers
 from qdot.exercises.arm.singularity import Component
 from qdot.exercises.common.stream import Stream
-from qdot.exercises.formula.expression import read
 from qdot.exercises.formula.identity import READABLE, Domain, compare_entries
-from qdot.exercises.formula.text import text_of
+from qdot.exercises.formula.parser import read
+from qdot.exercises.formula.sympy_text import text_of
 from qdot.exercises.mistakes.base import Mistake
 from qdot.exercises.mistakes.catalogue import Wrong, mistaken_answers, wrong_answers
 from qdot.exercises.mistakes.configurations import sample_configurations

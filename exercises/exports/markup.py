@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from decimal import Decimal
 
-from qdot.exercises.figure import alt_text, figure_svg, part_alt, part_svg
+from qdot.exercises.figure.arm_figure import alt_text, figure_svg, part_alt, part_svg
 from qdot.exercises.formula.latex import parse_latex
 from qdot.exercises.formula.layout import Layout
 from qdot.exercises.notebook.notebook import solution_figure

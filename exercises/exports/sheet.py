@@ -18,8 +18,8 @@ from qdot.exercises.notebook.notebook import points_text
 from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.quizzes import ASKED
 from qdot.exercises.writing.on_paper import on_paper, without_options
+from qdot.exercises.writing.problem_texts import hints, prompt, statement, worked_solutions
 from qdot.exercises.writing.short_answer import short_answer
-from qdot.exercises.writing.statement import hints, prompt, statement, worked_solutions
 
 FIGURE = 50
 """Maximum height of a figure in mm."""

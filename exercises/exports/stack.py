@@ -22,8 +22,8 @@ from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.questions.results import is_product
 from qdot.exercises.quizzes import ASKED
 from qdot.exercises.writing.markup import to_html_for_mathjax
+from qdot.exercises.writing.problem_texts import hints, prompt, statement, worked_solution
 from qdot.exercises.writing.render import render
-from qdot.exercises.writing.statement import hints, prompt, statement, worked_solution
 
 VERSION = "2023060500"
 """The version of STACK that the questions need."""

@@ -18,12 +18,12 @@ from qdot.exercises.common.stream import Stream
 from qdot.exercises.exports.known_wrong import KnownWrongAnswer, domain_of, known_wrong, same_entries, tolerances_of
 from qdot.exercises.exports.stack_maxima import FORMULAS, NUMBERS, SETS, names, short_names
 from qdot.exercises.formula.algebra import ONE, times
-from qdot.exercises.formula.expression import read
 from qdot.exercises.formula.identity import READABLE
+from qdot.exercises.formula.parser import read
 from qdot.exercises.formula.printers.maxima import maxima_matrix, maxima_text
 from qdot.exercises.formula.program import Program, compile_program, evaluate
 from qdot.exercises.formula.scale import constant_factor
-from qdot.exercises.formula.text import text_of
+from qdot.exercises.formula.sympy_text import text_of
 from qdot.exercises.formula.trees import Node as Tree
 from qdot.exercises.problem.credit import (
     AMISS,

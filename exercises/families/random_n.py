@@ -36,7 +36,7 @@ from qdot.exercises.families.axes import (
 )
 from qdot.exercises.families.base import Family
 from qdot.exercises.families.structures import Structure, build_arm, group_clean_structures, is_clean
-from qdot.exercises.formula.expression import read
+from qdot.exercises.formula.parser import read
 from qdot.exercises.formula.program import Program, compile_program, evaluate
 
 Band = tuple[int, int]

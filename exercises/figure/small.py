@@ -16,10 +16,10 @@ import sympy as sp
 
 from qdot.exercises.arm.chain import TASK_ROWS, Base, Chain, Joint
 from qdot.exercises.arm.classification import samples_on
-from qdot.exercises.arm.kinds import REGULAR
 from qdot.exercises.arm.kinematics import NumericChain
 from qdot.exercises.arm.normalized_arm import normalize_arm, normalized_pieces
 from qdot.exercises.arm.singularity import Component, singular_set
+from qdot.exercises.arm.singularity_kinds import REGULAR
 from qdot.exercises.figure.arm import draw_body, fit_drawing, make_scene
 from qdot.exercises.figure.plane import exact, is_flat
 from qdot.exercises.figure.pose import best_poses, drawn_chain, score_poses, skeleton, symbol_values

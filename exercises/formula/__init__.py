@@ -2,7 +2,7 @@
 
 From the bottom up:
 
-    printing, text                      SymPy's expressions as text, fast
+    printing, sympy_text                SymPy's expressions as text, fast
     order                               terms and factors in the order in which a person writes them
     layout, latex                       how a formula is laid out, one tree whatever it was made from; our LaTeX as such
     printers/                           a file for each notation that it is printed in; Maxima and Python from SymPy
@@ -12,7 +12,7 @@ From the bottom up:
     notation, tables                    LaTeX, typography and units as plain text; vectors and matrices without commas
     products                            operations on matrices carried out
     metres                              the unit m distinguished from a whole number
-    expression                          text to a tree by a grammar, in whatever notation it was written
+    parser                              text to a tree by a grammar, in whatever notation it was written
     noise                               removes what floating-point numbers leave of zero
     program                             trees evaluated at many points at once
     field, angles, exact                rational functions of sines and cosines, compared modulo a random prime

@@ -130,7 +130,7 @@ _SLOPES: dict[str, Callable[[Node], Node]] = {
 def derivative(node: Node, name: str) -> Node | None:
     """Return the derivative with respect to a name, or None for abs, sign, atan2 and sets.
 
-    >>> from qdot.exercises.formula.expression import read
+    >>> from qdot.exercises.formula.parser import read
     >>> from qdot.exercises.formula.trees import node_text
     >>> node_text(derivative(read("a1*cos(theta1) + 2*theta1^2"), "theta1"))
     '((a1*(-sin(theta1)))+(2*(2*theta1)))'

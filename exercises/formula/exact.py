@@ -360,7 +360,7 @@ def fingerprint_results(program: Program, seed: str) -> list[tuple[int | None, .
     They are its values modulo a prime at points that depend on `seed` and on the names alone; None at a point where it
     is undefined. There are none for what is no rational function of lengths, sines and cosines.
 
-    >>> from qdot.exercises.formula.expression import read
+    >>> from qdot.exercises.formula.parser import read
     >>> from qdot.exercises.formula.program import compile_program
     >>> program = compile_program([read("2*sin(x)*cos(x)"), read("sin(2*x)"), read("sin(x)")])
     >>> double, same, single = fingerprint_results(program, "s")

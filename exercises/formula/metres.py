@@ -16,7 +16,7 @@ def remove_metres(tree: Node) -> Node:
 
     Where it multiplies pi or an angle, m is a whole number, and stays.
 
-    >>> from qdot.exercises.formula.expression import read
+    >>> from qdot.exercises.formula.parser import read
     >>> from qdot.exercises.formula.trees import node_text
     >>> [node_text(read(text).args[1]) for text in ("d3 = 0.2 m + a1", "theta2 = (2 m + 1) pi/2", "d3 = m*a1")]
     ['(0.2+a1)', '(((2*m)+1)*pi/2)', '(m*a1)']

@@ -11,7 +11,7 @@ from functools import lru_cache
 
 import sympy as sp
 
-from qdot.exercises.formula.text import text_of
+from qdot.exercises.formula.sympy_text import text_of
 
 Key = tuple[object, ...]
 

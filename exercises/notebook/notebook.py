@@ -11,14 +11,14 @@ from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING
 
 from qdot.exercises.arm.conventions import convention_of
-from qdot.exercises.figure import alt_text, figure_svg, part_alt, part_svg, singular_svg
+from qdot.exercises.figure.arm_figure import alt_text, figure_svg, part_alt, part_svg, singular_svg
 from qdot.exercises.notebook.self_check import Problems, check_cell, function_cell
 from qdot.exercises.notebook.setup_cell import setup_cell
 from qdot.exercises.problem.problem import ENGINE, Part, Problem, variable
 from qdot.exercises.questions.differentiation import find_power_of_metres
 from qdot.exercises.quizzes import ASKED
+from qdot.exercises.writing.problem_texts import answer_code, hints, prompt, statement, worked_solutions
 from qdot.exercises.writing.render import render
-from qdot.exercises.writing.statement import answer_code, hints, prompt, statement, worked_solutions
 
 if TYPE_CHECKING:  # it takes as long to load as a problem to make, and whoever writes no notebook needs none of it
     from nbformat import NotebookNode

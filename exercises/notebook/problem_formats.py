@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from qdot.exercises.common.errors import unknown
-from qdot.exercises.figure import alt_text, figure_svg, part_svg
+from qdot.exercises.figure.arm_figure import alt_text, figure_svg, part_svg
 from qdot.exercises.notebook.notebook import (
     notebook_text,
     points_text,
@@ -20,8 +20,15 @@ from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.problem.record import Json, robot_json, symbol_json
 from qdot.exercises.quizzes import ASKED
 from qdot.exercises.writing.markup import latex_escaped, to_html, to_latex, to_text
+from qdot.exercises.writing.problem_texts import (
+    answer_code,
+    hints,
+    prompt,
+    statement,
+    worked_solution,
+    worked_solutions,
+)
 from qdot.exercises.writing.render import render
-from qdot.exercises.writing.statement import answer_code, hints, prompt, statement, worked_solution, worked_solutions
 
 LEAD = "**Hint {}.** "
 """What a hint begins with where there is nothing to open it with."""

@@ -14,7 +14,7 @@ import sympy as sp
 
 from qdot.exercises.arm.chain import CONVENTIONS, Chain
 from qdot.exercises.arm.conventions import convention_of
-from qdot.exercises.formula.text import text_of
+from qdot.exercises.formula.sympy_text import text_of
 from qdot.exercises.problem.problem import Details, Part, Problem, SymbolInfo
 
 Json = dict[str, Any]

@@ -19,7 +19,7 @@ from qdot.exercises.arm.directions import CLEAR, clear_rank
 from qdot.exercises.arm.kinematics import NumericChain
 from qdot.exercises.arm.singularity import Component, Values, singular_set
 from qdot.exercises.common.stream import Stream
-from qdot.exercises.formula.expression import read
+from qdot.exercises.formula.parser import read
 from qdot.exercises.formula.program import compile_program, evaluate
 from qdot.exercises.problem.problem import Details
 from qdot.exercises.questions.inversion import Configuration, list_table_lengths, sample_pose

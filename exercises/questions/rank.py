@@ -13,9 +13,9 @@ from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.classification import representative_samples
 from qdot.exercises.arm.derivation import derive, structure
 from qdot.exercises.arm.directions import Line, LostFormula, clear_rank, lost_formula
-from qdot.exercises.arm.kinds import kind_at, kind_is_sure
 from qdot.exercises.arm.meanings import Meaning, Reading, common_kind, read_meanings
 from qdot.exercises.arm.singularity import Component, singular_set
+from qdot.exercises.arm.singularity_kinds import kind_at, kind_is_sure
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.problem.problem import Details
 from qdot.exercises.questions.base import Asked, Question, shuffle_options

@@ -14,10 +14,10 @@ from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.classification import classify
 from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.arm.derivation import derive
-from qdot.exercises.arm.kinds import kind_is_sure, kinds_at
 from qdot.exercises.arm.kinematics import NumericChain
 from qdot.exercises.arm.normalized_arm import first_joint_moves_all, normalize_arm, normalized_values
 from qdot.exercises.arm.singularity import Component, singular_set
+from qdot.exercises.arm.singularity_kinds import kind_is_sure, kinds_at
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.problem.problem import Details, by_name
 from qdot.exercises.questions.base import Asked, Question, shuffle_options, stage_formula

@@ -20,8 +20,8 @@ from qdot.exercises.arm.derivation import derive, structure
 from qdot.exercises.arm.derivation_graph import Change, Working, as_formulas, formulas, numbers
 from qdot.exercises.arm.trigonometry import factor_trig, textbook
 from qdot.exercises.common.stream import Stream
-from qdot.exercises.formula.expression import read
 from qdot.exercises.formula.identity import READABLE, Domain
+from qdot.exercises.formula.parser import read
 from qdot.exercises.formula.program import compile_program, evaluate
 from qdot.exercises.mistakes import screws
 from qdot.exercises.mistakes.catalogue import wrong_answers

@@ -5,7 +5,7 @@ from collections.abc import Iterator
 
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.chapter import Example, corrections, examples
-from qdot.exercises.figure import figure_svg, singular_svg
+from qdot.exercises.figure.arm_figure import figure_svg, singular_svg
 from qdot.exercises.problem.problem import Problem, ProblemId
 from qdot.exercises.problem.record import Json
 from qdot.exercises.site.page import Page

@@ -33,8 +33,8 @@ from qdot.exercises.answers import Answer, AnswerVisitor, ConditionSet, Directio
 from qdot.exercises.arm.derivation_graph import Working, numbers
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.formula.conditions import Space
-from qdot.exercises.formula.expression import read
 from qdot.exercises.formula.identity import Domain
+from qdot.exercises.formula.parser import read
 from qdot.exercises.formula.program import Program, compile_program, evaluate, evaluate_precisely, value_of
 from qdot.exercises.formula.set_parser import parse_pieces
 from qdot.exercises.formula.trees import as_matrix, names
@@ -55,7 +55,7 @@ from qdot.exercises.problem.record import Json
 from qdot.exercises.questions.results import is_derived, result
 from qdot.exercises.quizzes.option_mistakes import explain_options
 from qdot.exercises.quizzes.values import AtRates
-from qdot.exercises.writing.statement import answer_code
+from qdot.exercises.writing.problem_texts import answer_code
 
 POINTS, DRAWN = 16, 24
 """Number of configurations of a key, and how many are sampled: the first ones are readable, others have any lengths."""

@@ -13,7 +13,7 @@ from typing import Any
 
 from qdot.exercises.chapter import planar_2r, scorbot_arm
 from qdot.exercises.common.errors import QdotError
-from qdot.exercises.figure import figure_svg
+from qdot.exercises.figure.arm_figure import figure_svg
 from qdot.exercises.site.arms import gallery
 from qdot.exercises.site.chapter import chapter_pages, live_arm
 from qdot.exercises.site.guide import COMMANDS, OWN_PAGES, Entry, arrange_pages

@@ -13,7 +13,7 @@ import sympy as sp
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.derivation import TooLong, derive
 from qdot.exercises.arm.difficulty import step
-from qdot.exercises.figure import alt_text, figure_pose, figure_svg, part_alt, part_svg
+from qdot.exercises.figure.arm_figure import alt_text, figure_pose, figure_svg, part_alt, part_svg
 from qdot.exercises.figure.pose import example_values
 from qdot.exercises.formula.printers.python import python_text
 from qdot.exercises.mistakes.catalogue import CATALOGUE
@@ -26,7 +26,7 @@ from qdot.exercises.site.keys import key_of
 from qdot.exercises.writing.languages import ENGLISH, Catalogue, catalogue
 from qdot.exercises.writing.latex import symbol_latex, tex
 from qdot.exercises.writing.markup import to_html
-from qdot.exercises.writing.statement import answer_code, hints, option_text, prompt, statement, worked_solution
+from qdot.exercises.writing.problem_texts import answer_code, hints, option_text, prompt, statement, worked_solution
 
 
 def site_record(problem: Problem) -> Json:

@@ -14,8 +14,8 @@ from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.arm.normalized_arm import normalize_arm
 from qdot.exercises.arm.singularity import Component
 from qdot.exercises.verify.appearance import holds, is_of_kind, places_on
+from qdot.exercises.writing.problem_texts import solution_steps
 from qdot.exercises.writing.solution_steps import SingularComponent
-from qdot.exercises.writing.statement import solution_steps
 
 
 def certified_components(chain: Chain) -> tuple[SingularComponent, ...]:

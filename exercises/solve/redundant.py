@@ -9,10 +9,10 @@ from qdot.exercises.arm.appearance import reason_of
 from qdot.exercises.arm.axes import Sample
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.classification import Kind
-from qdot.exercises.arm.kinds import kind_is_sure
 from qdot.exercises.arm.numeric_rank_check import RankCheck, check_rank_loss
 from qdot.exercises.arm.reciprocal import ReciprocalSet, ReducedCase, plain_chain, reciprocal_set
 from qdot.exercises.arm.singularity import Component, solve_conjunction
+from qdot.exercises.arm.singularity_kinds import kind_is_sure
 from qdot.exercises.arm.trigonometry import substitute
 from qdot.exercises.solve.certified_singularities import certified_component, certified_words
 from qdot.exercises.verify.appearance import is_of_kind

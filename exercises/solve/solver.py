@@ -13,13 +13,13 @@ from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.arm.conventions.base import FRAMES, SCREWS, Convention
 from qdot.exercises.arm.derivation import TooLong, derive
-from qdot.exercises.arm.kinds import kind_is_sure
 from qdot.exercises.arm.numeric_rank_check import check_rank_loss
 from qdot.exercises.arm.reciprocal import applies
 from qdot.exercises.arm.robot_file import Robot, read_robot
 from qdot.exercises.arm.singularity import Component, singular_set, special_length_components
+from qdot.exercises.arm.singularity_kinds import kind_is_sure
 from qdot.exercises.common.stream import Stream
-from qdot.exercises.formula.text import matrix_json
+from qdot.exercises.formula.sympy_text import matrix_json
 from qdot.exercises.problem.problem import Part, Problem, ProblemId
 from qdot.exercises.questions import QUESTIONS
 from qdot.exercises.questions.base import BY_HAND
@@ -29,9 +29,9 @@ from qdot.exercises.solve.redundant import Redundant, redundant_stages
 from qdot.exercises.solve.special_lengths import Special, length_needs, relations, special_lengths
 from qdot.exercises.writing.latex import tex, tex_angle, tex_length, tex_value
 from qdot.exercises.writing.markup import latex_escaped, to_latex, to_text
+from qdot.exercises.writing.problem_texts import next_solution, solution_steps
 from qdot.exercises.writing.render import render
 from qdot.exercises.writing.solution_steps import SingularComponent
-from qdot.exercises.writing.statement import next_solution, solution_steps
 from qdot.exercises.writing.wording import Wording, triple
 
 SECTIONS = (

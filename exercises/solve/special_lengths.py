@@ -15,10 +15,10 @@ from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.classification import Kind
 from qdot.exercises.arm.derivation import TooLong, derive
 from qdot.exercises.arm.existence_conditions import Need, need_of
-from qdot.exercises.arm.kinds import kind_is_sure
 from qdot.exercises.arm.lengths import with_lengths
 from qdot.exercises.arm.numeric_rank_check import ways_covering
 from qdot.exercises.arm.reciprocal import applies
+from qdot.exercises.arm.singularity_kinds import kind_is_sure
 from qdot.exercises.solve.certified_singularities import certified_components
 from qdot.exercises.solve.redundant import Redundant, redundant_stages
 from qdot.exercises.writing.solution_steps import SingularComponent

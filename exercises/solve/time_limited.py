@@ -8,8 +8,8 @@ from typing import Any
 
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.conventions import convention_of
-from qdot.exercises.arm.kinds import kind_is_sure
 from qdot.exercises.arm.robot_file import Robot
+from qdot.exercises.arm.singularity_kinds import kind_is_sure
 from qdot.exercises.common.time_limit import OutOfTime, time_limit
 from qdot.exercises.questions import QUESTIONS
 from qdot.exercises.questions.base import BY_HAND

@@ -16,9 +16,9 @@ import sympy as sp
 from qdot.exercises.arm.axes import Sample
 from qdot.exercises.arm.chain import TASK_ROWS, Chain
 from qdot.exercises.arm.classification import Kind, classify, is_one_sided, samples_on, split_by_value
-from qdot.exercises.arm.kinds import are_one_sided, kinds_at
 from qdot.exercises.arm.normalized_arm import normalize_arm, normalized_pieces
 from qdot.exercises.arm.singularity import Component, singular_set
+from qdot.exercises.arm.singularity_kinds import are_one_sided, kinds_at
 from qdot.exercises.verify.numeric_reference import Check, Checks, NumericReference
 
 ARMS, OF_A_PIECE = (4, 20, 80), 8

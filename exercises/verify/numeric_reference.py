@@ -14,9 +14,9 @@ from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.arm.kinematics import NumericChain
 from qdot.exercises.arm.vectors import cross
 from qdot.exercises.common.stream import Stream
-from qdot.exercises.formula.expression import read
+from qdot.exercises.formula.parser import read
 from qdot.exercises.formula.program import compile_program, evaluate
-from qdot.exercises.formula.text import text_of
+from qdot.exercises.formula.sympy_text import text_of
 from qdot.exercises.formula.trees import Node
 from qdot.exercises.problem.problem import Problem
 from qdot.exercises.questions.inversion import Configuration

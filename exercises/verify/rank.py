@@ -8,9 +8,9 @@ import sympy as sp
 from qdot.exercises.answers import Choice, Direction, Number
 from qdot.exercises.arm.axes import Sample
 from qdot.exercises.arm.directions import directions
-from qdot.exercises.arm.kinds import kinds_at
 from qdot.exercises.arm.kinematics import NumericChain
 from qdot.exercises.arm.meanings import Meaning
+from qdot.exercises.arm.singularity_kinds import kinds_at
 from qdot.exercises.problem.problem import Part
 from qdot.exercises.questions.geometry import AtPose
 from qdot.exercises.questions.rank import LostAt, LostInFormulas, OfMeaning, OfMotion

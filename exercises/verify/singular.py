@@ -11,12 +11,12 @@ from qdot.exercises.answers import Choice, ConditionSet
 from qdot.exercises.arm.axes import Sample
 from qdot.exercises.arm.chain import TASK_ROWS, Chain
 from qdot.exercises.arm.classification import domain_of
-from qdot.exercises.arm.kinds import REGULAR, kinds_at
 from qdot.exercises.arm.kinematics import NumericChain
 from qdot.exercises.arm.normalized_arm import normalize_arm
+from qdot.exercises.arm.singularity_kinds import REGULAR, kinds_at
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.formula.conditions import Space
-from qdot.exercises.formula.expression import read
+from qdot.exercises.formula.parser import read
 from qdot.exercises.formula.set_parser import parse_pieces
 from qdot.exercises.problem.problem import Part
 from qdot.exercises.questions.singular import OPTIONS, OfKind, Place, find_components_at

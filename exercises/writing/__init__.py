@@ -9,7 +9,7 @@ From formulas to whole texts:
     wording                     the words for an arm, and what its axes and vectors are called in its convention
     expansion, solution_steps   how a determinant is worked out; what a solution shows between formula and result
     hint_context                what hints say about an arm and show of its results
-    statement, short_answer     statements, prompts, hints and solutions; an answer without the way to it
+    problem_texts, short_answer  statements, prompts, hints and solutions; an answer without the way to it
     translatable_phrases        words that problems carry
     languages, render           the messages of a language; the templates filled in
 """

@@ -13,7 +13,7 @@ import sympy as sp
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.formula.order import index_of, joint_sum
 from qdot.exercises.formula.printers.python import python_text
-from qdot.exercises.formula.text import text_of
+from qdot.exercises.formula.sympy_text import text_of
 from qdot.exercises.writing.shortening import (
     add_angles,
     gather_sums,

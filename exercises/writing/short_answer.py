@@ -17,9 +17,9 @@ from qdot.exercises.answers import (
 )
 from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.quizzes.options import Options
+from qdot.exercises.writing.problem_texts import option_text, solution_steps, with_meanings
 from qdot.exercises.writing.render import render
 from qdot.exercises.writing.solution_steps import three_digits
-from qdot.exercises.writing.statement import option_text, solution_steps, with_meanings
 
 _WORDS = ("letters", "words", "remark")
 

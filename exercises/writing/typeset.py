@@ -59,7 +59,7 @@ def typeset(
     `prismatic` are the numbers of the prismatic joints, whose rates are \dot d. The items of a list of conditions are
     `alternatives`, or hold together. `units` are those of the entries of a vector of numbers.
 
-    >>> from qdot.exercises.formula.expression import read
+    >>> from qdot.exercises.formula.parser import read
     >>> from qdot.exercises.formula.printers.latex import latex
     >>> latex(typeset(read("-a1*sin(theta1 + theta2)/2 + x_long^2")))
     '-\\tfrac{1}{2}\\, a_{1} s_{12} + \\text{x_long}^{2}'

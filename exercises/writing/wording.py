@@ -11,8 +11,8 @@ from qdot.exercises.arm.classification import Kind
 from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.arm.conventions.base import Convention
 from qdot.exercises.arm.derivation import derive
-from qdot.exercises.arm.kinds import kind_is_sure
 from qdot.exercises.arm.singularity import Values
+from qdot.exercises.arm.singularity_kinds import kind_is_sure
 from qdot.exercises.arm.standard_table import axes_of
 from qdot.exercises.questions.base import velocities
 from qdot.exercises.writing.languages import ENGLISH, Catalogue, catalogue

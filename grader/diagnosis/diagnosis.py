@@ -13,7 +13,7 @@ import numpy as np
 from qdot.exercises.arm.derivation_graph import Working, numbers
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.formula.algebra import Matrix as Rows
-from qdot.exercises.formula.expression import read
+from qdot.exercises.formula.parser import read
 from qdot.exercises.formula.program import compile_program, evaluate
 from qdot.exercises.formula.trees import Node, ReadError, as_matrix, digits_of_decimals
 from qdot.exercises.mistakes.catalogue import (
@@ -29,7 +29,7 @@ from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.questions.concepts import read_vector
 from qdot.exercises.questions.results import is_derived, is_made_of_jacobian, is_product, result
 from qdot.exercises.quizzes.options import list_blames
-from qdot.exercises.writing.statement import answer_code
+from qdot.exercises.writing.problem_texts import answer_code
 from qdot.grader.diagnosis.formula_mistakes import TOO_MANY, Compared, explain_formulas
 from qdot.grader.diagnosis.numbers import SAME, InNumbers, says_something, unit
 from qdot.grader.diagnosis.residuals import missing_links

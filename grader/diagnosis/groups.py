@@ -19,7 +19,7 @@ import sympy as sp
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.formula.angles import turns_of
 from qdot.exercises.formula.exact import fingerprint_results
-from qdot.exercises.formula.expression import tree_of_reference
+from qdot.exercises.formula.parser import tree_of_reference
 from qdot.exercises.formula.program import compile_program, evaluate
 from qdot.exercises.formula.set_parser import parse_claims
 from qdot.exercises.formula.trees import Node, ReadError

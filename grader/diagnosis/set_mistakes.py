@@ -179,7 +179,7 @@ class _Claims:
 def _as_written(value: Node) -> str:
     """Return a value as people write it, with no brackets around it.
 
-    >>> from qdot.exercises.formula.expression import read
+    >>> from qdot.exercises.formula.parser import read
     >>> [_as_written(read(text, {})) for text in ("-pi/2", "1/3", "-acos(1/3)", "pi - 1")]
     ['-pi/2', '1/3', '-acos((1/3))', 'pi-1']
     """

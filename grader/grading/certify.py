@@ -22,7 +22,7 @@ from qdot.exercises.families import Family
 from qdot.exercises.generation import generate
 from qdot.exercises.problem.problem import ENGINE, Problem, ProblemId
 from qdot.exercises.problem.record import digests
-from qdot.exercises.verify import ProblemCertificate, certify
+from qdot.exercises.verify.certificate import ProblemCertificate, certify
 from qdot.grader.grading.certificates import (
     Certificate,
     Failure,

@@ -17,11 +17,11 @@ import sympy as sp
 from qdot.exercises.answers import Number
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.formula.algebra import ONE, ZERO, factors, times
-from qdot.exercises.formula.expression import tree_of_reference
 from qdot.exercises.formula.identity import READABLE, Domain, compare_entries
+from qdot.exercises.formula.parser import tree_of_reference
 from qdot.exercises.formula.program import compile_program, evaluate
 from qdot.exercises.formula.scale import Factor, constant_factor
-from qdot.exercises.formula.text import text_of
+from qdot.exercises.formula.sympy_text import text_of
 from qdot.exercises.formula.trees import Node, names
 from qdot.exercises.problem.credit import (
     HALF,

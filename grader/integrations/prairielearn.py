@@ -27,13 +27,13 @@ from qdot.exercises.common.errors import QdotError
 from qdot.exercises.exports.items import entry_labels, question_alone
 from qdot.exercises.exports.markup import line_html
 from qdot.exercises.exports.prairielearn import BANK_FILE, input_names
-from qdot.exercises.figure import figure_svg, part_svg
+from qdot.exercises.figure.arm_figure import figure_svg, part_svg
 from qdot.exercises.notebook.notebook import solution_figure
 from qdot.exercises.problem.problem import ENGINE, Part, Problem
 from qdot.exercises.quizzes import ASKED
 from qdot.exercises.writing.markup import to_html_for_mathjax
+from qdot.exercises.writing.problem_texts import hints, option_text, prompt, statement, worked_solution
 from qdot.exercises.writing.short_answer import unit_text
-from qdot.exercises.writing.statement import hints, option_text, prompt, statement, worked_solution
 from qdot.grader.grading.marking import MarkingRules, mark
 from qdot.grader.judging.answer_parser import read_answer
 from qdot.grader.judging.verdict import Outcome, Verdict

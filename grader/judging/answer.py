@@ -11,9 +11,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from qdot.exercises.formula.algebra import Matrix
-from qdot.exercises.formula.expression import read
 from qdot.exercises.formula.identity import Domain
 from qdot.exercises.formula.notation import kind_of_unit, units_of_numbers, with_points_of_lengths
+from qdot.exercises.formula.parser import read
 from qdot.exercises.formula.set_parser import WHOLE_NUMBERS, parse_claims
 from qdot.exercises.formula.tables import numbers_text, table_text
 from qdot.exercises.formula.trees import (

@@ -10,8 +10,8 @@ import numpy as np
 
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.common.json_form import as_json
-from qdot.exercises.formula.expression import MAX_DEPTH, read, tree_of_reference
 from qdot.exercises.formula.identity import Domain, default_role
+from qdot.exercises.formula.parser import MAX_DEPTH, read, tree_of_reference
 from qdot.exercises.formula.trees import Node, ReadError, as_matrix, names
 from qdot.grader.judging.answer import read_conditions, read_formula, read_matrix
 from qdot.grader.judging.formulas import by_joints, judge_angles, judge_expression, judge_matrix, judge_singular

@@ -14,7 +14,7 @@ from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.writing.fit import fit_formula, width
 from qdot.exercises.writing.latex import prismatic_joints
 from qdot.exercises.writing.markup import to_html
-from qdot.exercises.writing.statement import option_text
+from qdot.exercises.writing.problem_texts import option_text
 from qdot.exercises.writing.typeset import TooDeep, typeset
 from qdot.grader.judging.answer_parser import read_answer
 from qdot.grader.judging.functions import SHOWN

@@ -13,7 +13,7 @@ import sympy as sp
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.kinematics import NumericChain
 from qdot.exercises.arm.lengths import with_lengths
-from qdot.exercises.figure import Example, examples_svg
+from qdot.exercises.figure.arm_figure import Example, examples_svg
 from qdot.exercises.formula.identity import Counterexample, SetDifference
 from qdot.exercises.formula.program import compile_program, evaluate
 from qdot.exercises.formula.trees import ReadError, as_matrix

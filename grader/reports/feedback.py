@@ -20,8 +20,8 @@ from qdot.exercises.formula.identity import Certificate
 from qdot.exercises.problem.problem import Problem
 from qdot.exercises.quizzes import ASKED
 from qdot.exercises.writing.markup import to_html
+from qdot.exercises.writing.problem_texts import worked_solution
 from qdot.exercises.writing.render import render
-from qdot.exercises.writing.statement import worked_solution
 from qdot.grader.grading.marking import NOT_RIGHT
 from qdot.grader.grading.result import AppliedOverride, Entries, PartResult, Result
 from qdot.grader.judging.verdict import Outcome

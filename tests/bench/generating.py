@@ -23,7 +23,7 @@ questions = ["position", "jacobian", "determinant", "inverse-velocity", "singula
 RECORDS = """
 import sys
 from qdot.exercises.problem.problem import ProblemId
-from qdot.exercises.verify import certify
+from qdot.exercises.verify.certificate import certify
 from qdot.exercises.generation import generate
 from qdot.exercises.site.record import site_record, solutions_record, translated_record, translated_solutions
 families, first, last = sys.argv[1].split(","), int(sys.argv[2]), int(sys.argv[3])

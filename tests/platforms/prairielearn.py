@@ -36,7 +36,7 @@ from qdot.exercises.exports.export_format import Order
 from qdot.exercises.exports.known_wrong import known_wrong
 from qdot.exercises.exports.prairielearn import COURSE_INSTANCE, EXACTLY, input_names, question_id
 from qdot.exercises.exports.registry import EXPORT_FORMATS
-from qdot.exercises.formula.text import rows_of_text
+from qdot.exercises.formula.sympy_text import rows_of_text
 from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.quizzes import ASKED
 from qdot.grader.grading.marking import MarkingRules, mark

@@ -2,8 +2,8 @@
 
 from collections.abc import Sequence
 
-from qdot.exercises.formula.expression import read
 from qdot.exercises.formula.identity import Domain, Rounding
+from qdot.exercises.formula.parser import read
 from qdot.exercises.problem.problem import Part, Problem
 from qdot.grader.diagnosis import diagnosis
 from qdot.grader.grading import partial_credit

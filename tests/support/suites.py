@@ -90,7 +90,7 @@ EXAMPLES = (
     "exercises/questions/test_questions.py::test_what_an_id_regenerates_has_not_changed",
     "exercises/questions/test_questions.py::test_answers_are_well_formed",
     "exercises/quizzes/test_quizzes.py::test_what_an_id_is_asked_has_not_changed",
-    "exercises/verify/test_verify.py::test_every_reference_passes", "exercises/writing/test_statement.py",
+    "exercises/verify/test_verify.py::test_every_reference_passes", "exercises/writing/test_problem_texts.py",
     "exercises/writing/test_languages.py",
     "exercises/exports/test_exports.py::test_every_outlet_writes_the_same_files_twice",
     "grader/judging/test_formulas.py", "grader/diagnosis/test_reasons.py", "grader/grading/test_loop.py",

@@ -34,7 +34,7 @@ from qdot.exercises.arm.numeric_rank_check import check_rank_loss
 from qdot.exercises.arm.robot_file import Robot, default_task
 from qdot.exercises.arm.robot_text import robot_text
 from qdot.exercises.common.stream import Stream
-from qdot.exercises.formula.expression import read
+from qdot.exercises.formula.parser import read
 from qdot.exercises.generation import sample_chain
 from qdot.exercises.problem.problem import ProblemId
 from qdot.exercises.solve.solver import solve

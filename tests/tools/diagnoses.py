@@ -24,7 +24,7 @@ from qdot.exercises.arm.derivation_graph import RESULT, Working, as_formulas, fo
 from qdot.exercises.arm.trigonometry import textbook
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.families import FAMILIES
-from qdot.exercises.formula.text import text_of
+from qdot.exercises.formula.sympy_text import text_of
 from qdot.exercises.mistakes.catalogue import CATALOGUE, Wrong, likely_mistakes, make_mistake, mistaken_answers
 from qdot.exercises.mistakes.configurations import sample_configurations
 from qdot.exercises.problem.problem import Part, Problem

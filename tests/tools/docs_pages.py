@@ -20,7 +20,7 @@ from qdot.exercises.common.files import write_atomically
 from qdot.exercises.common.variation import DEFAULT, STEPS
 from qdot.exercises.families import FAMILIES
 from qdot.exercises.families.listing import LISTING, FamilyListing
-from qdot.exercises.figure import figure_svg, singular_svg, thumbnail_svg
+from qdot.exercises.figure.arm_figure import figure_svg, singular_svg, thumbnail_svg
 from qdot.exercises.generation import find_out, sample_chain
 from qdot.exercises.mistakes.catalogue import SECTIONS
 from qdot.exercises.problem.problem import ProblemId

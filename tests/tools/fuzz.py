@@ -23,9 +23,10 @@ import numpy as np
 
 from qdot.exercises.common.json_form import as_json
 from qdot.exercises.common.stream import Stream
-from qdot.exercises.formula import expression, names, trees
-from qdot.exercises.formula.expression import read
+from qdot.exercises.formula import names, trees
+from qdot.exercises.formula import parser as expression
 from qdot.exercises.formula.identity import Domain
+from qdot.exercises.formula.parser import read
 from qdot.exercises.formula.program import compile_program, evaluate
 from qdot.exercises.formula.set_parser import Atom, parse_pieces
 from qdot.exercises.formula.trees import Node, ReadError, as_matrix, node_text

@@ -19,10 +19,10 @@ import numpy as np
 from qdot.exercises.answers import Expression, Matrix
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.families import FAMILIES
-from qdot.exercises.formula.expression import read
 from qdot.exercises.formula.identity import Domain
+from qdot.exercises.formula.parser import read
 from qdot.exercises.formula.program import compile_program, evaluate
-from qdot.exercises.formula.text import text_of
+from qdot.exercises.formula.sympy_text import text_of
 from qdot.exercises.formula.trees import Node, names, node_text
 from qdot.exercises.generation import generate, questions_of
 from qdot.exercises.problem.problem import ProblemId

@@ -23,7 +23,7 @@ import sympy as sp
 from qdot.exercises.answers import ConditionSet
 from qdot.exercises.arm.chain import Chain, Joint
 from qdot.exercises.common.stream import Stream
-from qdot.exercises.formula.expression import read
+from qdot.exercises.formula.parser import read
 from qdot.exercises.formula.trees import Node, ReadError
 from qdot.exercises.formula.vocabulary import VOCABULARY
 from qdot.exercises.problem.credit import Credit

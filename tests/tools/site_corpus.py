@@ -10,8 +10,8 @@ from typing import Any
 
 from qdot.exercises.common.files import write_atomically
 from qdot.exercises.common.stream import Stream
-from qdot.exercises.formula.expression import read
 from qdot.exercises.formula.identity import Domain, default_role
+from qdot.exercises.formula.parser import read
 from qdot.exercises.formula.trees import ReadError, as_matrix, names, node_text
 from qdot.exercises.site.keys import values_key
 from qdot.exercises.site.record import arm_record

@@ -17,14 +17,14 @@ from qdot.exercises.answers import Number
 from qdot.exercises.arm.derivation_graph import numbers
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.formula.algebra import addends, plus
-from qdot.exercises.formula.expression import read
+from qdot.exercises.formula.parser import read
 from qdot.exercises.formula.trees import Node, as_matrix, names, node_text
 from qdot.exercises.generation import generate
 from qdot.exercises.mistakes.configurations import sample_configurations
 from qdot.exercises.problem.problem import Part, Problem, ProblemId
 from qdot.exercises.site.keys import key_of
 from qdot.exercises.site.record import MistakeSentences, arm_record
-from qdot.exercises.writing.statement import answer_code
+from qdot.exercises.writing.problem_texts import answer_code
 from tests.tools.readers import part_json
 
 KEPT = ("planar-2r", "planar-3r-pose", "elbow-3r")

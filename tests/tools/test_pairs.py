@@ -5,8 +5,8 @@ from collections import Counter
 import pytest
 
 from qdot.exercises.common.stream import Stream
-from qdot.exercises.formula.expression import read
 from qdot.exercises.formula.identity import Domain
+from qdot.exercises.formula.parser import read
 from qdot.exercises.formula.trees import node_text
 from tests.support.suites import several
 from tests.tools.pairs import MUTATIONS, REWRITINGS, Rule, at, changed, differs, put, verdicts

@@ -1,5 +1,5 @@
 // Text to a tree of plain nodes, by a grammar and a whitelist; nothing of the text is ever executed.
-// The grammar of ../../../exercises/formula/expression.py; ../../tests/readers.test.ts holds both together.
+// The grammar of ../../../exercises/formula/parser.py; ../../tests/readers.test.ts holds both together.
 
 import type { TextKey } from "../text/en.js";
 import { type Message, message, type Values } from "../text/text.js";

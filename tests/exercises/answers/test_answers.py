@@ -6,7 +6,7 @@ import pytest
 import sympy as sp
 
 from qdot.exercises.answers import TYPES, AnswerVisitor, Choice, Expression, Number
-from qdot.exercises.formula.expression import read
+from qdot.exercises.formula.parser import read
 from qdot.exercises.generation import generate
 from qdot.exercises.problem.problem import Part, Problem, ProblemId
 from qdot.grader.judging.judge import judge

@@ -11,7 +11,7 @@ from qdot.exercises.arm.kinematics import NumericChain
 from qdot.exercises.arm.singularity import singular_set
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.formula.conditions import MEMBER, SetComparison, Space, compare_sets
-from qdot.exercises.formula.expression import read
+from qdot.exercises.formula.parser import read
 from qdot.exercises.formula.set_parser import Piece, parse_pieces
 from qdot.exercises.verify.singular import singular_configurations
 

@@ -14,9 +14,9 @@ from qdot.exercises.arm.appearance import meaning
 from qdot.exercises.arm.axes import Sample
 from qdot.exercises.arm.chain import TASK_ROWS, Chain, Joint
 from qdot.exercises.arm.classification import classify, classify_conditions, domain_of
-from qdot.exercises.arm.kinds import kind_at, kind_is_sure, kinds_at
 from qdot.exercises.arm.kinematics import NumericChain
 from qdot.exercises.arm.singularity import Component, singular_set
+from qdot.exercises.arm.singularity_kinds import kind_at, kind_is_sure, kinds_at
 from qdot.exercises.generation import sample_chain
 from qdot.exercises.problem.problem import ProblemId
 from tests.support import DATA

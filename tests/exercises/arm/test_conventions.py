@@ -23,7 +23,7 @@ from qdot.exercises.families.own import read_robot_family
 from qdot.exercises.generation import sample_chain
 from qdot.exercises.mistakes.catalogue import CATALOGUE
 from qdot.exercises.problem.problem import ProblemId
-from qdot.exercises.verify import PRESENTED
+from qdot.exercises.verify.certificate import PRESENTED
 from qdot.exercises.writing.languages import ENGLISH
 from qdot.exercises.writing.render import environment
 from tests.exercises.arm.poses import Matrix, about, exponential, placed, shift

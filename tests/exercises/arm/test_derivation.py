@@ -9,8 +9,8 @@ import sympy as sp
 
 from qdot.exercises.arm.chain import Chain, Joint
 from qdot.exercises.arm.derivation import Derivation, derive
-from qdot.exercises.formula.expression import read
 from qdot.exercises.formula.identity import Domain, compare_entries, default_role
+from qdot.exercises.formula.parser import read
 from qdot.exercises.formula.trees import Node, as_matrix
 from tests.support import DATA
 from tests.support.suites import few_of

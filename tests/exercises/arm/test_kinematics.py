@@ -13,7 +13,7 @@ from qdot.exercises.arm.derivation_graph import as_formulas, formulas, propagate
 from qdot.exercises.arm.kinematics import NumericChain, frames_and_point
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.common.stream import Stream
-from qdot.exercises.formula.expression import read
+from qdot.exercises.formula.parser import read
 from qdot.exercises.formula.program import compile_program, evaluate
 from qdot.exercises.verify.numeric_reference import exponential_jacobian, random_poses
 from tests.support.suites import several

@@ -19,9 +19,9 @@ from qdot.exercises.figure.arm import convention_frames
 from qdot.exercises.figure.pose import drawn_chain, skeleton
 from qdot.exercises.generation import generate, questions_of, sample_chain
 from qdot.exercises.problem.problem import Problem, ProblemId
-from qdot.exercises.verify import certify
+from qdot.exercises.verify.certificate import certify
 from qdot.exercises.verify.numeric_reference import modified_frames
-from qdot.exercises.writing.statement import hints, prompt, statement, worked_solutions
+from qdot.exercises.writing.problem_texts import hints, prompt, statement, worked_solutions
 from tests.support.suites import few_families, of_families, several
 
 MODIFIED = "modified-dh"

@@ -8,11 +8,11 @@ import sympy as sp
 
 from qdot.exercises.arm.chain import TASK_ROWS, Base, Chain, Joint
 from qdot.exercises.arm.classification import classify, classify_conditions, generalize, samples_on, split_by_value
-from qdot.exercises.arm.kinds import kind_at, kinds_at
 from qdot.exercises.arm.kinematics import NumericChain
 from qdot.exercises.arm.lengths import are_unrelated, with_lengths, with_open_lengths
 from qdot.exercises.arm.normalized_arm import first_joint_moves_all, normalize_arm, normalized_pieces
 from qdot.exercises.arm.singularity import Component, Values, singular_set
+from qdot.exercises.arm.singularity_kinds import kind_at, kinds_at
 from qdot.exercises.generation import sample_chain
 from qdot.exercises.problem.problem import Problem, ProblemId
 from qdot.exercises.verify.appearance import holds, places_on

@@ -28,7 +28,7 @@ from qdot.exercises.arm.derivation import derive
 from qdot.exercises.arm.kinematics import link_frames
 from qdot.exercises.arm.robot_file import Robot, read_robot_file
 from qdot.exercises.common.stream import Stream
-from qdot.exercises.formula.expression import read
+from qdot.exercises.formula.parser import read
 from qdot.exercises.formula.program import evaluate_each
 from qdot.exercises.formula.trees import names
 from qdot.exercises.questions import QUESTIONS

@@ -25,7 +25,7 @@ from qdot.exercises.common.errors import QdotError
 from qdot.exercises.formula.identity import Rounding
 from qdot.exercises.generation import generate
 from qdot.exercises.problem.problem import Part, Problem, ProblemId
-from qdot.exercises.writing.statement import prompt
+from qdot.exercises.writing.problem_texts import prompt
 from qdot.grader.grading.certify import CERTIFIER
 from qdot.grader.judging.judge import judge
 from qdot.grader.judging.verdict import Outcome

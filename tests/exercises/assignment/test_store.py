@@ -13,7 +13,7 @@ import sympy as sp
 from qdot.exercises.assignment import store
 from qdot.exercises.assignment.assignment import Assignment, Student, load_assignment
 from qdot.exercises.assignment.release import init_assignment, release
-from qdot.exercises.figure import figure_svg, part_svg
+from qdot.exercises.figure.arm_figure import figure_svg, part_svg
 from qdot.exercises.problem.record import digests
 from qdot.exercises.writing.render import TemplateCache
 from qdot.grader.grading.certify import CERTIFIER

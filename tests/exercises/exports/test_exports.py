@@ -17,7 +17,7 @@ from qdot.exercises.exports.registry import EXPORT_FORMATS
 from qdot.exercises.families import FAMILIES
 from qdot.exercises.problem.problem import Problem
 from qdot.exercises.problem.record import digests
-from qdot.exercises.verify import certify
+from qdot.exercises.verify.certificate import certify
 from qdot.grader.cli.reference_pages import outlets_page
 from qdot.grader.grading.certify import find_failures
 from qdot.grader.reports.formats import FORMATS

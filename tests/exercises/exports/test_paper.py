@@ -20,7 +20,7 @@ from qdot.exercises.exports.marking import TOO_LONG, mark_part
 from qdot.exercises.exports.paper import compile_pdf
 from qdot.exercises.exports.registry import EXPORT_FORMATS
 from qdot.exercises.exports.sheet import Sheet, sheets
-from qdot.exercises.figure import figure_svg, part_svg
+from qdot.exercises.figure.arm_figure import figure_svg, part_svg
 from qdot.exercises.figure.tikz import tikz
 from qdot.exercises.formula.latex import parse_latex
 from qdot.exercises.formula.printers.speech import speak
@@ -31,8 +31,8 @@ from qdot.exercises.problem.credit import Credit
 from qdot.exercises.problem.problem import Problem, ProblemId
 from qdot.exercises.writing.markup import parse_markdown, to_latex
 from qdot.exercises.writing.on_paper import on_paper
+from qdot.exercises.writing.problem_texts import hints, prompt, statement, worked_solution
 from qdot.exercises.writing.short_answer import short_answer
-from qdot.exercises.writing.statement import hints, prompt, statement, worked_solution
 from qdot.exercises.writing.typst import ROOM, to_typst, typst_escaped
 from qdot.grader.grading.certify import find_failures
 from qdot.grader.grading.marking import compute_earned_share

@@ -22,10 +22,10 @@ from qdot.exercises.exports.export_format import Order
 from qdot.exercises.exports.known_wrong import known_wrong, same_entries
 from qdot.exercises.exports.registry import EXPORT_FORMATS
 from qdot.exercises.exports.stack_parts import _are_usable, share_of, stack_part_of
-from qdot.exercises.formula.expression import read
+from qdot.exercises.formula.parser import read
 from qdot.exercises.formula.printers.maxima import maxima_text
 from qdot.exercises.formula.program import compile_program
-from qdot.exercises.formula.text import text_of
+from qdot.exercises.formula.sympy_text import text_of
 from qdot.exercises.generation import generate
 from qdot.exercises.problem.credit import Credit
 from qdot.exercises.problem.problem import Problem, ProblemId

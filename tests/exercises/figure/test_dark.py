@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from qdot.exercises.figure import figure_svg, options_svg, singular_svg, thumbnail_svg
+from qdot.exercises.figure.arm_figure import figure_svg, options_svg, singular_svg, thumbnail_svg
 from qdot.exercises.generation import sample_chain
 from qdot.exercises.problem.problem import ProblemId
 

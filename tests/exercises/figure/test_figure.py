@@ -12,13 +12,13 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from qdot.exercises import figure as drawing
 from qdot.exercises.arm.chain import Base, Chain, Joint, Point
 from qdot.exercises.arm.kinematics import NumericChain
 from qdot.exercises.arm.singularity import singular_set
 from qdot.exercises.common.variation import STEPS
 from qdot.exercises.families import FAMILIES
-from qdot.exercises.figure import (
+from qdot.exercises.figure import arm_figure as drawing
+from qdot.exercises.figure.arm_figure import (
     TRIED,
     alt_text,
     arm_figure,

@@ -6,9 +6,10 @@ from itertools import product
 import pytest
 import sympy as sp
 
-from qdot.exercises import figure
 from qdot.exercises.arm.chain import Base, Chain, Joint
-from qdot.exercises.figure import arm_figure, figure_pose, small
+from qdot.exercises.figure import arm_figure as figure
+from qdot.exercises.figure import small
+from qdot.exercises.figure.arm_figure import arm_figure, figure_pose
 from qdot.exercises.figure.labels import Layout, Request
 from qdot.exercises.figure.model import model_of
 from qdot.exercises.figure.places import Ink, Line, Places, samples

@@ -12,8 +12,8 @@ from qdot.exercises.common.stream import Stream
 from qdot.exercises.formula import exact, field
 from qdot.exercises.formula.angles import MOST_BITS, find_angles
 from qdot.exercises.formula.exact import Exact, chance, modular_program
-from qdot.exercises.formula.expression import read
 from qdot.exercises.formula.field import ANSWERS, BITS, ORDER, PRIMES, Field, SharedField, below, draw_field, is_prime
+from qdot.exercises.formula.parser import read
 from qdot.exercises.formula.program import Program, compile_program
 
 

@@ -10,7 +10,6 @@ import pytest
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.formula import identity
-from qdot.exercises.formula.expression import read
 from qdot.exercises.formula.identity import (
     READABLE,
     Comparison,
@@ -22,6 +21,7 @@ from qdot.exercises.formula.identity import (
     compare_entries,
     default_role,
 )
+from qdot.exercises.formula.parser import read
 from qdot.exercises.formula.trees import names
 from qdot.grader.judging.compare import compare_line
 from tests.support import DATA

@@ -2,7 +2,7 @@
 
 import pytest
 
-from qdot.exercises.formula.expression import read
+from qdot.exercises.formula.parser import read
 from qdot.exercises.formula.program import compile_program, evaluate
 from qdot.exercises.formula.tables import numbers_text, table_text
 from qdot.exercises.formula.trees import ReadError, as_matrix

@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from qdot.exercises.formula.expression import read
+from qdot.exercises.formula.parser import read
 from qdot.exercises.formula.program import compile_program, evaluate, evaluate_precisely, evaluate_steps, number_regions
 from qdot.exercises.formula.trees import Node, ReadError
 

@@ -2,10 +2,10 @@
 
 import pytest
 
-from qdot.exercises.formula.expression import read
 from qdot.exercises.formula.identity import Domain
 from qdot.exercises.formula.names import pieces_of
 from qdot.exercises.formula.notation import plain
+from qdot.exercises.formula.parser import read
 from qdot.grader.judging.verdict import Outcome
 from tests.support.judging import judge_expression, judge_matrix, judge_singular
 from tests.support.suites import few_of, several

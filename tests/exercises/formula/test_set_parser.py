@@ -7,8 +7,8 @@ import pytest
 
 from qdot.exercises.formula.angles import turns_of
 from qdot.exercises.formula.conditions import holds_at, same_value
-from qdot.exercises.formula.expression import read
 from qdot.exercises.formula.identity import FLOATS
+from qdot.exercises.formula.parser import read
 from qdot.exercises.formula.program import value_of
 from qdot.exercises.formula.set_parser import parse_claims
 from qdot.exercises.formula.trees import ReadError

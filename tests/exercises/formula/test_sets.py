@@ -10,8 +10,8 @@ import pytest
 
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.formula.conditions import MEMBER, ROUNDED, SAMPLES, Space, compare_sets
-from qdot.exercises.formula.expression import read
 from qdot.exercises.formula.identity import Domain
+from qdot.exercises.formula.parser import read
 from qdot.exercises.formula.set_parser import Piece, parse_pieces
 
 JOINTS = ("theta1", "theta2", "theta3")

@@ -7,8 +7,8 @@ import pytest
 
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.formula.conditions import MEMBER, SAMPLES, TYPED, SetComparison, Space, compare_sets
-from qdot.exercises.formula.expression import read
 from qdot.exercises.formula.identity import Domain, Rounding
+from qdot.exercises.formula.parser import read
 from qdot.exercises.formula.program import compile_program, evaluate
 from qdot.exercises.formula.set_parser import WHOLE, Piece, parse_pieces
 from qdot.exercises.formula.trees import ReadError, node_text

@@ -9,7 +9,6 @@ import pytest
 
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.formula import identity
-from qdot.exercises.formula.expression import read
 from qdot.exercises.formula.identity import (
     Comparison,
     Domain,
@@ -20,6 +19,7 @@ from qdot.exercises.formula.identity import (
     default_role,
     number,
 )
+from qdot.exercises.formula.parser import read
 from qdot.exercises.formula.program import compile_program
 from qdot.exercises.formula.trees import names
 

@@ -9,10 +9,10 @@ from typing import Any
 
 import pytest
 
-from qdot.exercises.formula import expression, names, notation
-from qdot.exercises.formula.expression import read
+from qdot.exercises.formula import names, notation, parser
 from qdot.exercises.formula.identity import Domain
 from qdot.exercises.formula.notation import plain
+from qdot.exercises.formula.parser import read
 from qdot.exercises.formula.program import compile_program, evaluate
 from qdot.exercises.formula.vocabulary import VOCABULARY
 from qdot.grader.judging.verdict import Outcome
@@ -43,7 +43,7 @@ def test_the_reader_has_no_list_of_its_own() -> None:
     """A synonym that is added in a module would be unknown to the site."""
     listed = {word.strip() for table in TABLES for word in words(VOCABULARY[table])}
     listed = {word for word in listed if len(word) > 1 or not word.isascii()}
-    for module in (names, notation, expression):
+    for module in (names, notation, parser):
         tree = ast.parse(Path(str(module.__file__)).read_text(encoding="utf-8"))
         texts = {
             node.value for node in ast.walk(tree) if isinstance(node, ast.Constant) and isinstance(node.value, str)

@@ -25,7 +25,7 @@ from qdot.exercises.generation import generate
 from qdot.exercises.notebook.notebook import notebook_text, solution_notebook, student_notebook
 from qdot.exercises.notebook.self_check import RELATIONS, check_cell, function_cell
 from qdot.exercises.problem.problem import Part, Problem, variable
-from qdot.exercises.writing.statement import answer_code, statement
+from qdot.exercises.writing.problem_texts import answer_code, statement
 from tests.support.problems import drawn, parts_in_turn
 from tests.support.suites import FEW, few_families, several
 

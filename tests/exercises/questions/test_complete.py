@@ -17,7 +17,7 @@ from qdot.exercises.problem.problem import Details, Part, Problem, ProblemId
 from qdot.exercises.questions.results import is_derived
 from qdot.exercises.quizzes import ASKED
 from qdot.exercises.quizzes.options import list_blames
-from qdot.exercises.writing.statement import hints, prompt, worked_solution
+from qdot.exercises.writing.problem_texts import hints, prompt, worked_solution
 from qdot.grader.diagnosis.follow_through import earlier
 from tests.support.problems import told_in
 

@@ -12,8 +12,8 @@ from qdot.exercises.arm.path import Line
 from qdot.exercises.generation import generate
 from qdot.exercises.problem.problem import Problem
 from qdot.exercises.questions.path import AtDistance, OnPath, Seam, ToLimit
+from qdot.exercises.writing.problem_texts import prompt, worked_solution
 from qdot.exercises.writing.solution_steps import three_digits
-from qdot.exercises.writing.statement import prompt, worked_solution
 from tests.support.problems import asked, drawn
 
 

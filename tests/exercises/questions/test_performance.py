@@ -9,7 +9,7 @@ import pytest
 from qdot.exercises.answers import Number
 from qdot.exercises.problem.problem import Problem
 from qdot.exercises.questions.inversion import InSituation
-from qdot.exercises.verify import certify
+from qdot.exercises.verify.certificate import certify
 from tests.support.problems import asked
 
 NAMES = ("manipulability", "condition-number")

@@ -19,11 +19,11 @@ from qdot.exercises.answers import Choice, ConditionSet, Direction, Expression, 
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.common.variation import STEPS
 from qdot.exercises.families import FAMILIES
-from qdot.exercises.formula.expression import read
+from qdot.exercises.formula.parser import read
 from qdot.exercises.problem.problem import ENGINE, Part, Problem, ProblemId
 from qdot.exercises.problem.record import to_plain_data
 from qdot.exercises.questions import QUESTIONS
-from qdot.exercises.writing.statement import prompt, worked_solution
+from qdot.exercises.writing.problem_texts import prompt, worked_solution
 from qdot.grader.grading.certify import find_failures
 from tests.support import DATA, SNAPSHOTS
 from tests.support.problems import drawn

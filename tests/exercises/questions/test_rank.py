@@ -27,8 +27,8 @@ from qdot.exercises.questions.geometry import (
     sample_singular_pose,
 )
 from qdot.exercises.questions.rank import OfMotion, OfRank
-from qdot.exercises.verify import certify
-from qdot.exercises.writing.statement import worked_solution
+from qdot.exercises.verify.certificate import certify
+from qdot.exercises.writing.problem_texts import worked_solution
 from tests.support.problems import asked, drawn, with_answer
 from tests.support.suites import several
 

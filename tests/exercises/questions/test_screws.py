@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from qdot.exercises import verify
 from qdot.exercises.answers import Choice
 from qdot.exercises.arm.axes_to_dh import Axis, point_by_rotations
 from qdot.exercises.arm.chain import Chain, Joint, Point
@@ -35,9 +34,10 @@ from qdot.exercises.questions.screws import (
 from qdot.exercises.quizzes import QUIZZES
 from qdot.exercises.quizzes.choice import AboutSubject
 from qdot.exercises.solve.solver import Ready, text_stages
-from qdot.exercises.verify import certify
+from qdot.exercises.verify import certificate
+from qdot.exercises.verify.certificate import certify
 from qdot.exercises.writing.markup import to_text
-from qdot.exercises.writing.statement import hints, prompt, solution_steps, statement, worked_solution
+from qdot.exercises.writing.problem_texts import hints, prompt, solution_steps, statement, worked_solution
 from tests.support.suites import FEW, WHOLE, few_families, of_families, several
 
 FIXED = [name for name, family in FAMILIES.items() if not family.varied]
@@ -117,7 +117,7 @@ def test_a_certificate_sees_axes_that_are_told_otherwise(what: str, monkeypatch:
         first, point = OTHERWISE[what](first, point)
         return [first, *others], point
 
-    monkeypatch.setattr(verify, "axes_of", told)
+    monkeypatch.setattr(certificate, "axes_of", told)
     assert [check.name for check in certify(problem).failures] == [f"axes at home: {what}"]
 
 

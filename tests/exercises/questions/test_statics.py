@@ -12,7 +12,7 @@ from qdot.exercises.families import FAMILIES
 from qdot.exercises.generation import generate, questions_of
 from qdot.exercises.problem.problem import Part, Problem, ProblemId
 from qdot.exercises.questions import QUESTIONS
-from qdot.exercises.writing.statement import prompt, worked_solution
+from qdot.exercises.writing.problem_texts import prompt, worked_solution
 from tests.support.problems import as_table, drawn
 from tests.support.suites import of_families
 

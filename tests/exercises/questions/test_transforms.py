@@ -14,7 +14,7 @@ from qdot.exercises.generation import questions_of, sample_chain
 from qdot.exercises.problem.problem import ProblemId
 from qdot.exercises.questions import QUESTIONS
 from qdot.exercises.questions.transforms import AngleSum, ByTransforms, InToolFrame
-from qdot.exercises.writing.statement import worked_solution
+from qdot.exercises.writing.problem_texts import worked_solution
 from tests.support.problems import drawn
 from tests.support.suites import of_families
 

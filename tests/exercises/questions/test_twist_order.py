@@ -25,9 +25,9 @@ from qdot.exercises.problem.problem import Part, Problem, ProblemId
 from qdot.exercises.problem.record import digests, robot_json
 from qdot.exercises.questions import QUESTIONS
 from qdot.exercises.solve.solver import solution_data, solve
-from qdot.exercises.verify import certify
+from qdot.exercises.verify.certificate import certify
 from qdot.exercises.writing.markup import to_text
-from qdot.exercises.writing.statement import hints, prompt, worked_solution
+from qdot.exercises.writing.problem_texts import hints, prompt, worked_solution
 from qdot.grader.judging.judge import judge
 from qdot.grader.judging.verdict import Outcome
 from tests.repository.test_schemas import errors

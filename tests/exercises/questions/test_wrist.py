@@ -13,7 +13,7 @@ from qdot.exercises.common.stream import Stream
 from qdot.exercises.problem.problem import Part, Problem, ProblemId
 from qdot.exercises.questions import QUESTIONS
 from qdot.exercises.questions.wrist import blocks
-from qdot.exercises.writing.statement import worked_solution
+from qdot.exercises.writing.problem_texts import worked_solution
 from qdot.grader.grading.certify import find_failures
 from tests.support.problems import drawn
 from tests.support.suites import few_of

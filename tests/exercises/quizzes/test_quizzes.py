@@ -19,20 +19,20 @@ from typer.testing import CliRunner
 from qdot.exercises.answers import TRUE_FALSE, Choice, Matching, Number, Selection
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.families import FAMILIES
-from qdot.exercises.figure import part_alt, part_svg
+from qdot.exercises.figure.arm_figure import part_alt, part_svg
 from qdot.exercises.generation import applicable_questions, generate, sample_chain, short_quiz
 from qdot.exercises.notebook.notebook import solution_notebook, student_notebook
 from qdot.exercises.problem.problem import Part, Problem, ProblemId
 from qdot.exercises.problem.record import digests
 from qdot.exercises.quizzes import ASKED, QUIZZES
 from qdot.exercises.quizzes.options import Places, list_blames
-from qdot.exercises.verify import certify
-from qdot.exercises.writing.statement import hints, option_text, prompt, worked_solution
+from qdot.exercises.verify.certificate import certify
+from qdot.exercises.writing.problem_texts import hints, option_text, prompt, worked_solution
 from qdot.grader.cli.main import app
 from qdot.grader.grading.certify import find_failures
 from qdot.grader.judging.judge import judge
 from qdot.grader.judging.verdict import Outcome
-from tests.exercises.writing.test_statement import _is_clean
+from tests.exercises.writing.test_problem_texts import _is_clean
 from tests.support import SNAPSHOTS
 from tests.support.judging import diagnose, judge_matching, judge_selection
 from tests.support.problems import told_in, with_answer

@@ -30,7 +30,7 @@ from qdot.exercises.site.record import (
     typed_names,
 )
 from qdot.exercises.writing.latex import tex
-from qdot.exercises.writing.statement import prompt
+from qdot.exercises.writing.problem_texts import prompt
 from tests.support import ROOT
 from tests.support.problems import parts_in_turn
 from tests.support.suites import WHOLE, few_families

@@ -22,7 +22,7 @@ from qdot.exercises.arm.robot_file import read_robot_file
 from qdot.exercises.arm.singularity import Component
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.formula.conditions import Space, compare_sets
-from qdot.exercises.formula.expression import read
+from qdot.exercises.formula.parser import read
 from qdot.exercises.formula.set_parser import parse_pieces
 from qdot.exercises.questions import QUESTIONS
 from qdot.exercises.solve.solver import (
@@ -39,8 +39,8 @@ from qdot.exercises.solve.solver import (
 from qdot.exercises.solve.special_lengths import _normalize_condition
 from qdot.exercises.solve.time_limited import write_solution
 from qdot.exercises.writing.markup import to_text
+from qdot.exercises.writing.problem_texts import solution_steps
 from qdot.exercises.writing.solution_steps import SingularComponent, SolutionSteps
-from qdot.exercises.writing.statement import solution_steps
 from tests.repository.test_schemas import errors
 from tests.support import DATA
 from tests.support.command import fails, run

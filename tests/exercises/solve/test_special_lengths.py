@@ -18,8 +18,8 @@ from qdot.exercises.solve.solver import Singularities, singular_stages, solution
 from qdot.exercises.solve.special_lengths import relations
 from qdot.exercises.verify.appearance import places_on
 from qdot.exercises.writing import solution_steps as steps_module
+from qdot.exercises.writing.problem_texts import solution_steps
 from qdot.exercises.writing.solution_steps import SingularComponent
-from qdot.exercises.writing.statement import solution_steps
 from tests.support.suites import of_families
 
 A1, A2, A3, D4 = sp.symbols("a1 a2 a3 d4")

@@ -15,8 +15,9 @@ from qdot.exercises.common.variation import STEPS
 from qdot.exercises.generation import generate, sample_chain
 from qdot.exercises.problem.problem import ProblemId
 from qdot.exercises.questions.singular import OfKind
-from qdot.exercises.verify import appearance, certify
+from qdot.exercises.verify import appearance
 from qdot.exercises.verify.appearance import holds
+from qdot.exercises.verify.certificate import certify
 from tests.support.suites import few_families, few_of, several
 
 FARTHEST = "as far from the axis of joint 2 as joint 3 can bring it"

@@ -7,8 +7,8 @@ from qdot.exercises.generation import generate
 from qdot.exercises.problem.problem import ProblemId
 from qdot.exercises.questions.singular import OfKind
 from qdot.exercises.quizzes.drawings import PoseStatement
-from qdot.exercises.verify import certify
-from qdot.exercises.writing.statement import worked_solution
+from qdot.exercises.verify.certificate import certify
+from qdot.exercises.writing.problem_texts import worked_solution
 
 
 @pytest.mark.parametrize("family", ["planar-3r", "elbow-3r"])

@@ -17,7 +17,7 @@ from qdot.exercises.problem.problem import Problem, ProblemId
 from qdot.exercises.questions import QUESTIONS
 from qdot.exercises.questions.singular import OfKind
 from qdot.exercises.quizzes import ASKED as EVERY_QUESTION
-from qdot.exercises.verify import CHECKS, certify
+from qdot.exercises.verify.certificate import CHECKS, certify
 from tests.support.problems import LONG_ARMS, parts_in_turn, with_answer
 from tests.support.suites import WHOLE, few_of, several
 

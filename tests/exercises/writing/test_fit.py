@@ -10,7 +10,7 @@ from qdot.exercises.formula.latex import parse_latex
 from qdot.exercises.problem.problem import Problem, ProblemId
 from qdot.exercises.writing import fit
 from qdot.exercises.writing.markup import PAPER, SCREEN, fit_latex, to_html, to_latex
-from qdot.exercises.writing.statement import prompt, worked_solution
+from qdot.exercises.writing.problem_texts import prompt, worked_solution
 from qdot.exercises.writing.typst import to_typst
 from tests.support.problems import drawn, parts_in_turn
 

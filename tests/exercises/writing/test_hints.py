@@ -23,8 +23,8 @@ from qdot.exercises.questions import QUESTIONS
 from qdot.exercises.writing.angles import AngleNames
 from qdot.exercises.writing.hint_context import Entry, HintContext
 from qdot.exercises.writing.latex import tex, tex_angle
+from qdot.exercises.writing.problem_texts import hints, prompt
 from qdot.exercises.writing.solution_steps import SolutionSteps
-from qdot.exercises.writing.statement import hints, prompt
 from qdot.grader.cli.main import app
 from qdot.grader.grading.certify import CERTIFIER
 from tests.support.problems import asked

@@ -19,8 +19,8 @@ from qdot.exercises.site.bank import titles_text
 from qdot.exercises.site.record import site_record, translated_record, translated_solutions
 from qdot.exercises.writing import languages, translatable_phrases
 from qdot.exercises.writing.languages import LANGUAGES, LOCALE, catalogue, mistake_context, pattern, read
+from qdot.exercises.writing.problem_texts import hints, option_text, prompt, statement, worked_solution
 from qdot.exercises.writing.render import environment, template_folder
-from qdot.exercises.writing.statement import hints, option_text, prompt, statement, worked_solution
 from tests.support.problems import parts_in_turn
 from tests.support.suites import few_families, several
 from tests.tools import collect_messages

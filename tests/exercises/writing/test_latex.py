@@ -11,8 +11,8 @@ import sympy as sp
 from qdot import generate
 from qdot.exercises.answers import ConditionSet, Expression, Matrix
 from qdot.exercises.arm.derivation import derive
-from qdot.exercises.formula.expression import read
 from qdot.exercises.formula.latex import parse_latex
+from qdot.exercises.formula.parser import read
 from qdot.exercises.formula.printers.latex import latex
 from qdot.exercises.formula.printers.mathml import mathml
 from qdot.exercises.formula.trees import Node
@@ -20,8 +20,8 @@ from qdot.exercises.problem.problem import Problem
 from qdot.exercises.writing.angles import AngleNames, angle_names, link_angles
 from qdot.exercises.writing.fit import width
 from qdot.exercises.writing.latex import LINE, lengths_of, symbol_latex, tex, tex_angle, tex_length, tex_lines
+from qdot.exercises.writing.problem_texts import answer_code, worked_solution, worked_solutions
 from qdot.exercises.writing.solution_steps import SolutionSteps
-from qdot.exercises.writing.statement import answer_code, worked_solution, worked_solutions
 from qdot.exercises.writing.typeset import TooDeep, typeset
 from qdot.grader.judging.judge import judge
 from qdot.grader.judging.verdict import Outcome

@@ -17,9 +17,9 @@ from qdot.exercises.problem.problem import Problem, ProblemId
 from qdot.exercises.solve.solver import solution_text, solve
 from qdot.exercises.writing.angles import angle_names, arm_angles, is_plain
 from qdot.exercises.writing.latex import tex
+from qdot.exercises.writing.problem_texts import answer_code, worked_solution, worked_solutions
 from qdot.exercises.writing.shortening import add_angles, gather_sums, multiply_numbers, use_plain_angles
 from qdot.exercises.writing.solution_steps import SolutionSteps
-from qdot.exercises.writing.statement import answer_code, worked_solution, worked_solutions
 from qdot.exercises.writing.turns import turns_of, with_turns
 from tests.support.problems import LONG_ARMS, parts_in_turn
 from tests.support.suites import few_families

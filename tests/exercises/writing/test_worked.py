@@ -16,8 +16,8 @@ from qdot.exercises.problem.problem import ProblemId
 from qdot.exercises.questions import QUESTIONS
 from qdot.exercises.writing.expansion import Expansion, expand_determinant, expand_jacobian
 from qdot.exercises.writing.latex import tex
+from qdot.exercises.writing.problem_texts import hints, statement, worked_solution, worked_solutions
 from qdot.exercises.writing.solution_steps import SolutionSteps, _cofactors
-from qdot.exercises.writing.statement import hints, statement, worked_solution, worked_solutions
 from tests.support.suites import few_of, several
 
 BOTH = ("inverse-jacobian", "inverse-velocity")

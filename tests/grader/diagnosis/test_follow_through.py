@@ -12,7 +12,7 @@ from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.derivation_graph import Working, as_formulas, formulas
 from qdot.exercises.chapter import planar_2r, scorbot_arm
 from qdot.exercises.common.stream import Stream
-from qdot.exercises.formula.text import text_of
+from qdot.exercises.formula.sympy_text import text_of
 from qdot.exercises.generation import generate
 from qdot.exercises.mistakes.catalogue import CATALOGUE, make_mistake
 from qdot.exercises.mistakes.configurations import sample_configurations

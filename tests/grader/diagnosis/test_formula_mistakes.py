@@ -9,7 +9,7 @@ import pytest
 from qdot.exercises.arm.derivation_graph import as_formulas, formulas
 from qdot.exercises.chapter import planar_2r
 from qdot.exercises.common.stream import Stream
-from qdot.exercises.formula.expression import read
+from qdot.exercises.formula.parser import read
 from qdot.exercises.formula.program import compile_program, evaluate
 from qdot.exercises.formula.trees import Node, node_text, size_of
 from qdot.exercises.mistakes.catalogue import CATALOGUE, make_mistake

@@ -11,7 +11,7 @@ import sympy as sp
 from qdot.exercises.answers import ConditionSet
 from qdot.exercises.arm.chain import CONVENTIONS
 from qdot.exercises.formula.program import compile_program, evaluate
-from qdot.exercises.formula.text import text_of
+from qdot.exercises.formula.sympy_text import text_of
 from qdot.exercises.problem.problem import Part, Problem
 from qdot.grader.judging.functions import calls_of
 from qdot.grader.judging.judge import judge

@@ -23,7 +23,7 @@ from qdot.exercises.notebook.notebook import student_notebook
 from qdot.exercises.notebook.self_check import Problems
 from qdot.exercises.problem.problem import Details, Part
 from qdot.exercises.quizzes import ASKED
-from qdot.exercises.verify import CHECKS
+from qdot.exercises.verify.certificate import CHECKS
 from qdot.exercises.verify.numeric_reference import Check, NumericReference
 from qdot.grader.cli.demo import fill_in_answers
 from qdot.grader.cli.main import app
@@ -265,7 +265,7 @@ def test_a_run_that_is_stopped_goes_on_to_the_very_same(
 DRIVER = """
 import sys
 sys.path.insert(0, {root!r})
-from qdot.exercises.verify import CHECKS
+from qdot.exercises.verify.certificate import CHECKS
 from qdot.exercises.verify.numeric_reference import Check
 
 def check(numeric, part):

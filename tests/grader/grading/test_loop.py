@@ -11,7 +11,7 @@ import pytest
 
 from qdot.exercises.answers import ConditionSet, Direction, Expression, Matrix, Number
 from qdot.exercises.problem.problem import Part, Problem, variable
-from qdot.exercises.writing.statement import answer_code
+from qdot.exercises.writing.problem_texts import answer_code
 from qdot.grader.grading.marking import mark
 from qdot.grader.judging.verdict import Outcome
 from qdot.grader.sandbox.sandbox import Sandbox

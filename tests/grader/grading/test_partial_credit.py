@@ -14,7 +14,7 @@ from qdot.exercises.assignment.assignment import load_assignment
 from qdot.exercises.assignment.release import init_assignment
 from qdot.exercises.chapter import planar_2r, scorbot_arm
 from qdot.exercises.common.errors import QdotError
-from qdot.exercises.formula.text import text_of
+from qdot.exercises.formula.sympy_text import text_of
 from qdot.exercises.generation import generate
 from qdot.exercises.problem.credit import OWN, WAYS, Credit, read_credit
 from qdot.exercises.problem.problem import Part, Problem, ProblemId

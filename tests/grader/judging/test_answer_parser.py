@@ -12,8 +12,8 @@ import pytest
 
 from qdot.exercises.answers import ConditionSet
 from qdot.exercises.assignment.assignment import Student
-from qdot.exercises.formula.expression import read
 from qdot.exercises.formula.identity import Domain, EntryDifference
+from qdot.exercises.formula.parser import read
 from qdot.exercises.formula.program import compile_program, evaluate
 from qdot.exercises.formula.trees import Node
 from qdot.exercises.generation import generate

@@ -19,8 +19,8 @@ from qdot.exercises.assignment.release import init_assignment
 from qdot.exercises.formula.identity import EntryDifference, SetDifference
 from qdot.exercises.problem.problem import Problem
 from qdot.exercises.writing.markup import to_html
+from qdot.exercises.writing.problem_texts import prompt
 from qdot.exercises.writing.render import template_folder
-from qdot.exercises.writing.statement import prompt
 from qdot.grader.grading.attempt import part_result
 from qdot.grader.grading.marking import NOT_RIGHT, mark, sum_points
 from qdot.grader.grading.result import CountingSubmission, ProblemResult, Result

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from qdot.exercises.formula.expression import MAX_LENGTH, read
+from qdot.exercises.formula.parser import MAX_LENGTH, read
 from qdot.exercises.formula.program import compile_program, evaluate
 from qdot.exercises.formula.trees import Node, ReadError, as_matrix, digits_of_decimals, has_blank, names, node_text
 from tests.support.suites import few_of, several

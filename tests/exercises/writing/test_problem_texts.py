@@ -18,16 +18,16 @@ from qdot.exercises.questions import QUESTIONS, recursion, screws
 from qdot.exercises.quizzes import ASKED
 from qdot.exercises.writing.latex import tex
 from qdot.exercises.writing.markup import to_html, to_html_for_mathjax, to_latex, to_text
-from qdot.exercises.writing.render import template_folder
-from qdot.exercises.writing.short_answer import short_answer
-from qdot.exercises.writing.solution_steps import SolutionSteps
-from qdot.exercises.writing.statement import (
+from qdot.exercises.writing.problem_texts import (
     answer_code,
     prompt,
     statement,
     worked_solution,
     worked_solutions,
 )
+from qdot.exercises.writing.render import template_folder
+from qdot.exercises.writing.short_answer import short_answer
+from qdot.exercises.writing.solution_steps import SolutionSteps
 from tests.support.problems import LONG_ARMS, parts_in_turn
 from tests.support.programs import LATEX, needs
 from tests.support.suites import SHAPES, few_families

@@ -1,0 +1,341 @@
+"""The figure of an arm: the clearest pose, the drawing with its labels, and figures made of several drawings."""
+
+import math
+import textwrap
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from functools import lru_cache, partial
+
+import numpy as np
+
+from qdot.exercises.answers import LETTERS
+from qdot.exercises.arm.chain import Chain
+from qdot.exercises.arm.conventions import convention_of
+from qdot.exercises.figure import frames
+from qdot.exercises.figure.arm import draw_body, draw_joint_angle, draw_slide, fit_drawing, make_scene
+from qdot.exercises.figure.labels import Layout
+from qdot.exercises.figure.model import model_of
+from qdot.exercises.figure.plane import camera, exact, is_flat
+from qdot.exercises.figure.pose import (
+    HEIGHT,
+    LONG,
+    ROOM,
+    WIDTH,
+    Skeleton,
+    best_poses,
+    best_views,
+    drawn_chain,
+    entries_of_pose,
+    skeleton,
+)
+from qdot.exercises.figure.shapes import FONT, Figure, extent, one_decimal, path, roman
+from qdot.exercises.figure.small import PANEL, cells, draw_thumbnail, figure_in_pose, singular_panel
+from qdot.exercises.figure.view import Drawing, View
+from qdot.exercises.figure.words import alt_text, panels_text, panels_title, title_text
+from qdot.exercises.problem.problem import Part
+from qdot.exercises.quizzes.places import find_drawn_options
+from qdot.exercises.writing.languages import ENGLISH, catalogue
+from qdot.exercises.writing.render import render
+
+__all__ = [
+    "Example",
+    "alt_text",
+    "arm_figure",
+    "examples_svg",
+    "figure_pose",
+    "figure_svg",
+    "one_decimal",
+    "options_svg",
+    "part_alt",
+    "part_svg",
+    "singular_panel",
+    "singular_svg",
+    "thumbnail_svg",
+]
+
+MARGIN = (34.0, 26.0)
+"""Margins for labels outside of all lines, left and right, and above and below, in pixels."""
+TRIED = {False: 7, True: 16}
+"""Maximum number of best poses that are drawn completely, to choose the one with the best places for labels."""
+DELAY = 6.0
+"""Cost of a pose for each better pose before it, comparable to the costs of labels (see `labels`)."""
+GOOD = 8.0
+"""Average cost of a label up to which a pose is used without trying others; it grows with each pose tried."""
+CLEARLY = 0.2
+"""A drawing is abandoned if it costs this much more than another one; costs are rounded to 0.1."""
+ROUNDS = 3
+"""How often the labels of the chosen pose are placed, each time in view of all others."""
+SIDES, CLEAR = 5, {True: 30.0, False: 16.0}
+"""Number of views that are tried for a spatial arm in a given pose, and average cost of a label up to which all names
+are shown; it is higher in a flat drawing, where labels have more room and no arrow points towards the reader.
+"""
+STRETCHES = (1.0, 1.3, 1.6, 0.75, 2.0)
+"""Factors for the base's distance from the world's origin, tried in turn while origins coincide in the drawing."""
+
+Composed = tuple[Drawing, Layout]
+"""A drawing and the current layout of its labels."""
+
+SHRUNK, GAP, LINE, LETTER = 60, 12, 20, 8
+"""Size of small drawings in per cent; pixels between them, for a caption's line, and for a letter."""
+
+
+def arm_figure(chain: Chain, pose: Mapping[str, float] | None = None) -> Figure:
+    """Draw an arm.
+
+    `pose` has the joint variables by name ("theta1" in rad, "d2" in m); without it, the clearest of a fixed list of
+    poses is used. The figure is in pixels, y down, and is cached.
+    """
+    return _draw_with_labels(chain, None if pose is None else tuple(pose.items()))[0]
+
+
+def figure_pose(chain: Chain) -> dict[str, float]:
+    """Return the joint variables by name (rad, m) in the default pose of `figure_svg`."""
+    zero = {q.name: 0.0 for q in chain.q}
+    if not convention_of(chain).has_frames:
+        return zero
+    entries, offsets = _draw_with_labels(chain, None)[1], entries_of_pose(chain, zero)
+    return {name: round(float(entry - offset), 9) for name, entry, offset in zip(zero, entries, offsets, strict=True)}
+
+
+@lru_cache(maxsize=64)
+def _draw_with_labels(chain: Chain, pose: tuple[tuple[str, float], ...] | None) -> tuple[Figure, tuple[float, ...]]:
+    """Return the model's drawing with the arm's own labels, and the table's entries (n) in its pose."""
+    model = model_of(exact(chain))
+    figure, entries = _draw_model(model.chain, None if pose is None else model.pose(dict(pose)))
+    return model.relabel(figure), model.entries(entries)
+
+
+@lru_cache(maxsize=1024)
+def _draw_model(chain: Chain, pose: tuple[tuple[str, float], ...] | None) -> tuple[Figure, tuple[float, ...]]:
+    """Return the drawing of a model, and its table's entries (n)."""
+    if pose is None:
+        (part, layout), entries = _draw_in_clearest_pose(chain)
+    else:
+        entries = entries_of_pose(chain, dict(pose))
+        part, layout = _draw_in_given_pose(chain, entries)
+    for _ in range(1, ROUNDS):
+        layout.place_all()
+    placed = layout.placement
+    return Figure(WIDTH, HEIGHT, part.shapes + placed.leaders, placed.texts), tuple(map(float, entries))
+
+
+def _draw_in_clearest_pose(chain: Chain) -> tuple[Composed, np.ndarray]:
+    """Return the drawing in the clearest of a fixed list of poses, and the table's entries (n) in it."""
+    best: tuple[float, Composed, np.ndarray] | None = None
+    for order, entries in enumerate(best_poses(chain, drawn_chain(chain), TRIED[chain.n > LONG])):
+        most = math.inf if best is None else best[0] - DELAY * order
+        composed, cost = _compose(chain, _base_distances(chain, entries), most)
+        cost = round(cost + DELAY * order, 1)  # rounded: a tie goes to the first on every machine
+        if best is None or cost < best[0]:
+            best = (cost, composed, entries)
+        if best[0] <= max(GOOD * (1 + order / 5) * len(composed[0].labels), DELAY * (order + 1)):
+            break
+    assert best is not None
+    return best[1:]
+
+
+def _draw_in_given_pose(chain: Chain, entries: np.ndarray) -> Composed:
+    """Return the drawing in a given pose: with all names if it is clear from some side, else with few of them."""
+    flat = is_flat(chain)
+    views = [camera(chain)] if flat else best_views(drawn_chain(chain), entries, SIDES)
+    for sparse in (False, True) if chain.n <= LONG else (True,):
+        best: tuple[float, Composed] | None = None
+        for axes in views:
+            most = math.inf if best is None else best[0]
+            composed, cost = _compose(chain, _base_distances(chain, entries), most, axes, sparse)
+            if best is None or round(cost, 1) < best[0]:
+                best = (round(cost, 1), composed)
+        assert best is not None
+        cost, composed = best
+        if cost <= CLEAR[flat] * len(composed[0].labels):
+            break
+    return composed
+
+
+def figure_svg(chain: Chain, name: str = "arm", pose: Mapping[str, float] | None = None) -> str:
+    """Return the drawing as a self-contained SVG element; `name` makes its ids unique in a page.
+
+    An arm described by its axes is drawn in its home position, unless a pose is given.
+    """
+    if pose is None and not convention_of(chain).has_frames:
+        pose = {q.name: 0.0 for q in chain.q}
+    return _render_svg(chain, name, None if pose is None else tuple(pose.items()))
+
+
+@lru_cache(maxsize=64)
+def _render_svg(chain: Chain, name: str, pose: tuple[tuple[str, float], ...] | None) -> str:
+    """Return the drawing as SVG; cached, as the staff's notebook and the store need it right after each other."""
+    return render(
+        "figure/arm.svg.j2",
+        figure=_draw_with_labels(chain, pose)[0],
+        name=name,
+        title=title_text(chain),
+        description=alt_text(chain, pose is not None and any(value for _, value in pose)),
+        fixed=one_decimal,
+        path=path,
+    )
+
+
+def part_svg(chain: Chain, part: Part, name: str) -> str:
+    """Return the figure under a part's prompt: its configuration, or those to choose from; "" if there is none."""
+    options = find_drawn_options(chain, part)
+    if options is not None:
+        return options_svg(*options, name)
+    return "" if part.pose is None else figure_svg(chain, name, part.pose)
+
+
+def thumbnail_svg(chain: Chain, name: str = "arm") -> str:
+    """Return a small drawing of the arm without lettering as a self-contained SVG element."""
+    figure = draw_thumbnail(chain)
+    size = tuple(SHRUNK * length // 100 for length in (figure.width, figure.height))
+    return render(
+        "figure/thumbnail.svg.j2",
+        figure=figure,
+        name=name,
+        size=size,
+        title=title_text(chain),
+        description=alt_text(chain, posed=True),
+        fixed=one_decimal,
+        path=path,
+    )
+
+
+def singular_svg(chain: Chain, name: str = "singular", language: str = ENGLISH) -> str:
+    """Return drawings of a regular and the singular configurations side by side as a self-contained SVG element.
+
+    It is empty for an arm without singular configurations or without regular ones.
+    """
+    panel, words = singular_panel(chain, language), catalogue(language)
+    if not panel.drawings:
+        return ""
+    captions = [caption for caption, _ in panel.drawings]
+    description = panels_text(captions, panel.key, panel.remark, words, panel.has_lost)
+    return _arrange(panel.drawings, f"{panel.key} {panel.remark}", name, panels_title(chain, words), description)
+
+
+def part_alt(chain: Chain, part: Part) -> str:
+    """Return a description of the figure under a part's prompt."""
+    options = find_drawn_options(chain, part)
+    return (
+        alt_text(chain, posed=True) if options is None else f"Configurations to choose from. {options_text(options[1])}"
+    )
+
+
+def options_svg(chain: Chain, poses: Sequence[Mapping[str, float]], name: str = "options") -> str:
+    """Return drawings of an arm in numbers in several configurations, with the letters A, B, … under them."""
+    drawings = [(LETTERS[k], figure_in_pose(chain, pose)) for k, pose in enumerate(poses)]
+    title = f"{title_text(chain)}: configurations to choose from"
+    return _arrange(drawings, "", name, title, options_text(poses))
+
+
+@dataclass(frozen=True)
+class Example:
+    """A configuration to show: caption, arm in numbers, joint values by name, and the vector from P to a mark."""
+
+    caption: str
+    chain: Chain
+    pose: Mapping[str, float]
+    beside: np.ndarray | None = None
+
+
+def examples_svg(examples: Sequence[Example], name: str, below: str = "") -> str:
+    """Return arms in numbers in given configurations side by side, to scale, each with its caption."""
+    drawings = [(example.caption, figure_in_pose(example.chain, example.pose, example.beside)) for example in examples]
+    descriptions = (
+        f"{example.caption}: {', '.join(_describe_joint_value(q, value) for q, value in example.pose.items())}"
+        for example in examples
+    )
+    title = f"{title_text(examples[0].chain)}: where the answer differs"
+    return _arrange(drawings, below, name, title, f"{'; '.join(descriptions)}.")
+
+
+def options_text(poses: Sequence[Mapping[str, float]]) -> str:
+    """Return a description of drawings to choose from."""
+    descriptions = (", ".join(_describe_joint_value(q, value) for q, value in pose.items()) for pose in poses)
+    return "; ".join(f"{letter}: {pose}" for letter, pose in zip(LETTERS, descriptions, strict=False)) + "."
+
+
+def _describe_joint_value(joint: str, value: float) -> str:
+    return f"{joint} = {value * 180 / np.pi:.4g} degrees" if joint.startswith("theta") else f"{joint} = {value:.4g} m"
+
+
+def _arrange(drawings: Sequence[tuple[str, Figure]], below: str, name: str, title: str, description: str) -> str:
+    """Return drawings with captions, as wide as an arm's figure, so that both have lettering of the same size."""
+    columns, rows = cells(len(drawings), max(extent(roman(caption))[0] for caption, _ in drawings), WIDTH)
+    wide, high = (SHRUNK * length // 100 for length in PANEL)
+    high += GAP
+    middles = [WIDTH * (2 * column + 1) / (2 * columns) for column in range(columns)]
+    panels = [
+        {
+            "x": middles[k % columns] - wide / 2,
+            "y": GAP // 2 + (high + LINE) * (k // columns),
+            "middle": middles[k % columns],
+            "base": (high + LINE) * (k // columns) + high + LINE // 2,
+            "figure": figure,
+            "caption": caption,
+        }
+        for k, (caption, figure) in enumerate(drawings)
+    ]
+    end = (high + LINE) * rows
+    remark = [
+        {"y": end + LINE * k + LINE // 2, "text": text}
+        for k, text in enumerate(textwrap.wrap(below, (WIDTH - 2 * GAP) // LETTER))
+    ]
+    return render(
+        "figure/panels.svg.j2",
+        panels=panels,
+        remark=remark,
+        name=name,
+        font=FONT,
+        width=WIDTH,
+        height=end + LINE * len(remark),
+        scale=SHRUNK / 100,
+        title=title,
+        description=description,
+        fixed=one_decimal,
+        path=path,
+    )
+
+
+def _base_distances(chain: Chain, entries: np.ndarray) -> Iterator[Skeleton]:
+    """Yield the arm in a pose (n) with the base at different distances, computed on demand."""
+    for stretch in STRETCHES if any(chain.base.position) else STRETCHES[:1]:
+        yield skeleton(drawn_chain(chain, stretch), entries)
+
+
+def _compose(
+    chain: Chain, choices: Iterable[Skeleton], most: float, axes: np.ndarray | None = None, sparse: bool = False
+) -> tuple[Composed, float]:
+    """Return the drawing of one pose with its labels placed once, and the cost of the places of labels and origins.
+
+    `choices` are the pose with different lengths: the first one is used whose origins are apart from the world's. A
+    drawing that costs clearly more than `most` is not completed; its cost is infinite.
+    """
+    layers: list[tuple[float, float, Drawing]] = []
+    for bones in choices:
+        part, view = fit_drawing(
+            chain, bones, partial(_draw_parts, chain, bones, sparse), ROOM, (WIDTH, HEIGHT), MARGIN, axes
+        )
+        arm_cost, world = frames.crowding_cost(make_scene(chain, bones, view))
+        layers.append((round(world, 1), arm_cost, part))
+        if world == 0.0:
+            break
+    world, arm_cost, part = min(layers, key=lambda layer: layer[0])
+    layout = Layout(part.labels, part.shapes, (WIDTH, HEIGHT))
+    complete = layout.place_all(most + CLEARLY - arm_cost - world)
+    return (part, layout), layout.cost + arm_cost + world if complete else math.inf
+
+
+def _draw_parts(chain: Chain, bones: Skeleton, sparse: bool, view: View) -> Drawing:
+    """Return all parts from back to front."""
+    stage = make_scene(chain, bones, view, sparse)
+    on_top = not convention_of(chain).has_frames  # at home, a link may run along an axis of the space frame
+    before, behind = (Drawing(), frames.draw_world(stage)) if on_top else (frames.draw_world(stage), Drawing())
+    if sparse:
+        part = before + Drawing(draw_body(stage).shapes) + behind
+    else:
+        part = before + draw_body(stage) + behind
+        for i in range(1, chain.n + 1):
+            part += draw_joint_angle(stage, i) + draw_slide(stage, i)
+    part += frames.draw_body_frame(stage) + frames.draw_axes(stage)
+    return part + frames.page_normals(stage) + frames.draw_origins(stage)

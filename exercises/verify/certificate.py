@@ -1,0 +1,160 @@
+"""The certificate of a problem: every reference tested by methods independent of its derivation."""
+
+import re
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import sympy as sp
+
+from qdot.exercises.arm.chain import TASK_ROWS, Chain
+from qdot.exercises.arm.conventions import convention_of
+from qdot.exercises.arm.standard_table import axes_of
+from qdot.exercises.common.json_form import as_json
+from qdot.exercises.formula.trees import ReadError, names
+from qdot.exercises.problem.problem import Part, Problem, ProblemId
+from qdot.exercises.problem.record import Digests, digests
+from qdot.exercises.verify import concepts, formulas, numbers, path, quizzes, rank, screws, singular
+from qdot.exercises.verify.formulas import PartCheck
+from qdot.exercises.verify.numeric_reference import Check, Checks, NumericReference
+
+
+@dataclass(frozen=True)
+class ProblemCertificate:
+    """The tests of a problem, their outcomes, and the digests that identify the problem (`record`)."""
+
+    problem: ProblemId
+    engine: int
+    checks: tuple[Check, ...]
+    digests: Digests
+
+    def __repr__(self) -> str:
+        how = "passed" if self.passed else f"{len(self.failures)} failed"
+        return f"ProblemCertificate({self.problem}: {len(self.checks)} checks, {how})"
+
+    @property
+    def passed(self) -> bool:
+        """Whether every check held."""
+        return all(check.passed for check in self.checks)
+
+    @property
+    def failures(self) -> tuple[Check, ...]:
+        """The checks that did not hold."""
+        return tuple(check for check in self.checks if not check.passed)
+
+    def as_json(self) -> dict[str, Any]:
+        """Return the form in which `show` prints it."""
+        checks = [check._asdict() for check in self.checks]
+        known_by = {"problem": str(self.problem), "engine": self.engine, **as_json(self.digests)}
+        return {**known_by, "passed": self.passed, "checks": checks}
+
+
+def certify(problem: Problem) -> ProblemCertificate:
+    """Test every reference of a problem; a question without a test fails, too.
+
+    >>> from qdot import generate
+    >>> certify(generate("planar-2r/7", ["determinant"])).passed
+    True
+    """
+    numeric = NumericReference(problem)
+    check_convention = PRESENTED.get(problem.chain.convention) or _check_unknown("PRESENTED", "convention")
+    checks = [_check_symbols(problem.chain), _check_full_rank(numeric), *check_convention(numeric)]
+    for part in problem.parts:
+        checks.append(_check_readable(numeric, part))
+        if checks[-1].passed:
+            check = CHECKS.get(part.kind) or _check_unknown("CHECKS", "kind of question")
+            checks += [Check(f"{part.name}: {name}", held, detail) for name, held, detail in check(numeric, part)]
+    return ProblemCertificate(problem.id, problem.id.engine, tuple(checks), digests(problem))
+
+
+def _check_unknown(table: str, what: str) -> Callable[..., Checks]:
+    """Return the check that fails because a table of this module has none."""
+    return lambda *_: iter([Check("known", False, f"nothing in qdot.exercises.verify.{table} tests this {what}")])
+
+
+def _check_symbols(chain: Chain) -> Check:
+    """Look for a symbol with two meanings, as a length named after another entry of the table."""
+    taken = {symbol.name for symbol in (*chain.q, *chain.rates)} | set(TASK_ROWS)
+    twice = sorted(symbol.name for symbol in chain.parameters if symbol.name in taken)
+    for symbol in chain.parameters if convention_of(chain).has_frames else ():  # axes at home show no table
+        match = re.fullmatch(r"([ad])([1-9]\d*)", symbol.name)
+        if match and int(match.group(2)) <= chain.n:
+            joint = chain.joints[int(match.group(2)) - 1]
+            entry = joint.a if match.group(1) == "a" else joint.d
+            if entry != 0 and not entry.has(symbol):
+                twice.append(symbol.name)
+    return Check("symbols", not twice, f"{', '.join(twice)} stands for two things" if twice else "each has one meaning")
+
+
+FULL_RANK = "full rank"
+"""The check that fails if the task does not suit the arm."""
+
+
+def _check_full_rank(numeric: NumericReference) -> Check:
+    """Look for a place of full rank: without one, the arm is singular everywhere, and there is little to ask."""
+    chain, jacobian = numeric.chain, numeric.exponential_jacobian
+    sigma = np.linalg.svd(jacobian[:, numeric.task], compute_uv=False)
+    largest = int((sigma > rank.GONE * np.linalg.norm(jacobian, axis=(1, 2))[:, None]).sum(axis=1).max())
+    full = min(len(chain.task), chain.n)
+    detail = f"J for the task {', '.join(chain.task)} has rank {largest}"
+    if largest < full:
+        detail += f" of {full}, whatever the configuration"
+    return Check(FULL_RANK, largest == full, detail)
+
+
+def _check_modified_table(numeric: NumericReference) -> Checks:
+    """Multiply the rows of a modified table, and compare axes and point."""
+    chain = numeric.chain
+    ours, written_axes = numeric.frames[:, : chain.n, :3, 2], numeric.convention_frames[:, 1:, :3, 2]
+    point = convention_of(chain).point
+    pose, offset = numeric.convention_frames[:, point.frame], numeric.numbers(sp.Matrix(point.offset))
+    there = pose[:, :3, 3] + np.einsum("kij,kj->ki", pose[:, :3, :3], offset)
+    yield formulas.agree("modified table: axes", written_axes, ours, formulas.EXACT)
+    yield formulas.agree("modified table: point", there[:, None], numeric.point[:, None], formulas.EXACT)
+
+
+def _check_axes(numeric: NumericReference) -> Checks:
+    """Compare directions, points on axes and P at home with 4 x 4 products at zero joint variables."""
+    axes, point = axes_of(numeric.chain)
+    z, origins = numeric.home[:, :-1, :3, 2], numeric.home[:, :-1, :3, 3]
+    directions = np.stack([numeric.numbers(axis.direction) for axis in axes], axis=1)
+    yield formulas.agree("axes at home: directions", directions, z, formulas.EXACT)
+    turning = [i for i, axis in enumerate(axes) if axis.kind == "R"]
+    if turning:
+        away = np.stack([numeric.numbers(axes[i].point) for i in turning], axis=1) - origins[:, turning]
+        off = np.cross(away, z[:, turning])
+        yield formulas.agree("axes at home: points on them", off, 0 * off, formulas.EXACT)
+    yield formulas.agree(
+        "axes at home: P", numeric.numbers(point)[:, None], numeric.point_at_home[:, None], formulas.EXACT
+    )
+
+
+PRESENTED: dict[str, Callable[[NumericReference], Checks]] = {
+    "dh": lambda _: iter(()),  # it is the standard table
+    "modified-dh": _check_modified_table,
+    "screws": _check_axes,
+}
+"""What holds the arm as a convention presents it against the standard table; without it, nothing is certified."""
+
+
+def _check_readable(numeric: NumericReference, part: Part) -> Check:
+    """Parse every text of the reference as an answer is parsed, and look for symbols that the problem lacks."""
+    name, usable = f"{part.name}: readable", set(numeric.known)
+    if part.answer.is_a_set:  # of joints and lengths only
+        usable = {symbol.name for symbol in (*numeric.chain.q, *numeric.chain.parameters)}
+    try:
+        strange = set[str]().union(*(names(numeric.tree(text)) for text in part.answer.formulas())) - usable
+    except ReadError as error:
+        return Check(name, False, str(error))
+    if strange:
+        return Check(name, False, f"{', '.join(sorted(strange))} is no symbol of the problem")
+    return Check(name, True, "its text is understood, and holds the problem's symbols only")
+
+
+CHECKS: dict[str, PartCheck] = {
+    kind: check
+    for module in (formulas, numbers, singular, screws, path, rank, concepts, quizzes)
+    for kind, check in module.CHECKS.items()
+}  # fmt: skip
+"""The test of each kind of question; a question without one can't be certified."""
