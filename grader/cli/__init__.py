@@ -4,7 +4,8 @@ It imports everything, each command when it is asked for.
 
     main                        the program
     problem_commands            the commands about what is asked: init, families, questions, show, robots, solve
-    class_commands              the commands for a class: generate, verify, compare, grade, doctor
+    class_commands              the commands for a class: generate, verify, compare, doctor
+    grade_command               `qdot grade`
     export_commands             `qdot export` and `qdot report`
     site_commands               `qdot site`
     student_command             the command for students, `qdot check`

@@ -1,4 +1,4 @@
-"""The commands for a class: generate, verify, compare, grade, doctor, demo."""
+"""The commands for a class beside `qdot grade`: generate, verify, compare, doctor, demo."""
 
 import io
 import json
@@ -6,16 +6,13 @@ import platform
 import sys
 import time
 from collections import Counter
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable
 from contextlib import closing
-from dataclasses import replace
 from pathlib import Path
-from statistics import fmean
 from typing import Annotated, Any
 
 import typer
 
-from qdot.exercises.assignment.assignment import Assignment, load_assignment
 from qdot.exercises.assignment.draws import FailedSlot, describe_redraws, raise_left_out
 from qdot.exercises.assignment.release import CORES, ReleaseResult, notebook_path, release
 from qdot.exercises.common.completion import complete_names
@@ -28,41 +25,18 @@ from qdot.exercises.problem.problem import ProblemId
 from qdot.grader.cli.options import (
     AsJson,
     ConventionOption,
-    Folder,
     Jobs,
-    Seconds,
     TwistOrderOption,
     name_option,
 )
-from qdot.grader.grading.batch import (
-    find_student,
-    find_student_files,
-    grade_class,
-    grade_one,
-    lock_folder,
-    make_limits,
-    read_time,
-)
 from qdot.grader.grading.certificates import Kind
 from qdot.grader.grading.certify import CERTIFIER, Task, find_former_students, list_tasks
-from qdot.grader.grading.class_check import check_class, check_secret, load_class, read_sample
-from qdot.grader.grading.history import describe_moves, read_earlier_results
-from qdot.grader.grading.marking import format_points
-from qdot.grader.grading.overrides import OVERRIDES, note_unused_groups, read_overrides
-from qdot.grader.grading.result import Result
+from qdot.grader.grading.class_check import load_class
 from qdot.grader.judging.compare import TYPES, compare_lines, content_of, likely_type
 from qdot.grader.judging.compare import compare as compare_texts
-from qdot.grader.reports.tables import NO_MARK, count_overridden, list_staff_notes, status
 from qdot.grader.sandbox import guarantees
-from qdot.grader.sandbox.sandbox import Limits, check_system
+from qdot.grader.sandbox.sandbox import check_system
 from qdot.grader.statistics.shared_answers import describe_shared_answers
-from qdot.grader.submissions.submission import (
-    OTHER_EDITION,
-    StudentFiles,
-    SubmissionFolder,
-    find_submissions,
-    open_submissions,
-)
 
 
 def generate(
@@ -263,193 +237,6 @@ def _read_lines(batch: str) -> Iterable[str]:
         raise QdotError(f"{batch} can't be read: {error}") from None
 
 
-def grade(
-    folder: Folder,
-    submissions: Annotated[
-        Path | None,
-        typer.Argument(metavar="SUBMISSIONS", help="A folder, or a platform's zip. Default: DIR/submitted."),
-    ] = None,
-    jobs: Jobs = CORES,
-    fail_under: Annotated[
-        float, typer.Option(metavar="PERCENT", help="Leave with code 1 if a student has less, or no mark.")
-    ] = 0.0,
-    seconds: Seconds = Limits.seconds,
-    diff: Annotated[bool, typer.Option("--diff", help="Say whose mark moved since the last run, and why.")] = False,
-    allow_missing: Annotated[
-        bool, typer.Option("--allow-missing", help="Take marks away where nothing of a student is left in SUBMISSIONS.")
-    ] = False,
-    report: Annotated[
-        list[str], typer.Option(metavar="FORMAT=PATH", help="Also write the results so; repeatable. - is stdout.")
-    ] = [],  # noqa: B006
-    student: Annotated[
-        str, typer.Option(metavar="ID", help="Grade this student alone; SUBMISSIONS is their notebook or folder.")
-    ] = "",
-    received: Annotated[
-        str, typer.Option(metavar="TIME", help="With --student: when it was handed in, if the file does not tell.")
-    ] = "",
-    executor: Annotated[
-        str, typer.Option(metavar="tcp://HOST:PORT", help="Run the notebooks on the cluster of this Dask scheduler.")
-    ] = "",
-) -> None:
-    """Grade what a class has handed in, and write feedback.
-
-    Reads SUBMISSIONS/STUDENT/*.ipynb (or SUBMISSIONS/STUDENT.ipynb) of everybody on the roster, or what Moodle, Canvas
-    and Gradescope let you download, as a folder or as the zip (docs/submissions.md). Writes
-    DIR/graded/results.jsonl, DIR/graded/grades.csv and DIR/graded/feedback/STUDENT.html. What has been graded and
-    has not changed is not graded again, so that a run that was stopped goes on where it was. Results that are replaced
-    stay in DIR/graded/history/STUDENT.jsonl. DIR/overrides.csv (student,part,points,comment) sets points by
-    hand; with the column group, those of all equal wrong answers, by the key that `qdot report` shows.
-    The formats of --report are in docs/outlets.md. With --student, nothing else is written than these reports.
-
-    Examples:
-      qdot grade homework
-          what lies in homework/submitted
-      qdot grade homework moodle.zip
-          a download of Moodle, Canvas or Gradescope
-      qdot grade homework --diff
-          and whose mark moved since the last run
-      qdot grade homework --report canvas=canvas.csv --report xlsx=grades.xlsx
-          marks to go elsewhere
-      qdot grade homework late.ipynb --student s001 --report json=-
-          one student's, and nothing is written
-    """
-    from qdot.grader.reports.formats import STDOUT, read_reports, write_asked
-
-    reports = read_reports(report, bool(student))
-    if received and not student:
-        raise QdotError("--received is the time of one student's notebook: name the student with --student ID")
-    assignment = load_assignment(folder)
-    tell = note if any(path == STDOUT for _, path in reports) else say
-    if student and executor:
-        raise QdotError("--student is graded here; --executor is for a class")
-    if allow_missing and student:
-        raise QdotError("--allow-missing is about a whole class; --student takes no marks away")
-    if student:
-        results = [_grade_student(assignment, submissions, student, received, make_limits(seconds))]
-        points = f"{format_points(results[0].score)} of {format_points(results[0].max_score)} points"
-        summary = f"{results[0].student}: {status(results[0])}, {points}"
-    else:
-        place = submissions or folder / "submitted"
-        earlier, results, summary = _grade_class(assignment, place, make_limits(seconds), jobs, executor, allow_missing)
-        if diff:
-            tell(describe_moves(earlier, results))
-    tell(summary)
-    write_asked(assignment, results, reports)
-    _check_graded(results)
-    under = [result.student for result in results if result.percent < fail_under]
-    if under:
-        note(f"{len(under)} of {len(results)} students have less than {fail_under:g} %, or no mark: {', '.join(under)}")
-        raise typer.Exit(1)
-
-
-def _grade_class(
-    assignment: Assignment, place: Path, limits: Limits, jobs: int, executor: str, allow_missing: bool
-) -> tuple[Mapping[str, Result], list[Result], str]:
-    """Grade a class's submissions, in a folder or a zip, and write feedback.
-
-    Returns the results of the last run, the new ones, and a summary.
-    """
-    from qdot.grader.reports.write import write_reports
-
-    with open_submissions(place) as root:
-        submitted = find_submissions(assignment, root)
-        check_class(assignment, submitted, root, place)
-        _note_ownerless(assignment, submitted)
-        if not executor:  # each worker looks for itself
-            check_sandbox(assignment.sandbox == "strict")
-        with lock_folder(assignment.folder):
-            earlier = read_earlier_results(assignment)
-            if not allow_missing:
-                _check_all_there(assignment, place, earlier, submitted.by_student)
-            with progress("grading", len(assignment.roster)) as counter:
-                jobs = min(jobs, len(assignment.roster))
-                results = grade_class(
-                    assignment, submitted.by_student, jobs, limits, lambda _: counter.step(), executor=executor
-                )
-            with progress("writing feedback", len(results)) as counter:
-                results = write_reports(assignment, results, jobs, counter.step)
-    _tell_notes(results)
-    groups = Counter(part.group for result in results for part in result.parts.values() if part.group is not None)
-    by_size = [group for group, _ in groups.most_common()]
-    for message in note_unused_groups(assignment, read_overrides(assignment), by_size):
-        note(message)
-    ownerless = len(submitted.unsure) + len(submitted.strangers)
-    if not ownerless and all(result.submission is None for result in results):
-        note(f"nobody has handed in anything: put what comes back into {place}, as STUDENT/{assignment.key}.ipynb")
-    return earlier, results, _summary(results, assignment.folder, ownerless)
-
-
-def _check_all_there(
-    assignment: Assignment, place: Path, earlier: Mapping[str, Result], by_student: Mapping[str, StudentFiles]
-) -> None:
-    """Raise QdotError if students had submitted at the last run and have not now: they would lose their marks.
-
-    This happens with a second zip of latecomers only, or if a platform's zip was graded and is not named again.
-    """
-    names = [student.id for student in assignment.roster]
-    submitted = {name for name, result in earlier.items() if result.submission is not None}
-    lost = [name for name in names if name not in by_student and name in submitted]
-    if lost:
-        some = ", ".join(lost[:5]) + (f" and {len(lost) - 5} more" if len(lost) > 5 else "")
-        raise QdotError(
-            f"{place}: nothing is here of {len(lost)} of {len(names)} students, who had handed in at "
-            f"the last run: {some}; put theirs with the rest, everybody's into one folder or zip, or say "
-            "--allow-missing to take their marks away"
-        )
-
-
-def _note_ownerless(assignment: Assignment, submitted: SubmissionFolder) -> None:
-    """Tell the staff which files belong to nobody on the roster, or possibly to several students."""
-    for message in submitted.unsure:
-        note(message)
-    for name in submitted.strangers:
-        hint = f"; whose is it? it is told by the folder, as in STUDENT/{name}" * (name == f"{assignment.key}.ipynb")
-        note(f"{name}: no student of that name is on the roster; not graded{hint}")
-
-
-def _grade_student(assignment: Assignment, path: Path | None, name: str, received: str, limits: Limits) -> Result:
-    """Grade one student alone, from a notebook or folder, or from what the class has submitted."""
-    student = find_student(assignment, name)
-    time = read_time(received) if received else None
-    if path is not None:
-        files = find_student_files(assignment, path, time)
-    else:
-        files = find_submissions(assignment, assignment.folder / "submitted").by_student.get(student.id)
-        if files is not None and time is not None:
-            files = replace(files, received=time, platform="option")
-    read = read_sample(assignment, {} if files is None else {student.id: files}, [student.id])
-    check_secret(assignment, [submission for _, submission in read], path or assignment.folder / "submitted")
-    check_sandbox(assignment.sandbox == "strict")
-    result = grade_one(assignment, student, files, limits)
-    _tell_notes([result])
-    return result
-
-
-def _check_graded(results: list[Result]) -> None:
-    """Report the students who have no mark because a limit was exceeded. Raises QdotError if qdot failed."""
-    over = [result.student for result in results if status(result) == "over limit"]
-    if over:
-        note(
-            f"without a mark, for what they handed in takes more to grade than a limit allows: {', '.join(over[:5])}"
-            f"{', …' if len(over) > 5 else ''}; feedback says which, and overrides.csv can set points"
-        )
-    if any(status(result) == "ungraded" for result in results):
-        raise QdotError(
-            "qdot failed on some answers, which have no mark: feedback and grades.csv say 'ungraded', and why; "
-            "please report it"
-        )
-
-
-def check_sandbox(strict: bool) -> None:
-    """Say what this machine does not enforce. Raises QdotError where the assignment demands that it does."""
-    check_system()
-    findings = guarantees.probe(quick=not strict)
-    if strict and not findings.is_strict:
-        raise QdotError(guarantees.explain_refusal(findings))
-    if warning := guarantees.describe_weakness(findings):
-        note(warning)
-
-
 def doctor(as_json: AsJson = False) -> None:
     """Show what this machine enforces while students' code runs.
 
@@ -480,31 +267,6 @@ def doctor(as_json: AsJson = False) -> None:
         say(advised)
     can = "can" if findings.is_strict else "can't"
     say(f'sandbox = "strict" in assignment.toml {can} be had on this machine')
-
-
-def _tell_notes(results: list[Result]) -> None:
-    """Tell the staff what is odd, in a line for each student and note; outdated notebooks in one line for the class."""
-    for result in results:
-        for message in list_staff_notes(result):
-            if message != OTHER_EDITION:
-                note(f"{result.student}: {message}")
-    submitted = sum(result.submission is not None for result in results)
-    outdated = sum(OTHER_EDITION in result.staff_notes for result in results)
-    if outdated:
-        note(
-            f"WARNING: {outdated} of {submitted} notebooks were made from another assignment.toml, redrawn.csv or "
-            "secret: hand out the new ones, or put the old ones back"
-        )
-
-
-def _summary(results: list[Result], folder: Path, ownerless: int) -> str:
-    kinds = ", ".join(f"{count} {kind}" for kind, count in Counter(map(status, results)).items())
-    percents = [result.percent for result in results if result.submission is not None and status(result) not in NO_MARK]
-    mean = f"mean {fmean(percents):.1f} % of those handed in; " if percents else ""
-    left = f"{ownerless} of nobody on the roster, or not surely of one; " if ownerless else ""
-    overridden = sum(map(count_overridden, results))
-    by_hand = f"{overridden} set by {OVERRIDES}; " if overridden else ""
-    return f"{len(results)} students: {kinds}; {mean}{by_hand}{left}see {folder / 'graded'}"
 
 
 def demo(

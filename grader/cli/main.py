@@ -36,7 +36,8 @@ STOPPED = {
 
 COMMANDS = {
     **dict.fromkeys(("init", "families", "questions", "show", "robots", "solve"), "qdot.grader.cli.problem_commands"),
-    **dict.fromkeys(("verify", "generate", "compare", "grade", "doctor"), "qdot.grader.cli.class_commands"),
+    **dict.fromkeys(("verify", "generate", "compare", "doctor"), "qdot.grader.cli.class_commands"),
+    "grade": "qdot.grader.cli.grade_command",
     "check": "qdot.grader.cli.student_command",
     **dict.fromkeys(("export", "report"), "qdot.grader.cli.export_commands"),
     "forget": "qdot.grader.cli.forget_command",

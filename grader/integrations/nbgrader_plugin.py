@@ -21,7 +21,7 @@ from qdot.exercises.assignment.assignment import Assignment, load_assignment
 from qdot.exercises.common.console import note
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.exports.nbgrader import SIGN
-from qdot.grader.cli.class_commands import check_sandbox
+from qdot.grader.cli.grade_command import check_sandbox
 from qdot.grader.grading.batch import find_student, find_student_files, grade_one, make_limits
 from qdot.grader.grading.marking import format_points, list_max_points
 from qdot.grader.grading.result import Result

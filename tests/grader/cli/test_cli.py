@@ -223,7 +223,7 @@ def test_ctrl_c_says_what_is_true_of_the_command(
 
     for name in (
         "qdot.grader.cli.class_commands._tasks",
-        "qdot.grader.cli.class_commands.load_assignment",
+        "qdot.grader.cli.grade_command.load_assignment",
         "qdot.grader.cli.problem_commands.overview",
     ):
         monkeypatch.setattr(name, stop)
