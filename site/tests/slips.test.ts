@@ -228,7 +228,7 @@ test("angles with constants are held against those with which they are due", () 
     expect.stringContaining("one angle leaves out the joints before it"),
   ]);
   expect(says("a1*cos(theta1 + pi/6) + a2*cos(theta1 + theta2)")).toEqual([
-    expect.stringContaining("one angle under a sine or cosine"),
+    expect.stringContaining("the angle in one sine or cosine"),
   ]);
   expect(says("a1*cos(theta1 + pi/6) + a2*cos(theta2)")).toEqual([]); // which lacks both
 });
