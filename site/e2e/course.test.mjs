@@ -190,7 +190,7 @@ test("a platform that takes nothing, or ends badly, keeps nobody from practising
     document.body.innerHTML = '<iframe src="scorm12/index.html" width="1000" height="800"></iframe>';
   });
   const frame = page.frameLocator("iframe");
-  await frame.getByText("Your platform did not take the score.").waitFor();
+  await frame.getByText("Your platform didn't accept the score.").waitFor();
   await frame.locator("form .answer").waitFor();
   await answered(frame, "1");
   await page.evaluate(() => {
@@ -208,7 +208,7 @@ test("a platform that takes nothing, or ends badly, keeps nobody from practising
 
 test("a package without a platform says so, practises, and is kept in the browser", async () => {
   const { page, context } = await openedAnew({ ...there, server: course }, "scorm2004/index.html");
-  await page.getByText("No learning platform is found").waitFor();
+  await page.getByText("No learning platform was found").waitFor();
   await page.locator("form .answer").waitFor();
   await answered(page, "1");
   await page.getByText("1 of 2 answered").waitFor();

@@ -157,6 +157,6 @@ test("a browser that keeps nothing is told so", async () => {
   const { page, context } = await openedAnew(there, "learn.html");
   await page.evaluate(() => Object.defineProperty(navigator, "serviceWorker", { value: {} }));
   await page.getByText("Save this course for offline use").click();
-  await page.getByText(/This browser keeps nothing for offline here/).waitFor();
+  await page.getByText(/This browser can't store anything offline here/).waitFor();
   await context.close();
 });

@@ -164,9 +164,9 @@ for (const [robot, width] of [
 
 test("a link of which nothing can be read says so, and so does one to no robot", async () => {
   for (const [link, said] of [
-    ["#dh=R_1", /holds no table/],
-    ["#dh=R_%E0%A4%A_0_0_0", /holds no table/],
-    ["#robot=%3Cimg%20src%3Dx%3E", /robot that is not here/],
+    ["#dh=R_1", /contains no readable table/],
+    ["#dh=R_%E0%A4%A_0_0_0", /contains no readable table/],
+    ["#robot=%3Cimg%20src%3Dx%3E", /robot that isn't in the list/],
   ]) {
     const { page, wrong, context } = await openedAnew(there, `own.html${link}`);
     await page.locator(".own-alert").getByText(said).waitFor();

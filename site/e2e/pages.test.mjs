@@ -84,7 +84,7 @@ test("every link of the site leads to a page, and to a place in it", async () =>
 test("a page that is not there is the site's own at any depth, and leads back", async () => {
   for (const path of ["nothing.html", "examples/nothing.html", "a/b/c/nothing"]) {
     const { page, context } = await openedAnew(there, path, { ...WIDE, locale: "de-DE" });
-    await page.getByRole("heading", { name: "Diese Seite gibt es nicht" }).waitFor();
+    await page.getByRole("heading", { name: "Seite nicht gefunden" }).waitFor();
     assert.notEqual(
       await page.evaluate(() => getComputedStyle(document.querySelector(".top")).display),
       "block",

@@ -29,7 +29,7 @@ test("a wrong answer is judged wrong, and a right one right, whose solution is s
     await page.getByRole("button", { name: "Check", exact: true }).click();
   };
   await answer(`-(${right})`);
-  await page.locator(".verdict:not(.correct)", { hasText: "It looks like this" }).waitFor();
+  await page.locator(".verdict:not(.correct)", { hasText: "What went wrong" }).waitFor();
   await answer(right);
   await page.locator(".verdict.correct").waitFor();
   await page.getByRole("button", { name: "Show the solution" }).click();
@@ -39,7 +39,7 @@ test("a wrong answer is judged wrong, and a right one right, whose solution is s
 
 test("a goal of a lesson is reached by touch, in Austrian German", async () => {
   const { page, wrong } = await opened(there, "learn.html?lesson=singular", { ...PHONE, locale: "de-AT" });
-  await page.getByRole("heading", { name: "Wo es versagt" }).waitFor();
+  await page.getByRole("heading", { name: "Singuläre Konfigurationen" }).waitFor();
   await page.getByRole("button", { name: "Gelenke", exact: true }).tap();
   const angle = page.locator('.arm-joints input[type="number"]').nth(1);
   await angle.fill("0");

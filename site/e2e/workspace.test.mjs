@@ -111,7 +111,7 @@ for (const [name, options] of [
     const field = page.getByLabel("Your answer");
     await field.fill("[[1, 2");
     await field.press("Enter");
-    await verdict.getByText("does not count").waitFor();
+    await verdict.getByText("it doesn't count").waitFor();
     await field.fill(right);
     await page.evaluate(() => scrollTo(0, 0));
     await field.press("Enter");
@@ -227,7 +227,7 @@ test("the columns of a wrong Jacobian are drawn beside the true ones, and move w
   await page.getByRole("button", { name: "Type it as text" }).click();
   await page.getByLabel("Your answer").fill("[[a1*c1, 0], [a1*s1, a2*c12]]");
   await page.getByRole("button", { name: "Check" }).click();
-  await page.getByText("The columns of your J are drawn dashed").waitFor();
+  await page.getByText("The dashed arrows at P are the columns of your J").waitFor();
   const shaft = page.locator(".arm-own .arm-j1 .arm-shaft");
   await shaft.waitFor({ state: "attached" });
   const before = await shaft.getAttribute("points");
