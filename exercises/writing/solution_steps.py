@@ -1,7 +1,7 @@
-"""The steps that a worked solution shows between the formula and its result: vectors, products, cofactors, numbers.
+"""Compute the intermediate steps of a worked solution: vectors, products, cofactors, numbers.
 
-Everything is worked out on the structure of the arm (no numbers, no offsets), where the algebra is exact and short,
-and then filled with the arm's own numbers. World frame; notation of the chapter.
+Everything is derived for the arm's structure (no numbers, no offsets), because there the algebra is exact and short.
+Then the arm's own numbers are substituted. All vectors are in the world frame, in the notation of the chapter.
 """
 
 from dataclasses import dataclass, replace
@@ -50,7 +50,7 @@ from qdot.exercises.writing.latex import tex
 
 @dataclass(frozen=True)
 class Column:
-    """The effect of joint `number` (6.12): its axis z, its vector p*, and z x p*."""
+    """The effect of joint `number` (6.12): its axis z, its vector p*, and z x p*; `carries` if the joint moves P."""
 
     number: int
     kind: str
@@ -71,10 +71,11 @@ class Recursion:
 
 @dataclass(frozen=True)
 class SingularComponent:
-    """A component of the singular set with what it is; `solutions` are (joint, values), None where joints are tied.
+    """A component of the singular set and its kind.
 
-    `cases` has the kind for each choice of values, if joints have several and their kinds differ. If the conditions
-    hold for some lengths only, `need` has the inequality for these lengths.
+    `solutions` are pairs (joint, values), or None if a condition ties several joints together. `cases` has the kind
+    for each choice of values, if a joint has several values and their kinds differ. If the conditions hold for some
+    lengths only, `need` has the inequality for these lengths.
     """
 
     conditions: tuple[sp.Expr, ...]
@@ -85,7 +86,7 @@ class SingularComponent:
 
     @property
     def says_it(self) -> bool:
-        """Whether the condition is the joint value itself, as d3 = 0."""
+        """Whether the condition states the joint's value directly, like d3 = 0."""
         return self.solutions is not None and self.conditions == tuple(
             joint for joint, values in self.solutions if values == (0,)
         )
@@ -102,10 +103,10 @@ class SolutionSteps:
 
     @cached_property
     def angles(self) -> AngleNames:
-        """Short names for the angles that c_{12} can't say: the same in all that is shown of the arm."""
-        # Beside a slide whose twists undo each other, angles add up in the rotations only when these are tidied.
-        last = [self._fill(derive(self._structure).rotations[-1])] if "P" in self.kinds else []
-        shown = (self.d.position, self.d.geometric, self.d.p_star, *self.d.rotations, *last)
+        """Short names for the angles that can't be written like c_{12}; the same in all results of the arm."""
+        # If the twists before and after a prismatic joint cancel, the angles add up only in simplified rotations.
+        last_rotation = [self._fill(derive(self._structure).rotations[-1])] if "P" in self.kinds else []
+        shown = (self.d.position, self.d.geometric, self.d.p_star, *self.d.rotations, *last_rotation)
         return angle_names(arm_angles(self.chain), *shown)
 
     @cached_property
@@ -114,17 +115,17 @@ class SolutionSteps:
         return HintContext(self.chain)
 
     def lost_where(self, values: Values) -> tuple[LostAt, sp.Matrix] | None:
-        """Return J and the direction that is lost where joints have values; None where these are not short."""
+        """Return J and the lost direction at given joint values, or None if they are too long to be shown."""
         return lost_direction_where(self.chain, Where(values))
 
     @property
     def links(self) -> list[sp.Expr]:
-        """The angle of every link with the x axis of the world, for an arm in its plane; nothing for others."""
+        """The angle of each link with the world's x axis, for a planar arm without prismatic joints; else nothing."""
         return link_angles(self.chain) if self.chain.is_planar and "P" not in self.kinds else []
 
     @property
     def angle_sums(self) -> list[sp.Expr]:
-        """The sums of joint variables that the angles of links behind parallel axes have, without their offsets."""
+        """The sums of joint variables in the angles of links that follow parallel axes, without their offsets."""
         sums = [angle.as_independent(*self.chain.q, as_Add=True)[1] for angle in link_angles(self.chain)]
         return [angle for angle in dict.fromkeys(sums) if len(angle.free_symbols) > 1]
 
@@ -139,12 +140,12 @@ class SolutionSteps:
         return [joint.kind for joint in self.chain.joints]
 
     def _fill(self, matrix: sp.Matrix) -> sp.Matrix:
-        """Return a matrix of the structure, tidied, in this arm's numbers."""
+        """Return a matrix of the structure, simplified, with this arm's numbers."""
         return matrix.applyfunc(lambda entry: substitute(textbook(sp.expand(entry)), self._values))
 
     @cached_property
     def transforms(self) -> list[sp.Matrix]:
-        """T_{0,1} ... T_{n-1,n}, 4 x 4, row by row of the table."""
+        """The transforms T_{0,1} ... T_{n-1,n} (4 x 4), one for each row of the table."""
         matrices = []
         for row in self.convention.rows:
             pose = self.convention.rotation(row).row_join(self.convention.link_vector(row))
@@ -153,7 +154,7 @@ class SolutionSteps:
 
     @cached_property
     def origins(self) -> list[sp.Matrix]:
-        """O_0 ... O_k, k being the frame in which the point is fixed (3 x 1, m)."""
+        """The origins O_0 ... O_k (3 x 1, m); P is fixed in frame k."""
         frames = link_frames(self._structure)
         return [self._fill(frame.origin) for frame in frames[: self.chain.point.frame + 1]]
 
@@ -165,13 +166,16 @@ class SolutionSteps:
 
     @property
     def last_part_of_position(self) -> tuple[int, sp.Matrix] | None:
-        """The last origin from which the way to P changes, and this way; None where it is most of the position."""
+        """The last origin whose vector to P depends on the joints, and this vector.
+
+        None if the vector makes up most of the position.
+        """
         for joint in range(self.chain.point.frame, 0, -1):
             i = self.convention.frame_on_axis(joint)
-            way, origin = self.d.p_star[:, joint - 1], self.origins[i]
-            if self._moves(way):
-                whole = [row for row in range(3) if self._moves(way[row]) and not self._moves(origin[row])]
-                return (i, way) if self._moves(origin) and len(whole) < 2 else None
+            vector, origin = self.d.p_star[:, joint - 1], self.origins[i]
+            if self._moves(vector):
+                unmixed_rows = [row for row in range(3) if self._moves(vector[row]) and not self._moves(origin[row])]
+                return (i, vector) if self._moves(origin) and len(unmixed_rows) < 2 else None
         return None
 
     def _moves(self, place: sp.Matrix | sp.Expr) -> bool:
@@ -179,7 +183,7 @@ class SolutionSteps:
 
     @property
     def is_standard(self) -> bool:
-        """Whether the arm is described by a standard table, in whose frames everything is derived."""
+        """Whether the arm is described by a standard table; everything is derived in the frames of that table."""
         return self.convention.has_frames and not self.convention.has_frames_of_joints
 
     @property
@@ -193,24 +197,24 @@ class SolutionSteps:
 
     @property
     def point_at_home(self) -> sp.Matrix:
-        """Where P is at home (3 x 1, m)."""
+        """The position of P at home (3 x 1, m)."""
         return axes_of(self.chain)[1]
 
     @property
     def exponentials(self) -> list[tuple[str, sp.Matrix]]:
-        """Of each joint what its exponential is called, and the 4 x 4 matrix."""
+        """For each joint the LaTeX name of its exponential, and the exponential itself (4 x 4)."""
         axes = axes_of(self.chain)[0]
         pairs = enumerate(zip(self.chain.q, axes, strict=True), 1)
         return [(f"e^{{[S_{{{i}}}]{tex(q)}}}", exponential(axis, q)) for i, (q, axis) in pairs]
 
     @property
     def body_rotation(self) -> sp.Matrix:
-        """R_sb, 3 x 3."""
+        """The rotation R_sb from body to space frame (3 x 3)."""
         return body_rotation(self.chain)
 
     @staticmethod
     def hat(vector: sp.Matrix) -> sp.Matrix:
-        """Return [v], 3 x 3."""
+        """Return the skew-symmetric matrix [v] of a vector (3 x 3)."""
         return hat(vector)
 
     def screw_at_home(self, joint: int) -> Screw:
@@ -218,63 +222,63 @@ class SolutionSteps:
         return home_screws(self.chain)[joint - 1]
 
     def screw_carried(self, joint: int) -> Screw:
-        """Return a joint with its axis and its screw as the joints before it have moved them."""
+        """Return a joint with its axis and its screw after the joints before it have moved them."""
         return carried_screws(self.chain)[joint - 1]
 
     def jacobian_of(self, frame: str) -> sp.Matrix:
-        """Return the Jacobian of screws in the "space" or "body" frame, its rows in the order of the arm's twists."""
+        """Return the Jacobian in the "space" or "body" frame, its rows in the order of the arm's twists."""
         return self.convention.twist((space_jacobian if frame == "space" else body_jacobian)(self.chain))
 
     def axis_at_home(self, joint: int) -> sp.Matrix:
-        """Return the axis of a joint where all joint variables are zero (3 x 1)."""
+        """Return the axis of a joint with all joint variables at zero (3 x 1)."""
         return self.d.z[:, joint - 1].xreplace(self._home).applyfunc(sp.expand)
 
     def turned_axis(self, joint: int) -> sp.Matrix | None:
-        """Return the axis of a joint as the joints before it have turned it (3 x 1), None where they do not."""
-        turned = self.d.z[:, joint - 1]
-        return turned if self._moves(turned) else None
+        """Return the axis of a joint as rotated by the joints before it (3 x 1), or None if they don't rotate it."""
+        rotated = self.d.z[:, joint - 1]
+        return rotated if self._moves(rotated) else None
 
     @cached_property
     def moved_points(self) -> list[tuple[int, sp.Matrix]]:
-        """Where P is when joint i and those behind it have moved, and those before it are at home; the last i first.
+        """The joints i with the position of P if joints i to n have moved and those before i are at home; last i first.
 
-        Joints that do not move P are left out, and so is joint 1, after which P is at its position.
+        Joints that do not move P are omitted. Joint 1 is omitted, too, because then P is at its final position.
         """
-        places: list[tuple[int, sp.Matrix]] = []
-        before = self.d.position.xreplace(self._home)
+        positions: list[tuple[int, sp.Matrix]] = []
+        previous = self.d.position.xreplace(self._home)
         for joint in range(self.chain.point.frame, 0, -1):
             home = dict.fromkeys(self.chain.q[: joint - 1], sp.S.Zero)
-            place = self.d.position.xreplace(home)
-            if place != before:
-                places.append((joint, place.applyfunc(without_brackets)))
-            before = place
-        return places if len(places) < 2 or places[-1][0] != 1 else places[:-1]
+            position = self.d.position.xreplace(home)
+            if position != previous:
+                positions.append((joint, position.applyfunc(without_brackets)))
+            previous = position
+        return positions if len(positions) < 2 or positions[-1][0] != 1 else positions[:-1]
 
     def rotation(self, joint: int) -> sp.Matrix:
-        """Return the rotation of the frame on the axis of a joint, its last column as this axis is written."""
-        shown = self.angles.shorten(self.d.rotations[self.convention.frame_on_axis(joint)])
-        return sp.Matrix.hstack(shown[:, :2], self.d.z[:, joint - 1])
+        """Return the rotation of the frame on a joint's axis; its last column is written like the axis itself."""
+        shortened = self.angles.shorten(self.d.rotations[self.convention.frame_on_axis(joint)])
+        return sp.Matrix.hstack(shortened[:, :2], self.d.z[:, joint - 1])
 
     @cached_property
     def recursion(self) -> list[Recursion]:
-        """The steps of (6.13), the last joint first; for a point in the last frame."""
-        generic, first = derive(self._structure), self.convention.frame_on_axis(1)
+        """The steps of (6.13) for a point in the last frame, the last joint first."""
+        generic, first_frame = derive(self._structure), self.convention.frame_on_axis(1)
         rotations, links = generic.rotations, generic.link_vectors
         steps = []
-        for i in range(self.chain.point.frame, first, -1):
-            turned, p_star = self._fill(rotations[i - 1] * links[i - 1]), self.d.p_star[:, i - 1 - first]
-            steps.append(Recursion(i, turned, p_star))
+        for i in range(self.chain.point.frame, first_frame, -1):
+            rotated_link, p_star = self._fill(rotations[i - 1] * links[i - 1]), self.d.p_star[:, i - 1 - first_frame]
+            steps.append(Recursion(i, rotated_link, p_star))
         return steps
 
     @property
     def last_vector(self) -> sp.Matrix:
-        """p*_k of the point's own frame: R_k times its coordinates there (zero for an origin)."""
+        """The vector p*_k in the point's own frame k: R_k times the point's coordinates there (zero for an origin)."""
         k = self.chain.point.frame
         return self._fill(derive(self._structure).rotations[k] * sp.Matrix(convention_of(self._structure).point.offset))
 
     @property
     def geometric(self) -> sp.Matrix:
-        """The geometric Jacobian, 6 x n, its rows in the order in which the arm is asked about."""
+        """The geometric Jacobian (6 x n), its rows in the order that the arm's convention asks for."""
         return self.convention.velocity_rows(self.d.geometric)
 
     @cached_property
@@ -287,9 +291,9 @@ class SolutionSteps:
         return Column(i + 1, self.chain.joints[i].kind, z[:, i], p_star[:, i], jacobian[:3, i], carries)
 
     def link_columns(self, k: int) -> list[Column]:
-        """Return the columns for frame k: p* goes from O_{i-1} to O_k, and only joints 1 ... k count."""
-        inner = derive(self.convention.first_joints(k))
-        return [self._column(inner.z, inner.p_star, inner.geometric, i) for i in range(k)]
+        """Return the Jacobian's columns for O_k: p* goes from O_{i-1} to O_k, and only joints 1 ... k count."""
+        derivation = derive(self.convention.first_joints(k))
+        return [self._column(derivation.z, derivation.p_star, derivation.geometric, i) for i in range(k)]
 
     @property
     def rates(self) -> sp.Matrix:
@@ -297,7 +301,7 @@ class SolutionSteps:
         return sp.Matrix(self.chain.rates)
 
     def rate_along_z(self, joint: int) -> sp.Matrix:
-        """Return what a joint adds in its own frame (3 x 1)."""
+        """Return the joint's rate along z of its own frame (3 x 1)."""
         return sp.Matrix([0, 0, self.chain.rates[joint - 1]])
 
     @property
@@ -312,7 +316,7 @@ class SolutionSteps:
 
     @property
     def never_zero(self) -> list[sp.Expr]:
-        """The factors of det J that joints change, and that are zero in no configuration."""
+        """The factors of det J that depend on the joints but vanish in no configuration."""
         factors = (factor.as_base_exp()[0] for factor in sp.Mul.make_args(self.d.determinant))
         joints = set(self.chain.q)
         return [factor for factor in factors if factor.free_symbols & joints and never_vanishes(factor, self.chain)]
@@ -324,63 +328,65 @@ class SolutionSteps:
 
     @cached_property
     def expansion(self) -> Expansion:
-        """How det J is worked out."""
+        """The steps that expand det J."""
         return expand_jacobian(self._structure).fill(self.d.fill, self.d.determinant)
 
     @property
     def sparsest(self) -> str:
-        """The row or column of J with the most zeros, in words."""
+        """The name of the row or column of J with the most zeros."""
         return sparsest_line(self.d.jacobian)[0]
 
     @cached_property
     def arm_expansion(self) -> Expansion:
-        """How det J11 is worked out, of an arm with a wrist whose axes meet in P."""
+        """The steps that expand det J11 of an arm with a spherical wrist whose axes meet in P."""
         generic = self._structure
-        behind = frame_behind(generic.joints[3 : generic.point.frame])
-        centre = behind.origin + behind.rotation * sp.Matrix(generic.point.offset)
+        wrist_frame = frame_behind(generic.joints[3 : generic.point.frame])
+        centre = wrist_frame.origin + wrist_frame.rotation * sp.Matrix(generic.point.offset)
         arm = Chain("arm", generic.joints[:3], TASK_ROWS[:3], generic.base, Point(3, tuple(centre.applyfunc(textbook))))
         return expand_jacobian(arm).fill(self.d.fill, block_determinants(self.chain)[0])
 
     @cached_property
     def wrist_expansion(self) -> Expansion:
-        """How det J22 is worked out, in frame 3."""
+        """The steps that expand det J22 in frame 3."""
         matrix = wrist_block(self._structure)
         return expand_determinant(matrix).fill(self.d.fill, block_determinants(self.chain)[1])
 
     @property
     def wrist(self) -> sp.Matrix:
-        """J22, the axes of joints 4 to 6 in frame 3, of such an arm."""
+        """The block J22: the axes of joints 4 to 6 in frame 3, for an arm with a spherical wrist."""
         return wrist_block(self.chain)
 
     @property
     def joint_1_value(self) -> sp.Expr:
-        """The value of joint 1 at which J is short."""
+        """The value of joint 1 at which the entries of J are shortest."""
         value = sp.expand(straight_joint_1(self._structure).xreplace(self._values) - self.chain.offsets[0])
         return sp.pi - sp.Mod(sp.pi - value, 2 * sp.pi) if value.is_number else value
 
     @property
     def jacobian_at_joint_1(self) -> sp.Matrix | None:
         """J at that value of joint 1, if it has the same determinant in every configuration."""
-        short = jacobian_at_joint_1(self._structure) if 1 < self.chain.n <= 4 else None
-        return None if short is None else short.applyfunc(self.d.fill)
+        shortest = jacobian_at_joint_1(self._structure) if 1 < self.chain.n <= 4 else None
+        return None if shortest is None else shortest.applyfunc(self.d.fill)
 
     @cached_property
     def blocks(self) -> sp.Matrix | None:
-        """det J11 and det J22 of an arm with a wrist whose axes meet in P; None for all others."""
+        """The determinants of J11 and J22 if the wrist's axes meet in P; None for other arms."""
         return block_determinants(self.chain) if objection_unless_partitioned(self.chain) is None else None
 
     @cached_property
     def minors(self) -> list[tuple[str, sp.Expr]]:
-        """The maximal minors of a Jacobian that is not square: which columns (or rows), and the factored minor."""
+        """The maximal minors of a Jacobian that is not square: the columns (or rows) chosen, and the factored minor."""
         rows, cols = self.d.jacobian.shape
         size, count = min(rows, cols), max(rows, cols)
-        what = "columns" if cols > rows else "rows"
-        labels = [f"{what} {', '.join(str(i + 1) for i in chosen)}" for chosen in combinations(range(count), size)]
+        line_kind = "columns" if cols > rows else "rows"
+        labels = [
+            f"{line_kind} {', '.join(str(i + 1) for i in indices)}" for indices in combinations(range(count), size)
+        ]
         values = (minor.substitute(self._values) for minor in self.d.generic_minors)
         return list(zip(labels, values, strict=True))
 
     def largest_minor(self, situation: Situation) -> tuple[str, sp.Expr]:
-        """Return the minor that is farthest from zero in a situation: its columns or rows, and its number."""
+        """Return the minor that is farthest from zero at a configuration: its columns or rows, and its value."""
         numbers = [(label, self.numeric(situation, minor)) for label, minor in self.minors]
         return max(numbers, key=lambda labelled: abs(labelled[1]))
 
@@ -388,7 +394,7 @@ class SolutionSteps:
 
     @property
     def components(self) -> list[Component]:
-        """The components of the singular set, their conditions as they are shown."""
+        """The components of the singular set, with their conditions in the form that is shown."""
         return [
             replace(component, conditions=tuple(map(self.as_shown, component.conditions)))
             for component in singular_set(self.chain) or ()
@@ -396,7 +402,7 @@ class SolutionSteps:
 
     @property
     def may_be_singular(self) -> bool:
-        """Whether the arm is singular anywhere, as far as that is known."""
+        """Whether the arm has singular configurations; True if the derivation is too long to find out."""
         try:
             return singular_set(self.chain) != ()
         except TooLong:
@@ -404,25 +410,28 @@ class SolutionSteps:
 
     @property
     def all_at_boundary(self) -> bool:
-        """Whether all of the singular set is at the boundary, so that nothing else is where conditions meet."""
+        """Whether the whole singular set is on the workspace boundary.
+
+        Then configurations that satisfy several conditions are on the boundary, too.
+        """
         return all(
             component.kind.kind == "boundary" and component.kind.uniform for component in self.singular_components
         )
 
     @cached_property
     def singular_components(self) -> list[SingularComponent]:
-        """The same, classified."""
+        """The components of the singular set, classified."""
         return [self.classify_component(component) for component in singular_set(self.chain) or ()]
 
     def classify_component(self, component: Component) -> SingularComponent:
-        """Return a component of the singular set with what its configurations look like, and are."""
+        """Return a component of the singular set with its geometric meaning and its kind."""
         conditions = tuple(map(self.as_shown, component.conditions))
         kind = classify(self.chain, component)
         need = next(filter(None, (need_of(condition, self.chain) for condition in conditions)), None)
         return SingularComponent(conditions, component.solutions, kind, self._cases(component, kind), need)
 
     def as_shown(self, condition: sp.Expr) -> sp.Expr:
-        """Return a condition without numbers before it, and a sum with the signs that it has in det J, as shown."""
+        """Return a condition without its numeric factor, and a sum with the signs that it has in the shown det J."""
         plain = without_factor(condition)
         if not plain.is_Add or not self.d.is_square:
             return plain
@@ -430,37 +439,42 @@ class SolutionSteps:
         return -plain if opposite in tex(self.d.determinant, self.chain, self.angles) else plain
 
     def _cases(self, component: Component, kind: Kind) -> tuple[tuple[Values, Kind], ...]:
-        every = [(values, classify(self.chain, here)) for values, here in split_by_value(component, kind)]
-        return tuple(every) if len({case for _, case in every}) > 1 else ()
+        cases = [
+            (values, classify(self.chain, component_at_values))
+            for values, component_at_values in split_by_value(component, kind)
+        ]
+        return tuple(cases) if len({case for _, case in cases}) > 1 else ()
 
     def components_at(self, place: Place) -> list[SingularComponent]:
-        """Return the components that a place lies on, none where the arm is not singular."""
+        """Return the components of the singular set that contain a configuration; none if it is regular."""
         return [
-            SingularComponent(tuple(map(self.as_shown, here.conditions)), here.solutions, classify(self.chain, here))
-            for _, here in find_components_at(self.chain, place)
+            SingularComponent(
+                tuple(map(self.as_shown, component.conditions)), component.solutions, classify(self.chain, component)
+            )
+            for _, component in find_components_at(self.chain, place)
         ]
 
     def is_one_sided(self, asked: Place | MeaningAsked) -> bool:
-        """Tell whether P gets past singular places to one side only, along the direction that is lost."""
+        """Return whether P can leave the singular configurations to one side only along the lost direction."""
         return is_one_sided(self.chain, asked.condition, asked.values)
 
     # --- numbers ---
 
     def numeric(self, situation: Configuration, expression: sp.Matrix | sp.Expr) -> sp.Matrix | sp.Expr:
-        """Return the numbers that a formula takes in a situation, to four significant digits."""
+        """Return the values of a formula at a configuration, to four significant digits."""
         filled = expression.xreplace(situation.values)
         return filled.applyfunc(_four_digits) if isinstance(filled, sp.MatrixBase) else _four_digits(filled)
 
     def numeric_inverse(self, situation: Situation) -> sp.Matrix:
-        """Return the inverse of the task Jacobian in a situation, to four significant digits."""
+        """Return the inverse of the task Jacobian at a configuration, to four significant digits."""
         return round_matrix(inverse(jacobian_at(self.chain, situation)))
 
     def numeric_determinant(self, situation: Situation) -> sp.Expr:
-        """Return the determinant of the task Jacobian in a situation, to four significant digits."""
+        """Return the determinant of the task Jacobian at a configuration, to four significant digits."""
         return four_digits(determinant(jacobian_at(self.chain, situation)))
 
     def at(self, place: Place, expression: sp.Expr) -> sp.Expr:
-        """Return an expression at a configuration, the open lengths kept, numbers to four digits."""
+        """Return an expression at a configuration with symbolic lengths unchanged and numbers to four digits."""
         filled = sp.expand(sp.N(expression.xreplace(place.joints), 15))
         return filled.xreplace({number: _four_digits(number) for number in filled.atoms(sp.Float)})
 
@@ -478,7 +492,7 @@ def _cofactors(generic: Chain) -> sp.Matrix:
 
 
 def without_factor(condition: sp.Expr) -> sp.Expr:
-    """Return what has to vanish without numbers and signs before it, as in sin(theta3) for -2 sin(theta3)."""
+    """Return a condition without its numeric factor: sin(theta3) for -2 sin(theta3)."""
     coefficient, rest = condition.as_coeff_Mul()
     if rest.is_Add or coefficient == 1:
         return condition
@@ -486,7 +500,7 @@ def without_factor(condition: sp.Expr) -> sp.Expr:
 
 
 def three_digits(value: sp.Expr) -> str:
-    """Return a number to three significant digits, without an exponent where it can be read without.
+    """Return a number to three significant digits, without an exponent if it is readable without one.
 
     >>> three_digits(sp.Float("0.0752277")), three_digits(sp.Float("-12.345"))
     ('0.0752', '-12.3')

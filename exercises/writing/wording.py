@@ -1,4 +1,4 @@
-"""The words in which a problem speaks of its arm: frame, point, task, units; the same in every question."""
+"""Describe an arm in words that are the same in every question: frame, point, task, units."""
 
 import re
 from collections.abc import Iterable, Sequence
@@ -23,9 +23,9 @@ NUMBER_WORDS = ("no", "one", "two", "three", "four", "five", "six", "seven", "ei
 
 @dataclass(frozen=True)
 class Wording:
-    """What templates say about a chain, in the words of a language; formulas are LaTeX without dollar signs.
+    """What templates say about a chain in a given language; formulas are LaTeX without dollar signs.
 
-    `earlier` are the kinds of questions solved before in the same text; what they found is not shown again.
+    `earlier` has the kinds of questions that the same text has solved already; their results are not shown again.
     """
 
     chain: Chain
@@ -43,17 +43,17 @@ class Wording:
         return ", ".join(name.replace("{", "").replace("}", "") for name in velocities(self.convention.velocities))
 
     def twist(self, omega: str, v: str) -> str:
-        """Return a twist with these halves, in the order of the arm's convention."""
+        """Return a twist with halves omega and v in the order of the arm's convention."""
         return f"({omega}, {v})" if self.convention.is_omega_first else f"({v}, {omega})"
 
     def halves(self, six: Sequence[str]) -> tuple[Sequence[str], Sequence[str]]:
-        """Return omega and v of six components in that order."""
-        both = [six[row] for row in self.convention.twist_rows]
-        return both[:3], both[3:]
+        """Split six components in the convention's order and return omega and v."""
+        components = [six[row] for row in self.convention.twist_rows]
+        return components[:3], components[3:]
 
     @property
     def axes_i(self) -> list[str]:
-        """What the axis of joint i is called, of each kind of joint that the arm has."""
+        """The name of joint i's axis, for each kind of joint that the arm has."""
         kinds = {joint.kind for joint in self.chain.joints}
         names = {"R": self.convention.axis(), "P": self.convention.prismatic_axis}
         return list(dict.fromkeys(name for kind, name in names.items() if kind in kinds))
@@ -85,7 +85,7 @@ class Wording:
 
     @property
     def task_units(self) -> str:
-        """The unit of the task's velocity, or both where it has linear and angular rows."""
+        """The unit of the task's velocity, or both units if it has linear and angular rows."""
         units = ["m/s"] if any(row[0] == "v" for row in self.chain.task) else []
         units += ["rad/s"] if any(row[0] == "w" for row in self.chain.task) else []
         return self.join(units)
@@ -97,7 +97,7 @@ class Wording:
 
     @property
     def mover(self) -> str:
-        """What has the velocity that the task counts."""
+        """The body or point whose velocity the task counts."""
         say = self.words
         return {
             "v": "$P$",
@@ -107,7 +107,7 @@ class Wording:
 
     @property
     def of_mover(self) -> str:
-        """Whose velocity that is, as in "of $P$"."""
+        """The mover in the genitive, as in "of $P$"."""
         say = self.words
         return {
             "v": say.gettext("of $P$"),
@@ -117,7 +117,7 @@ class Wording:
 
     @property
     def to_mover(self) -> str:
-        """The same behind "to give", where other languages have a case of its own."""
+        """The mover after "to give"; other languages have a separate case for it."""
         say = self.words
         return {
             "v": "$P$",
@@ -127,12 +127,12 @@ class Wording:
 
     @property
     def motions(self) -> str:
-        """Whether the task counts linear velocities, angular ones or both: "v", "w" or "vw"."""
+        """The kinds of velocity that the task counts, linear or angular or both: "v", "w" or "vw"."""
         return "".join(kind for kind in "vw" if any(row[0] == kind for row in self.chain.task))
 
     @property
     def always_invertible(self) -> bool:
-        """Whether J has an inverse in every configuration: det J, which is not zero, is the same in all."""
+        """Whether J has an inverse in every configuration, because det J is a nonzero constant."""
         d = derive(self.chain)
         return d.is_square and d.determinant != 0 and not d.determinant.free_symbols & set(self.chain.q)
 
@@ -145,23 +145,23 @@ class Wording:
 
     @property
     def kinds_are_sure(self) -> bool:
-        """Whether boundary and internal can be told apart for the task."""
+        """Whether boundary and internal singularities can be distinguished for the task."""
         return kind_is_sure(self.chain)
 
     def numbers(self, kind: str) -> list[int]:
-        """Return which joints, from 1, are "R" or "P"."""
+        """Return the numbers (from 1) of the joints of kind "R" or "P"."""
         return [i for i, joint in enumerate(self.chain.joints, 1) if joint.kind == kind]
 
     @property
     def rates_with_units(self) -> str:
-        """The joint rates, each with its unit, or all with the one that they have in common."""
+        """The joint rates, each with its unit, or all with their common unit."""
         units, say = self.rate_units, self.words
         if len(units) > 2 and len(set(units)) == 1:
             rates = self.join([f"${rate}$" for rate in self.rates])
             return say.gettext("%(rates)s, all in %(unit)s", rates=rates, unit=units[0])
         if len(units) > 3 and units.count("m/s") == 1:
-            slide = units.index("m/s")
-            return say.gettext("$%(rate)s$ in m/s, all others in rad/s", rate=self.rates[slide])
+            prismatic_index = units.index("m/s")
+            return say.gettext("$%(rate)s$ in m/s, all others in rad/s", rate=self.rates[prismatic_index])
         pairs = zip(self.rates, units, strict=True)
         return ", ".join(say.gettext("$%(rate)s$ in %(unit)s", rate=rate, unit=unit) for rate, unit in pairs)
 
@@ -176,7 +176,7 @@ class Wording:
 
     @property
     def rows(self) -> list[list[str]]:
-        """The table, as the convention has it: theta_i, d_i, a_i, alpha_i, or alpha_{i-1}, a_{i-1}, d_i, theta_i.
+        """The convention's table, with columns theta_i, d_i, a_i, alpha_i, or alpha_{i-1}, a_{i-1}, d_i, theta_i.
 
         Angles are in degrees.
         """
@@ -187,7 +187,7 @@ class Wording:
 
     @property
     def axes_at_home(self) -> list[tuple[str, str, str, str]]:
-        """Of each joint its kind, what its direction is called, and direction and point at home."""
+        """For each joint its kind, the name of its direction, and its direction and point at home."""
         say = self.words
         kinds = {"R": say.pgettext("of a joint", "revolute"), "P": say.pgettext("of a joint", "prismatic")}
         names = {"R": r"\omega", "P": "v"}
@@ -203,7 +203,7 @@ class Wording:
 
     @property
     def point_at_home(self) -> str:
-        """Where P is at home."""
+        """The position of P at home."""
         return triple(axes_of(self.chain)[1])
 
     # --- the convention ---
@@ -220,12 +220,12 @@ class Wording:
 
     @property
     def exponentials(self) -> str:
-        """The product of the joints' exponentials; of more than three, the first and the last."""
-        each = [f"e^{{[S_{{{i}}}]{tex(q)}}}" for i, q in enumerate(self.chain.q, 1)]
-        return r"\, ".join(each) if len(each) < 4 else rf"{each[0]} \cdots {each[-1]}"
+        """The product of the joints' exponentials; if there are more than three, only the first and the last."""
+        factors = [f"e^{{[S_{{{i}}}]{tex(q)}}}" for i, q in enumerate(self.chain.q, 1)]
+        return r"\, ".join(factors) if len(factors) < 4 else rf"{factors[0]} \cdots {factors[-1]}"
 
     def start(self, joint: int) -> str:
-        """Return where the vector from the axis of a joint to P begins."""
+        """Return the name of the point where the vector from a joint's axis to P begins."""
         return self.convention.start(joint, self.words)
 
     @property
@@ -240,7 +240,7 @@ class Wording:
         return list(range(self.chain.n, self.convention.frame_on_axis(1), -1))
 
     def place(self, frame: int) -> str:
-        """Return the name of the place where the origin of a standard frame is."""
+        """Return the name of the point at which the origin of a standard frame is."""
         return self.convention.place(frame) or ""
 
     @property
@@ -250,23 +250,23 @@ class Wording:
 
     @property
     def base_turn(self) -> str:
-        """How O_0 is turned in the world, or nothing."""
+        """The orientation of O_0 in the world frame in words; empty if it is not rotated."""
         base, say = self.base, self.words
         yaw, tilt = tex_angle(base.yaw), tex_angle(base.tilt)
-        turned = say.gettext("turned by $%(yaw)s$ about $z_w$", yaw=yaw) if base.yaw != 0 else ""
+        yaw_text = say.gettext("turned by $%(yaw)s$ about $z_w$", yaw=yaw) if base.yaw != 0 else ""
         if base.tilt == 0:
-            return turned
-        if not turned:
+            return yaw_text
+        if not yaw_text:
             return say.gettext("turned by $%(tilt)s$ about its own $x$ axis", tilt=tilt)
-        return say.gettext("%(turned)s and then by $%(tilt)s$ about its own $x$ axis", turned=turned, tilt=tilt)
+        return say.gettext("%(turned)s and then by $%(tilt)s$ about its own $x$ axis", turned=yaw_text, tilt=tilt)
 
     @property
     def base_transform(self) -> str:
         """The pose of O_0 in the world frame as a product of elementary transformations."""
         base = self.base
-        shift = [rf"T_{axis}({tex_length(v)})" for axis, v in zip("xyz", base.position, strict=True) if v != 0]
-        turns = [rf"R_{axis}({tex_angle(v)})" for axis, v in (("z", base.yaw), ("x", base.tilt)) if v != 0]
-        return r"\, ".join([*shift, *turns])
+        translations = [rf"T_{axis}({tex_length(v)})" for axis, v in zip("xyz", base.position, strict=True) if v != 0]
+        rotations = [rf"R_{axis}({tex_angle(v)})" for axis, v in (("z", base.yaw), ("x", base.tilt)) if v != 0]
+        return r"\, ".join([*translations, *rotations])
 
     @property
     def point_offset(self) -> str:
@@ -275,12 +275,12 @@ class Wording:
 
     @property
     def constants(self) -> list[tuple[str, str]]:
-        """The open symbols of the table, as LaTeX and as they are typed."""
+        """The constants of the table that stay symbols, as LaTeX and as they are typed."""
         return [(tex(symbol), symbol.name) for symbol in self.chain.parameters]
 
     @property
     def has_numbers(self) -> bool:
-        """Whether some length of table, base or point is given as a number."""
+        """Whether a nonzero length of the table, base or point is given as a number."""
         joints, offsets = self.chain.joints, self.chain.offsets
         lengths = [joint.a for joint in joints] + [*self.chain.base.position, *self.chain.point.offset]
         lengths += [o if j.kind == "P" else j.d for j, o in zip(joints, offsets, strict=True)]
@@ -295,14 +295,14 @@ class Wording:
 
     @property
     def moved_names(self) -> str:
-        """What directions and points of the axes are called where the joints before them have taken them."""
+        """The names of the axes' directions and points after the joints before them have moved them."""
         kinds = {joint.kind for joint in self.chain.joints}
         names = [*([r"\omega_i", "q_i"] if "R" in kinds else []), *(["v_i"] if "P" in kinds else [])]
         return self.join([f"${name}'$" for name in names])
 
     @property
     def axes_called(self) -> str:
-        """What the joint axes are called, with an index i."""
+        """The names of the joint axes, with an index i."""
         return self.join([f"${name}$" for name in self.axes_i])
 
     @property
@@ -326,7 +326,7 @@ class Wording:
         return rf"{tex(value)}\,{unit}"
 
     def meaning(self, kind: Kind) -> str:
-        """Return a sentence on what a set of singular configurations looks like, and of what kind it is."""
+        """Return a sentence on the geometric meaning and the kind of a set of singular configurations."""
         say, sentence = self.words, self.sentence(kind.meaning)
         if not self.kinds_are_sure or not kind.kind:
             return sentence
@@ -337,16 +337,18 @@ class Wording:
         return f"{sentence} {boundary if kind.kind == 'boundary' else internal}"
 
     def cases(self, every: Iterable[tuple[Values, Kind]]) -> str:
-        """Return the same for values of joints, each with what it is; those that are the same together."""
+        """Return sentences on the meaning and kind at given joint values; values of the same kind share a sentence."""
         of_kind: dict[Kind, list[Values]] = {}
         for values, kind in every:
             of_kind.setdefault(kind, []).append(values)
         or_between = ", " + self.words.gettext("or") + " "
         return " ".join(
             self.words.gettext(
-                "At %(values)s: %(case)s", values=or_between.join(map(self._at, places)), case=self.meaning(kind)
+                "At %(values)s: %(case)s",
+                values=or_between.join(map(self._at, values_of_kind)),
+                case=self.meaning(kind),
             )
-            for kind, places in of_kind.items()
+            for kind, values_of_kind in of_kind.items()
         )
 
     def _at(self, values: Values) -> str:
@@ -361,32 +363,32 @@ class Wording:
         return self.words.gettext("Some of these configurations are boundary singularities, the others internal.")
 
     def sentence(self, english: str) -> str:
-        """Return words that a problem carries as a sentence that speaks of P by name."""
+        """Return a problem's English description as a translated sentence that calls the point P."""
         words = self.describe(english)
         return f"{words[0].upper()}{words[1:]}."
 
     def describe(self, english: str) -> str:
-        """Return words on configurations with the arm's own names for points, P by name, behind other words."""
+        """Return a description of configurations in the middle of a sentence, with the arm's own names for points."""
         named = re.sub(r"\b([Oq])(\d+)('?)", r"$\1_{\2}\3$", self.convention.rename_origins(english))
-        whole = re.sub(r"^arm (?=stretched|folded|drawn)", "the arm is ", named)
-        return self.words.phrase(whole.replace("the point", "$P$"))
+        clause = re.sub(r"^arm (?=stretched|folded|drawn)", "the arm is ", named)
+        return self.words.phrase(clause.replace("the point", "$P$"))
 
     def join(self, words: list[str]) -> str:
-        """Return words as in a sentence: "x, y and z"."""
+        """Join words as in a sentence: "x, y and z"."""
         if len(words) == 1:
             return words[0]
         return self.words.gettext("%(rest)s and %(last)s", rest=", ".join(words[:-1]), last=words[-1])
 
 
 def triple(values: Iterable[sp.Expr]) -> str:
-    """Return coordinates in metres, as in (-0.6, 0.9, 0) m."""
-    inside = ", ".join(tex(sp.sympify(value)) for value in values)
+    """Return the LaTeX of coordinates in metres, as in (-0.6, 0.9, 0) m; without a unit if any is symbolic."""
+    coordinates = ", ".join(tex(sp.sympify(value)) for value in values)
     numeric = all(sp.sympify(value).is_number for value in values)
-    return f"({inside})" + (r"\,\text{m}" if numeric else "")
+    return f"({coordinates})" + (r"\,\text{m}" if numeric else "")
 
 
 def join(words: list[str], last: str = "and") -> str:
-    """Return words as in a sentence.
+    """Join words as in a sentence.
 
     >>> join(["x", "y", "z"])
     'x, y and z'
