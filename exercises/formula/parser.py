@@ -1,9 +1,9 @@
-"""Text to a tree of plain nodes, by a grammar and a whitelist; nothing of the text is ever executed.
+"""Parse text into a tree of plain nodes by a grammar and a whitelist; the text is never executed.
 
-The grammar is Python's and SymPy's way of writing formulas, with what people type beside it: `^` for powers, `2a1`,
-theta as a Greek letter, `theta_1`, and the robotics shorthand c12 = cos(theta1 + theta2). Lists, sets, dictionaries
-and equations are read, too, as the answers to some questions are made of them. What a node means as a scalar, a
-matrix or a set of conditions is for the caller to say.
+The grammar is the notation of Python and SymPy, extended by what people type: `^` for powers, `2a1`, theta as a Greek
+letter, `theta_1`, and the robotics shorthand c12 = cos(theta1 + theta2). Lists, sets, dictionaries and equations are
+parsed, too, because some answers consist of them. The caller decides what a node means as a scalar, a matrix or a set
+of conditions.
 """
 
 import re
@@ -44,11 +44,11 @@ MAX_LENGTH, MOST_EITHER = LIMITS["characters"], LIMITS["either"]
 MAX_DIAGONAL = LIMITS["diagonal"]
 
 _CONTAINERS: dict[str, str] = VOCABULARY["containers"]
-"""What a call of SymPy, NumPy or Python that is no function of numbers stands for."""
+"""The meaning of each SymPy, NumPy or Python call that is not a function of numbers."""
 _PAIRS = ("eq", "in", "/", "^")
 _BOUND: dict[str, str] = VOCABULARY["bound"]
 _WORDS: list[str] = VOCABULARY["words"]
-"""Names that stand between two conditions, and are no factor."""
+"""Names that connect two conditions, and so are not factors of a product."""
 
 _TOKEN = re.compile("|".join(
     f"(?P<{kind}>{VOCABULARY['patterns'][name]})"
@@ -56,10 +56,10 @@ _TOKEN = re.compile("|".join(
 ))  # fmt: skip
 
 _NO_FACTOR, _ENDS_FACTOR = ("=", "==", ",", ";", ":", "&"), ("*", "/", "^", "**", "=", "==", ")", "]", "}", ",", ";")
-"""What a factor in bars can't hold, and what can't begin an alternative behind its second bar."""
+"""Tokens that can't occur inside a factor in bars, and tokens after its second bar that can't begin an alternative."""
 _BEFORE_STATEMENT = (",", ";", "and", "&", "or", "[", "(", "{")
 _ALTERNATIVE = ("or", "|")
-"""Words behind a comma that say no more than the comma between conditions; entries of a vector are no alternatives."""
+"""Words that add nothing to the comma before them. This holds between conditions only, not between vector entries."""
 
 _DEEPER = {"(": 1, "[": 1, "{": 1, ")": -1, "]": -1, "}": -1}
 
@@ -77,25 +77,25 @@ def _tokens(text: str) -> list[tuple[str, str, int]]:
             tokens.append((str(kind), token, at))
             if token in _DEEPER:
                 depth += _DEEPER[token]
-                if depth > MAX_DEPTH:  # found here, it costs no more than what stands before it
+                if depth > MAX_DEPTH:  # checked here, so that later tokens cost no time
                     raise ReadError(f"brackets nest more than {MAX_DEPTH} deep {_where(text, at)}")
         at = end
     if at < len(text):
-        instead = "write a formula as a1*cos(theta1), a matrix as [[a, b], [c, d]], a condition as theta2 = 0"
-        raise ReadError(f"cannot read {text[at]!r} {_where(text, at)}; {instead}")
+        example = "write a formula as a1*cos(theta1), a matrix as [[a, b], [c, d]], a condition as theta2 = 0"
+        raise ReadError(f"cannot read {text[at]!r} {_where(text, at)}; {example}")
     tokens.append(("end", "", at))
     return tokens
 
 
 def _where(text: str, at: int) -> str:
     start = max(0, at - 15)
-    near = (" " if ch.isspace() else ch for ch in text[start : at + 15])
-    shown = "".join(ch if ch.isprintable() else "\N{REPLACEMENT CHARACTER}" for ch in near)
+    nearby = (" " if ch.isspace() else ch for ch in text[start : at + 15])
+    shown = "".join(ch if ch.isprintable() else "\N{REPLACEMENT CHARACTER}" for ch in nearby)
     return f"at character {at + 1}, near '{shown}'"
 
 
 class _Parser:
-    """Operator-precedence parser; depth is counted, so that no text can exhaust the stack."""
+    """An operator-precedence parser that limits the nesting depth, so that no text can exhaust the stack."""
 
     def __init__(self, text: str, known: frozenset[str]) -> None:
         self.text, self.known = text, known
@@ -103,16 +103,16 @@ class _Parser:
         if (signs := sum(text == "±" for _, text, _ in self.tokens)) > MOST_EITHER:
             raise ReadError(f"the answer has {signs} signs ±, each of which doubles what it means; write them out")
         self.without_brackets = -1
-        """Where the argument of a function without brackets ended last."""
+        """The index of the token after the last function argument without brackets; -1 if there is none."""
         self.without_space: Node | None = None
-        """The product that was read last of names without a space between, and in no bracket."""
+        """The last parsed product of names written without spaces or brackets, as in a1c2."""
         self.in_bars = False
         """Whether the next bar ends an absolute value."""
         self.braces_are_lists = False
         """Whether functions have square brackets, as in Mathematica, where {a, b} is a list."""
 
     def translate_words(self, tokens: list[tuple[str, str, int]]) -> list[tuple[str, str, int]]:
-        """Return tokens with what words between formulas mean put for them: "or" for what is "or" in German."""
+        """Return the tokens with words of other languages replaced, such as the German word for "or"."""
         translated = []
         for kind, text, at in tokens:
             word = _SYNONYMS.get(text) if kind == "name" and text not in self.known else None
@@ -143,8 +143,8 @@ class _Parser:
 
     def expect(self, text: str) -> None:
         if not self.take(text):
-            instead = self.peek() or "the end"
-            raise self.fail(f"expected '{text}', found {instead!r},")
+            actual = self.peek() or "the end"
+            raise self.fail(f"expected '{text}', found {actual!r},")
 
     def parse(self) -> Node:
         if self.tokens[0][0] == "end":
@@ -159,7 +159,7 @@ class _Parser:
         return evaluate_matrices(remove_metres(tree) if is_metre else tree)
 
     def parse_to_end(self) -> Node:
-        """Read what stands there to the end."""
+        """Return the tree of all remaining tokens."""
         rows, has_comma = self.parse_rows("")
         if self.tokens[self.at][0] != "end":
             raise self.fail(f"did not expect {self.peek()!r}")
@@ -173,24 +173,25 @@ class _Parser:
         return Node("list", tuple(items)) if has_comma or len(items) > 1 else items[0]
 
     def parse_rows(self, close: str) -> tuple[list[list[Node]], bool]:
-        """Read entries between commas, in rows if semicolons end them, up to the closing bracket.
+        """Parse entries up to the closing bracket; return them in rows, and whether there was a comma.
 
-        Tell whether there was a comma. In braces, and where nothing closes it, an entry may be named, as in x: a.
+        Commas separate entries, semicolons separate rows. An entry may have a name, as in x: a, in braces or if
+        `close` is empty.
         """
         rows: list[list[Node]] = [[]]
-        comma = False
+        has_comma = False
         while not self.take_end(close):
             if self.take(";"):
                 rows.append([])
                 continue
-            item = self.parse_disjunction()
-            if not close and self.is_comma_and() and self.is_condition(item):
-                item = self.join_conditions(item, rows == [[]])
+            entry = self.parse_disjunction()
+            if not close and self.is_comma_and() and self.is_condition(entry):
+                entry = self.join_conditions(entry, rows == [[]])
             if close in ("", "}") and self.take(":"):
-                item = Node("pair", (item, self.parse_disjunction()))
-            rows[-1].append(item)
+                entry = Node("pair", (entry, self.parse_disjunction()))
+            rows[-1].append(entry)
             if self.take(","):
-                comma = True
+                has_comma = True
                 first = next(row[0] for row in rows if row)
                 if not close and self.take("and", "&", *(_ALTERNATIVE if self.is_condition(first) else ())):
                     self.expect_more()
@@ -198,7 +199,7 @@ class _Parser:
                 if close:
                     self.expect(close)
                 break
-        return [row for row in rows if row] or [[]], comma
+        return [row for row in rows if row] or [[]], has_comma
 
     def expect_more(self) -> None:
         if self.tokens[self.at][0] == "end":
@@ -208,17 +209,18 @@ class _Parser:
         return self.peek() == "," and self.peek(1) in ("and", "&")
 
     def is_condition(self, node: Node) -> bool:
-        """Tell whether a term is on a symbol of the problem; x = 1 only names an entry."""
+        """Return whether a node is a condition on a symbol of the problem; x = 1 only names an entry."""
         if node.kind in ("and", "or"):
             return all(map(self.is_condition, node.args))
         return node.kind in ("eq", "in") and not names(node.args[0]).isdisjoint(self.known)
 
     def join_conditions(self, first: Node, is_alone: bool) -> Node:
-        """Read "A, and B" as "A and B" if B is a condition; with other commas or alternatives it is ambiguous.
+        """Parse "A, and B" as "A and B" if B is a condition.
 
-        Before a value, as in theta2 = 0, and pi, the comma parts a list.
+        Raises ReadError if further commas or alternatives make this ambiguous. Before a value, as in theta2 = 0, and
+        pi, the comma separates the entries of a list.
         """
-        here = self.at
+        start = self.at
         terms = list(first.args) if first.kind == "and" else [first]
         while self.is_comma_and():
             before = self.at
@@ -228,10 +230,10 @@ class _Parser:
                 self.at = before
                 break
             terms.append(term)
-        if self.at == here:
+        if self.at == start:
             return first
         if not is_alone or self.peek() in (",", "or", "|") or first.kind == "or":
-            self.at = here
+            self.at = start
             raise self.fail(
                 "a comma before 'and' may mean two things here; write brackets, as in "
                 "(theta1 = 0 or theta2 = 0) and theta3 = 0, without the comma,"
@@ -252,11 +254,11 @@ class _Parser:
                 raise self.fail(
                     "a dictionary needs 'joint: values' throughout; write conditions without words before them,"
                 )
-        named = ((name, values[0] if len(values) == 1 else Node("set", tuple(values))) for name, *values in pairs)
-        return Node("dict", tuple(Node("pair", pair) for pair in named))
+        assignments = ((name, values[0] if len(values) == 1 else Node("set", tuple(values))) for name, *values in pairs)
+        return Node("dict", tuple(Node("pair", pair) for pair in assignments))
 
     def pass_parameters(self) -> None:
-        """Pass the head of a Python function, lambda theta1, theta2: …; what it returns is the answer."""
+        """Skip the head of a Python function, lambda theta1, theta2: …; the expression it returns is the answer."""
         if self.take("lambda"):
             while self.tokens[self.at][0] == "name":
                 self.at += 1
@@ -266,7 +268,7 @@ class _Parser:
 
     @contextmanager
     def count_nesting(self, what: str = "brackets") -> Iterator[None]:
-        """Count how deep brackets, bars and functions nest. Raises ReadError beyond MAX_DEPTH."""
+        """Count the nesting depth of brackets, bars and functions. Raises ReadError beyond MAX_DEPTH."""
         self.depth += 1
         if self.depth > MAX_DEPTH:
             raise self.fail(f"{what} nest more than {MAX_DEPTH} deep")
@@ -300,20 +302,20 @@ class _Parser:
         return equations[0] if equations else sides[0]
 
     def parse_right_side(self) -> Node:
-        """Read what stands right of an equation: a value, or several, as in theta2 = 0 or pi."""
+        """Parse the right side of an equation: one value, or several, as in theta2 = 0 or pi."""
         alternatives = [self.parse_modulo(self.parse_sum())]
         while self.peek() in ("or", "and", "|", "&"):
-            here = self.at
+            before = self.at
             self.at += 1
             alternative = self.parse_modulo(self.parse_sum()) if self.tokens[self.at][0] != "end" else None
             if alternative is None or self.peek() in ("=", "==", "in", ":") or not _is_value(alternative):
-                self.at = here  # another condition begins there
+                self.at = before  # another condition begins there
                 break
             alternatives.append(alternative)
         return alternatives[0] if len(alternatives) == 1 else Node("set", tuple(alternatives))
 
     def parse_modulo(self, value: Node) -> Node:
-        """Read theta2 = 0 mod pi, or (mod pi): the value and all that are whole multiples of pi apart."""
+        """Parse "0 mod pi" or "0 (mod pi)": the value plus any whole multiple of pi."""
         bracket = self.peek() == "(" and self.peek(1) in _MODULO
         if not bracket and self.peek() not in _MODULO:
             return value
@@ -323,9 +325,9 @@ class _Parser:
         step = Node("*", (_ANY_WHOLE_NUMBER, self.parse_sum()))
         if bracket:
             self.expect(")")
-        several = value.args if value.kind in ("list", "set") else (value,)
-        apart = tuple(Node("+", (term, step)) for term in several)
-        return Node(value.kind, apart) if value.kind in ("list", "set") else apart[0]
+        values = value.args if value.kind in ("list", "set") else (value,)
+        shifted = tuple(Node("+", (term, step)) for term in values)
+        return Node(value.kind, shifted) if value.kind in ("list", "set") else shifted[0]
 
     def parse_sum(self) -> Node:
         if self.take("±"):
@@ -335,36 +337,36 @@ class _Parser:
             node = _with_sign(self.parse_sign(), self.parse_product())
         while self.peek() in ("+", "-", "±"):
             op = self.peek()
-            reach = self.at == self.without_brackets
+            follows_bare_argument = self.at == self.without_brackets
             self.at += 1
-            is_negative, right = self.parse_sign(), self.parse_product()
-            if reach and right.kind == "name" and _is_angle(str(right.value)):
+            is_negative, term = self.parse_sign(), self.parse_product()
+            if follows_bare_argument and term.kind == "name" and _is_angle(str(term.value)):
                 raise self.fail(
-                    f"a function without brackets stands before {op} {right.value}; write what it is of in brackets, "
+                    f"a function without brackets stands before {op} {term.value}; write what it is of in brackets, "
                     "as in sin(theta1 + theta2),"
                 )
-            right = _with_sign(is_negative, right)
-            both = (Node("+", (node, right)), Node("-", (node, right)))
-            node = Node("set", both) if op == "±" else Node(op, (node, right))
+            term = _with_sign(is_negative, term)
+            alternatives = (Node("+", (node, term)), Node("-", (node, term)))
+            node = Node("set", alternatives) if op == "±" else Node(op, (node, term))
         return node
 
     def parse_sign(self) -> bool:
-        negative = False
+        is_negative = False
         while self.peek() in ("+", "-") and self.tokens[self.at][0] == "op":
-            negative ^= self.peek() == "-"
+            is_negative ^= self.peek() == "-"
             self.at += 1
-        return negative
+        return is_negative
 
     def parse_product(self) -> Node:
         node = self.parse_power()
-        below = -1
+        divisor_end = -1
         while True:
             kind, text, _ = self.tokens[self.at]
             if text in ("*", "/", "."):
                 self.at += 1
-                here = self.at
+                start = self.at
                 node = Node(text if text == "/" else "*", (node, _with_sign(self.parse_sign(), self.parse_power())))
-                below = self.at if text == "/" and self.is_symbol(here) and node.args[1].kind == "name" else -1
+                divisor_end = self.at if text == "/" and self.is_symbol(start) and node.args[1].kind == "name" else -1
             elif kind == "number" == self.tokens[self.at - 1][0]:
                 raise self.fail("two numbers stand side by side,")  # 1 000, 1.2.3: no product is meant
             elif kind == "number" and text.startswith("."):  # a1.2
@@ -374,7 +376,7 @@ class _Parser:
             elif kind == "name" and self.is_unit(text):
                 self.at += 1
                 node = _in_unit(node, text)
-            elif kind == "name" and text not in _WORDS and self.at == below:
+            elif kind == "name" and text not in _WORDS and self.at == divisor_end:
                 raise self.fail(
                     f"/{self.peek(-1)} {text} may mean two things; write what stands below in brackets, as in "
                     "a/(b*c), or a/b*c,"
@@ -389,83 +391,84 @@ class _Parser:
                 return node
 
     def is_symbol(self, at: int) -> bool:
-        """Tell whether a single name stands there, as what a quotient is divided by."""
+        """Return whether the divisor, which begins at token `at` and has just been parsed, is a single name."""
         return self.tokens[at][0] == "name" and self.at == at + 1 and not self.tokens[at][1].startswith(_PI)
 
     def parse_factor(self) -> Node:
-        """Read a factor without a sign before it. [0] is no factor: it picks an entry in Python."""
-        bracket = self.peek() == "["
-        here, node = self.at, self.parse_power()
-        if bracket and node.kind == "list" and len(node.args) == 1 and node.args[0].kind in ("number", "neg"):
-            self.at = here
+        """Parse a factor that has no sign. [0] is refused, because in Python it selects an entry."""
+        is_bracket = self.peek() == "["
+        start, node = self.at, self.parse_power()
+        if is_bracket and node.kind == "list" and len(node.args) == 1 and node.args[0].kind in ("number", "neg"):
+            self.at = start
             raise self.fail("did not expect '['; an entry of a vector has a name, as a1 or theta2,")
         return node
 
     def is_bar_of_factor(self) -> bool:
-        """Tell whether a factor in bars begins here, as in a1|s2|, and no alternative behind a bar, as in 0 | pi."""
+        """Return whether this bar begins an absolute value, as in a1|s2|, rather than an alternative, as in 0 | pi."""
         if self.in_bars:
             return False
-        depth, at, symbols = 0, self.at + 1, False
+        depth, at, has_symbol = 0, self.at + 1, False
         while self.tokens[at][0] != "end" and not (self.tokens[at][1] == "|" and depth == 0):
             kind, text, _ = self.tokens[at]
             depth += _DEEPER.get(text, 0)
             if depth < 0 or (depth == 0 and (text in _NO_FACTOR or text in _WORDS)):
                 return False
-            symbols |= kind == "name" and not text.startswith(_PI)
+            has_symbol |= kind == "name" and not text.startswith(_PI)
             at += 1
-        if self.tokens[at][0] == "end" or not symbols:
+        if self.tokens[at][0] == "end" or not has_symbol:
             return False
         first, last = self.tokens[self.at + 1], self.tokens[at - 1]
         is_tight = first[2] == self.tokens[self.at][2] + 1 and last[2] + len(last[1]) == self.tokens[at][2]
         return is_tight or self.tokens[at + 1][0] == "end" or self.tokens[at + 1][1] in _ENDS_FACTOR
 
     def is_row_below(self, node: Node) -> bool:
-        """Tell whether a list is a row, or several, with another below it, as calculators write [a, b][c, d]."""
+        """Return whether the next list is another row below `node`, as calculators write [a, b][c, d]."""
         return node.kind == "list" and len(node.args) > 1 and self.peek(-1) == "]" and not self.is_column_ahead()
 
     def is_column_ahead(self) -> bool:
-        """Tell whether the list that begins here has rows, as in [a; b] or [[a, b], [c, d]]."""
+        """Return whether the list that begins here has rows, as in [a; b] or [[a, b], [c, d]]."""
         return self.peek(1) == "[" or (1, ";") in self.bracket_ahead()
 
     def bracket_ahead(self) -> list[tuple[int, str]]:
-        """Return the tokens from the bracket that begins here to its end, each after how deep it is."""
-        depth, inside = 0, list[tuple[int, str]]()
+        """Return (depth, text) of each token from the bracket that begins here to its closing bracket."""
+        depth, tokens_with_depth = 0, list[tuple[int, str]]()
         for at in range(self.at, len(self.tokens)):
             depth += _DEEPER.get(self.tokens[at][1], 0)
-            inside.append((depth, self.tokens[at][1]))
+            tokens_with_depth.append((depth, self.tokens[at][1]))
             if depth == 0:
                 break
-        return inside
+        return tokens_with_depth
 
     def parse_row_below(self, node: Node) -> Node:
-        """Return a list of rows with the one that follows."""
+        """Parse the next list and return `node` with it as another row."""
         self.take("[")
         row = self.parse_bracket("]", "list")
         rows = node.args if all(arg.kind == "list" for arg in node.args) else (node,)
-        if len(rows) >= MAX_DIAGONAL or any(len(each.args) != len(row.args) for each in rows):
+        if len(rows) >= MAX_DIAGONAL or any(len(other_row.args) != len(row.args) for other_row in rows):
             raise self.fail("two lists of different lengths stand side by side,")
         return Node("list", (*rows, row))
 
     def is_unit(self, text: str) -> bool:
-        """Tell whether a name behind a number is a unit: 0.25 rad at the end of a product, 25 cm before a factor, too.
+        """Return whether a name after a number is a unit.
 
-        Of m it is decided when the whole formula is known (`metres`).
+        Angles have one only at the end of a product, as in 0.25 rad; lengths also before a factor, as in 25 cm. The
+        name m is decided later, when the whole formula is known (`metres`).
         """
         if text not in _UNITS or text in self.known or text in VOCABULARY["whole_numbers"]:
             return False
-        kind, before, _ = self.tokens[self.at - 1]
-        if kind != "number" and before not in VOCABULARY["before_whole_numbers"]:
+        kind, previous, _ = self.tokens[self.at - 1]
+        if kind != "number" and previous not in VOCABULARY["before_whole_numbers"]:
             return False
-        next_kind, after, _ = self.tokens[min(self.at + 1, len(self.tokens) - 1)]
+        next_kind, following, _ = self.tokens[min(self.at + 1, len(self.tokens) - 1)]
         if text in VOCABULARY["lengths"]:
-            return after not in _POWERS_OF_UNIT
-        return after not in _GO_ON and (next_kind in ("op", "end") or after in _WORDS)
+            return following not in _POWERS_OF_UNIT
+        return following not in _GO_ON and (next_kind in ("op", "end") or following in _WORDS)
 
     def parse_power(self) -> Node:
         base = self.parse_primary()
         if self.tokens[self.at][1] not in ("**", "^"):
             return base
-        exponents, of_last = [], base is self.without_space
+        exponents, applies_to_last_factor = [], base is self.without_space
         while self.take("**", "^"):
             exponents.append(_with_sign(self.parse_sign(), self.parse_primary()))
             if len(exponents) > MAX_DEPTH:
@@ -473,11 +476,11 @@ class _Parser:
         if base.kind == "list" and len(exponents) == 1 and exponents[0].value in VOCABULARY["transposed"]:
             return _transpose(base)
         tower = exponents.pop()
-        while exponents:  # -a^-b^c: the sign of an exponent covers what stands above it
-            below = exponents.pop()
-            is_negative = below.kind == "neg"
-            tower = _with_sign(is_negative, Node("^", (below.args[0] if is_negative else below, tower)))
-        if of_last:  # a1c2^2
+        while exponents:  # -a^-b^c: the sign of an exponent applies to the whole power above it
+            exponent = exponents.pop()
+            is_negative = exponent.kind == "neg"
+            tower = _with_sign(is_negative, Node("^", (exponent.args[0] if is_negative else exponent, tower)))
+        if applies_to_last_factor:  # a1c2^2
             return Node("*", (base.args[0], Node("^", (base.args[1], tower))))
         return Node("^", (base, tower))
 
@@ -502,24 +505,24 @@ class _Parser:
         raise self.fail("expected a number, a symbol or a bracket, found " + (repr(text) if text else "the end"))
 
     def parse_absolute(self) -> Node:
-        """Read |a1*sin(theta2)| to its second bar; the bar between two conditions is an "or"."""
+        """Parse |a1*sin(theta2)| up to its second bar; a bar between two conditions means "or" instead."""
         with self.count_nesting():
-            self.in_bars, outer = True, self.in_bars
+            self.in_bars, was_in_bars = True, self.in_bars
             inner = self.parse_sum()
-            self.in_bars = outer
+            self.in_bars = was_in_bars
             self.expect("|")
         return _call(FUNCTIONS["abs"], (inner,))
 
     def parse_bracket(self, close: str, kind: str) -> Node:
-        self.in_bars, outer = False, self.in_bars
-        rows, comma = self.parse_rows(close)
-        self.in_bars, self.without_space = outer, None
+        self.in_bars, was_in_bars = False, self.in_bars
+        rows, has_comma = self.parse_rows(close)
+        self.in_bars, self.without_space = was_in_bars, None
         items = rows[0]
         if len(rows) > 1:  # [a, b; c, d], or (a; b), {0; pi}
             is_column = kind in ("group", "set") and all(len(row) == 1 for row in rows)
             return Node("list", tuple(row[0] for row in rows)) if is_column else list_of_rows(rows)
         if kind == "group":
-            return items[0] if len(items) == 1 and not comma else Node("list", tuple(items))
+            return items[0] if len(items) == 1 and not has_comma else Node("list", tuple(items))
         return self.make_dictionary(items) if any(item.kind == "pair" for item in items) else Node(kind, tuple(items))
 
     def parse_name(self, raw: str) -> Node:
@@ -528,14 +531,14 @@ class _Parser:
         if raw.endswith(".diff") and self.peek() == "(":  # theta1.diff(t)
             return self.parse_bound("Derivative", _node_of_part(pieces_of(raw.removesuffix(".diff"), self.known)[0]))
         name = plain_name(raw)
-        opens = self.peek() == "("
-        if opens and name in _BOUND:
+        is_bracket_next = self.peek() == "("
+        if is_bracket_next and name in _BOUND:
             return self.parse_bound(name, None)
-        varies = name in self.known or _JOINT.fullmatch(name) is not None
-        if opens and varies and self.peek(1) == "t" and self.peek(2) == ")":
+        may_depend_on_time = name in self.known or _JOINT.fullmatch(name) is not None
+        if is_bracket_next and may_depend_on_time and self.peek(1) == "t" and self.peek(2) == ")":
             self.at += 3  # theta1(t), as dynamicsymbols prints it
             return _node_of_part(pieces_of(raw, self.known)[0])
-        if opens and name in _CONTAINERS:
+        if is_bracket_next and name in _CONTAINERS:
             self.at += 1
             return _container(name, self.parse_bracket(")", "args").args, self)
         if name in VOCABULARY["undefined"]:
@@ -546,10 +549,10 @@ class _Parser:
             return self.parse_shorthand(name)
         pieces = pieces_of(raw, self.known)
         symbol = pieces[0].parts[0] if len(pieces) == 1 and pieces[0].kind == "name" else ""
-        if opens and symbol and not {name, symbol} & self.known and symbol not in _BEFORE_BRACKETS:
-            behind = self.at + len(self.bracket_ahead())
-            if self.begins_statement() and behind < len(self.tokens) and self.tokens[behind][1] == "=":
-                self.at = behind  # J(q) = …
+        if is_bracket_next and symbol and not {name, symbol} & self.known and symbol not in _BEFORE_BRACKETS:
+            after_bracket = self.at + len(self.bracket_ahead())
+            if self.begins_statement() and after_bracket < len(self.tokens) and self.tokens[after_bracket][1] == "=":
+                self.at = after_bracket  # J(q) = …
                 return Node("name", value=symbol)
             raise self.fail(f"the function {name!r} {_NEGATION if name in VOCABULARY['negations'] else _UNKNOWN}")
         product = self.multiply_parts(pieces)
@@ -558,37 +561,37 @@ class _Parser:
         return product
 
     def begins_statement(self) -> bool:
-        """Tell whether the name that was passed last is the first of a statement."""
+        """Return whether the last parsed name begins a statement."""
         return self.at == 1 or self.tokens[self.at - 2][1] in _BEFORE_STATEMENT
 
     def is_angle_ahead(self) -> bool:
-        """Tell whether an angle or a bracket follows, behind a power if there is one: c theta1, s^2(theta1)."""
+        """Return whether an angle or a bracket follows, perhaps after a power: c theta1, s^2(theta1)."""
         ahead = 0 if self.peek() not in ("^", "**") else 4 if self.peek(1) == "(" else 2
         kind, text, _ = self.tokens[min(self.at + ahead, len(self.tokens) - 1)]
         piece = pieces_of(text, self.known)[0] if kind == "name" else None
         return text == "(" or (piece is not None and (piece.kind == "sum" or _is_angle(piece.parts[0])))
 
     def parse_shorthand(self, name: str) -> Node:
-        """Read c or s, of what follows: S(1), as SymPy has it, is no sine."""
-        here, function = self.at, SHORTHAND[name]
+        """Parse c or s as the cosine or sine of the argument that follows; S(1) is SymPy's number 1, not a sine."""
+        start, function = self.at, SHORTHAND[name]
         call = self.parse_function(function)
         if not any(map(_is_angle, names(call))):
-            self.at = here
+            self.at = start
             raise self.fail(f"{name} is {function} before an angle only, as in {name}(theta1); write {function}(…),")
         return call
 
     def multiply_parts(self, pieces: Sequence[NamePart]) -> Node:
-        """Return the product that names without a space stand for; a function is of what follows it."""
+        """Return the product of names written without spaces; a function applies to the name after it."""
         factors: list[Node] = []
-        todo = list(pieces)
-        while todo:
-            piece = todo.pop(0)
+        remaining = list(pieces)
+        while remaining:
+            piece = remaining.pop(0)
             if piece.kind != "function":
                 factors.append(_node_of_part(piece))
-            elif todo and todo[0].kind != "function" and piece.parts[0] not in ARITY:
-                factors.append(_call(piece.parts[0], (_node_of_part(todo.pop(0)),)))
-                self.without_brackets = self.at if not todo else -1
-            elif not todo:
+            elif remaining and remaining[0].kind != "function" and piece.parts[0] not in ARITY:
+                factors.append(_call(piece.parts[0], (_node_of_part(remaining.pop(0)),)))
+                self.without_brackets = self.at if not remaining else -1
+            elif not remaining:
                 factors.append(self.parse_function(piece.parts[0]))
             else:
                 raise self.fail(f"expected what {piece.parts[0]} is of,")
@@ -598,7 +601,7 @@ class _Parser:
         return product
 
     def parse_bound(self, name: str, of: Node | None) -> Node:
-        """Read Derivative(theta1(t), t), which is the rate qd1, or Lambda(_n, …), whose _n is any whole number."""
+        """Parse Derivative(theta1(t), t) as the rate qd1, and the _n of Lambda(_n, …) as any whole number."""
         self.at += 1
         args = ((of,) if of is not None else ()) + self.parse_bracket(")", "args").args
         is_rate = _BOUND[name] == "rate"
@@ -630,7 +633,7 @@ class _Parser:
         return Node("^", (call, power)) if power is not None else call
 
     def parse_bare_argument(self, name: str) -> Node:
-        """Read what a function without brackets is of: numbers and one name, as in sin 2 theta1."""
+        """Parse the argument of a function without brackets: a number and one name, as in sin 2 theta1."""
         factors = []
         if self.tokens[self.at][0] == "number":
             factors.append(_number(self.peek()))
@@ -655,11 +658,11 @@ _MODULO: list[str] = VOCABULARY["modulo"]
 _SYNONYMS: dict[str, str] = VOCABULARY["synonyms"]
 _PI = tuple(VOCABULARY["before_whole_numbers"])
 _BEFORE_BRACKETS = ("pi", "I", *VOCABULARY["whole_numbers"])
-"""Names that are multiplied with a bracket behind them: nobody writes functions of these names."""
+"""Names that are multiplied by the bracket after them, because nobody gives functions these names."""
 _UNITS: dict[str, str] = VOCABULARY["units"]
 _POWERS_OF_UNIT = ("/", "^", "**")
 _GO_ON = ("*", "(", *_POWERS_OF_UNIT)
-"""What follows a name that is a factor, and no unit at the end of a product."""
+"""Tokens after a name that show that it is a factor rather than a unit at the end of a product."""
 
 
 def _is_angle(name: str) -> bool:
@@ -671,7 +674,7 @@ def _is_value(node: Node) -> bool:
 
 
 def _in_unit(value: Node, unit: str) -> Node:
-    """Return a value in metres and radians: of cm a hundredth, of degrees pi/180."""
+    """Return a value converted to metres or radians."""
     factor = _UNITS[unit]
     if factor.startswith("/"):
         return Node("/", (value, number(int(factor[1:]))))
@@ -679,7 +682,7 @@ def _in_unit(value: Node, unit: str) -> Node:
 
 
 def _transpose(matrix: Node) -> Node:
-    """Return a list of rows transposed; a list of entries, which may be a column, stays."""
+    """Return a list of rows transposed; a list of entries is returned unchanged, because it may be a column."""
     rows = [row.args for row in matrix.args if row.kind == "list"]
     if len(rows) != len(matrix.args) or len({len(row) for row in rows}) != 1:
         return matrix
@@ -717,7 +720,10 @@ def _number(text: str) -> Node:
 
 
 def _fill_matrix(rows: Node, columns: Node, entries: Node) -> Node | None:
-    """Return Matrix(rows, columns, entries), with the entries in a row, or in rows as in Maple; else None."""
+    """Return the matrix of Matrix(rows, columns, entries), or None if the numbers don't fit.
+
+    The entries are a single list, or a list of rows as in Maple.
+    """
     if entries.kind != "list" or rows.kind != "number" or columns.kind != "number":
         return None
     lengths = [len(entry.args) if entry.kind == "list" else None for entry in entries.args]
@@ -730,26 +736,26 @@ def _fill_matrix(rows: Node, columns: Node, entries: Node) -> Node | None:
 
 
 def _container(name: str, args: tuple[Node, ...], parser: _Parser) -> Node:
-    meant = _CONTAINERS[name]
-    if meant == "set" or (meant in ("or", "and") and args) or (meant in _PAIRS and len(args) == 2):
-        return Node(meant, args)
-    if meant == "image" and len(args) == 2 and args[1].value in VOCABULARY["whole_number_sets"]:
+    meaning = _CONTAINERS[name]
+    if meaning == "set" or (meaning in ("or", "and") and args) or (meaning in _PAIRS and len(args) == 2):
+        return Node(meaning, args)
+    if meaning == "image" and len(args) == 2 and args[1].value in VOCABULARY["whole_number_sets"]:
         return args[0]
-    if meant == "condition" and len(args) in (2, 3):
+    if meaning == "condition" and len(args) in (2, 3):
         return args[1]
-    if meant == "transposed" and len(args) == 1:
+    if meaning == "transposed" and len(args) == 1:
         return _transpose(args[0])
-    if meant == "inverse" and len(args) == 1:
+    if meaning == "inverse" and len(args) == 1:
         return Node("^", (args[0], _MINUS_ONE))
-    if meant == "modulo" and len(args) == 2:  # what is left is a whole number of times the second less
+    if meaning == "modulo" and len(args) == 2:  # the remainder is the value minus a whole multiple of the modulus
         return Node("-", (args[0], Node("*", (_ANY_WHOLE_NUMBER, args[1]))))
     if len(args) == 1:
         return args[0]
-    if meant == "matrix" and len(args) == 3 and (filled := _fill_matrix(*args)) is not None:
+    if meaning == "matrix" and len(args) == 3 and (filled := _fill_matrix(*args)) is not None:
         return filled
-    if meant == "diagonal" and len(args) <= MAX_DIAGONAL:
+    if meaning == "diagonal" and len(args) <= MAX_DIAGONAL:
         return list_of_rows([arg if i == j else ZERO for j in range(len(args))] for i, arg in enumerate(args))
-    if meant == "list":
+    if meaning == "list":
         return Node("list", args)
     raise parser.fail(f"{name} with {len(args)} arguments is not understood")
 
@@ -757,7 +763,7 @@ def _container(name: str, args: tuple[Node, ...], parser: _Parser) -> Node:
 def read(text: str, known: Iterable[str] = ()) -> Node:
     """Return the tree of `text`; `known` are the names of the problem's symbols, which take precedence over shorthand.
 
-    Raises ReadError with the place and what was expected. Time and memory grow with the length only.
+    Raises ReadError with the position and the expected token. Time and memory are linear in the length.
 
     >>> read("2*a1 + c12").kind
     '+'
@@ -771,11 +777,11 @@ def read(text: str, known: Iterable[str] = ()) -> Node:
 
 
 SHORT = 4000
-"""Answers shorter than this are cached in large numbers; only a few longer ones are."""
+"""Length in characters below which many answers are cached; only a few longer answers are."""
 
 
 def _parse(text: str, known: frozenset[str]) -> Node:
-    """Return the tree; an answer is parsed for its symbols, its conditions, the mistake in it, and its page."""
+    """Return the tree. It is cached because grading, diagnosis and the student's page all parse the same answer."""
     return _Parser(plain(text, known), known).parse()
 
 
@@ -784,5 +790,5 @@ _keep_few, _keep_many = lru_cache(4)(_parse), lru_cache(128)(_parse)
 
 @lru_cache(maxsize=512)
 def tree_of_reference(text: str, known: frozenset[str]) -> Node:
-    """Return the tree of one of our own formulas, which is used for every answer that is compared with it."""
+    """Return the cached tree of a reference formula, which is compared with many answers."""
     return read(text, known)
