@@ -1,8 +1,7 @@
-"""Check a singular set numerically: rank is lost on it, and searches for lost rank end on it.
+"""Check a singular set numerically: J loses rank on it, and searches for rank loss end on it.
 
 J loses rank at q if a unit wrench w does no work at any joint: J(q)^T w = 0, w . w = 1. For m rows these are n + 1
-equations in n + m unknowns; Gauss-Newton steps of least length lead from random starts to configurations all over the
-set.
+equations in n + m unknowns. Minimum-norm Gauss-Newton steps from random starts reach configurations all over the set.
 """
 
 from collections.abc import Iterator, Sequence
@@ -19,27 +18,34 @@ from qdot.exercises.formula.parser import read
 from qdot.exercises.formula.program import compile_program, evaluate
 
 STARTS, STEPS = 60, 80
-"""Searches for each purpose, and steps of each."""
+"""Number of random starts per search, and the maximum number of steps from each start."""
 CHOICES, FURTHER = 3, 12
-"""How often open lengths are sampled, and how often again for conditions that hold only for special lengths."""
+"""How often symbolic lengths (those without a numeric value) are sampled, and how often again for conditions that hold
+only for special lengths."""
 ON_IT, LOST, BESIDE = 1e-11, 1e-7, 1e-3
 """Tolerances: for solved equations, for the smallest singular value of J over the largest, and for the distance between
-the end of a search and the conditions (if rank is lost to second order, rounding shifts the end)."""
+a search result and the conditions. The last is looser: if the smallest singular value has a double zero, rounding
+shifts the result."""
 _TINY = 0.1
-"""The largest singular value of J (lengths in parts of the reach) below which all of them are negligible."""
+"""Floor for the largest singular value of J (lengths as fractions of the reach) when the smallest is compared to it."""
 _LONGEST = 0.7
-"""Radians (parts of the reach) that a step may take."""
+"""Maximum step: radians for a revolute joint, fractions of the reach for a prismatic joint."""
 _LEAST = 1e-10
-"""Singular values of a system of equations below this part of the largest are left out of a step."""
+"""Relative cutoff for the pseudoinverse: a step ignores singular values below this fraction of the largest."""
 
 
 @dataclass(frozen=True)
 class RankCheck:
-    """The outcome: `samples` has, for each way in which rank is lost, configurations at which its conditions hold.
+    """The result of checking the claimed branches of a singular set.
 
-    Each is n joint values with the number of its arm in `arms`. `wrong` are the numbers (from 0) of ways on which some
-    configuration keeps its rank. Of `searches` for lost rank with the first `choices` of arms, `ended` found a
-    configuration, of which the `unexplained` ones satisfy none of the ways.
+    - `arms`: the numeric arms, one per choice of the symbolic lengths.
+    - `samples`: for each branch, configurations that satisfy its conditions. Each sample is a pair: the index of its
+      arm in `arms`, and the n joint values.
+    - `wrong`: the indices of the branches on which J keeps full rank at some sample.
+    - `choices`: how many arms, the first in `arms`, were searched for rank loss.
+    - `searches`: the number of these searches.
+    - `ended`: how many of them converged to a singular configuration.
+    - `unexplained`: the singular configurations found that satisfy no branch.
     """
 
     arms: tuple[NumericChain, ...]
@@ -54,111 +60,112 @@ class RankCheck:
 def check_rank_loss(
     chain: Chain, ways: Sequence[Sequence[sp.Expr]], starts: int = STARTS, stream: str = "searched"
 ) -> RankCheck:
-    """Check ways in which J of the task is claimed to lose rank: conditions that hold together.
+    """Check the claimed branches of the singular set, each a list of conditions that hold simultaneously.
 
-    Open lengths are sampled three times, and more often for conditions that hold for none of these; lengths that make
-    no real arm are left out. Another name of the `stream` gives other lengths and starts.
+    Symbolic lengths are sampled three times, and more often for a branch that no sample satisfies. Lengths that give no
+    real arm are skipped. `stream` seeds the random lengths and starts.
     """
     arms: list[NumericChain] = []
     samples: list[list[tuple[int, np.ndarray]]] = [[] for _ in ways]
     wrong: set[int] = set()
     ended, unexplained = 0, []
-    draws = Stream(stream)
-    for values, arm in _sample_lengths(chain, draws, CHOICES):
+    rng = Stream(stream)
+    for values, arm in _sample_lengths(chain, rng, CHOICES):
         arms.append(arm)
         rank = _RankTest(arm, chain.task)
-        conditions = [_Way(way, chain, values) for way in ways]
-        for k, way in enumerate(conditions):
-            on_it, q = way.solve(rank.starts(starts, draws))
-            samples[k] += [(len(arms) - 1, each) for each in q[on_it]]
-            if on_it.any() and not rank.is_lost(q[on_it]).all():
+        numeric_branches = [_Way(branch, chain, values) for branch in ways]
+        for k, branch in enumerate(numeric_branches):
+            converged, q = branch.solve(rank.starts(starts, rng))
+            samples[k] += [(len(arms) - 1, configuration) for configuration in q[converged]]
+            if converged.any() and not rank.is_lost(q[converged]).all():
                 wrong.add(k)
-        q = rank.search(rank.starts(starts, draws), draws)
+        q = rank.search(rank.starts(starts, rng), rng)
         ended += len(q)
         explained = np.zeros(len(q), dtype=bool)
-        for way in conditions:
-            explained |= way.is_near(q)
+        for branch in numeric_branches:
+            explained |= branch.is_near(q)
         unexplained += list(q[~explained])
     choices = len(arms)
-    for k in [k for k, way_samples in enumerate(samples) if not way_samples]:
-        for values, arm in _sample_lengths(chain, draws, FURTHER, least=300):
+    for k in [k for k, branch_samples in enumerate(samples) if not branch_samples]:
+        for values, arm in _sample_lengths(chain, rng, FURTHER, least=300):
             rank = _RankTest(arm, chain.task)
-            on_it, q = _Way(ways[k], chain, values).solve(rank.starts(starts, draws))
-            if on_it.any():
+            converged, q = _Way(ways[k], chain, values).solve(rank.starts(starts, rng))
+            if converged.any():
                 arms.append(arm)
-                samples[k] += [(len(arms) - 1, each) for each in q[on_it]]
-                wrong |= set() if rank.is_lost(q[on_it]).all() else {k}
-    searched = starts * choices, ended, tuple(unexplained)
-    return RankCheck(tuple(arms), tuple(map(tuple, samples)), tuple(sorted(wrong)), choices, *searched)
+                samples[k] += [(len(arms) - 1, configuration) for configuration in q[converged]]
+                wrong |= set() if rank.is_lost(q[converged]).all() else {k}
+    search_results = starts * choices, ended, tuple(unexplained)
+    return RankCheck(tuple(arms), tuple(map(tuple, samples)), tuple(sorted(wrong)), choices, *search_results)
 
 
 def ways_covering(chain: Chain, way: Sequence[sp.Expr], others: Sequence[Sequence[sp.Expr]]) -> frozenset[int] | None:
-    """Return the numbers of other ways that together contain the configurations found on a way, the first for each.
+    """Return the indices of the `others` that together contain the configurations found on the branch `way`.
 
-    None if a configuration lies on none of them, or none was found.
+    Each configuration counts for the first branch that contains it. Return None if a configuration lies on none of
+    them, or if no configuration was found.
     """
-    draws, on = Stream("lies on"), set()
-    for values, arm in _sample_lengths(chain, draws, CHOICES):
-        on_it, q = _Way(way, chain, values).solve(_RankTest(arm, chain.task).starts(STARTS, draws))
-        q = q[on_it]
-        for number, other_way in enumerate(others):
-            beside = _Way(other_way, chain, values).is_near(q)
-            on |= {number} if beside.any() else set()
-            q = q[~beside]
+    rng, covering = Stream("lies on"), set()
+    for values, arm in _sample_lengths(chain, rng, CHOICES):
+        converged, q = _Way(way, chain, values).solve(_RankTest(arm, chain.task).starts(STARTS, rng))
+        q = q[converged]
+        for k, conditions in enumerate(others):
+            is_covered = _Way(conditions, chain, values).is_near(q)
+            covering |= {k} if is_covered.any() else set()
+            q = q[~is_covered]
         if len(q):
             return None
-    return frozenset(on) or None
+    return frozenset(covering) or None
 
 
 def _sample_lengths(
     chain: Chain, draws: Stream, times: int, least: int = 3000
 ) -> Iterator[tuple[dict[sp.Symbol, sp.Rational], NumericChain]]:
-    """Yield values for open lengths, so many times, with the arm; skip values that make no real arm.
+    """Yield `times` random choices of the symbolic lengths, each with its numeric arm; skip those without a real arm.
 
-    The shortest is `least` / 10,007 metres, the longest 1.2 m.
+    The shortest length is `least` / 10,007 metres, the longest 1.2 m.
     """
     for _ in range(times if chain.parameters else 1):
         values = {symbol: sp.Rational(least + draws.below(12000 - least), 10007) for symbol in chain.parameters}
         try:
             arm = NumericChain(chain, {symbol.name: float(value) for symbol, value in values.items()})
-        except TypeError:  # no real number with these lengths, as sqrt(a1**2 - d1**2)
+        except TypeError:  # a constant is not real for these lengths, e.g. sqrt(a1**2 - d1**2)
             continue
         yield values, arm
 
 
 class _Way:
-    """Conditions in numbers, each scaled by the size of its terms."""
+    """The conditions of one branch as numeric functions, each divided by the mean size of its coefficients."""
 
     def __init__(self, conditions: Sequence[sp.Expr], chain: Chain, values: dict[sp.Symbol, sp.Rational]) -> None:
-        filled = [sp.expand(_simple_zero(condition).xreplace(values)) for condition in conditions]
-        wanted = [*filled, *(sp.diff(condition, q) for condition in filled for q in chain.q)]
-        self._program = compile_program([read(str(expression)) for expression in wanted])
-        self._sizes = np.array([_size(condition) for condition in filled])
+        functions = [sp.expand(_simple_zero(condition).xreplace(values)) for condition in conditions]
+        expressions = [*functions, *(sp.diff(condition, q) for condition in functions for q in chain.q)]
+        self._program = compile_program([read(str(expression)) for expression in expressions])
+        self._sizes = np.array([_size(condition) for condition in functions])
         self._joints = [q.name for q in chain.q]
 
     def at(self, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return values (k x m) and slopes (k x m x n) at k configurations."""
+        """Return values (k x m) and derivatives (k x m x n) at k configurations."""
         k, m = len(q), len(self._sizes)
-        out = evaluate(self._program, dict(zip(self._joints, q.T, strict=True)), k)[0].real
-        return out[:m].T / self._sizes, out[m:].reshape(m, -1, k).transpose(2, 0, 1) / self._sizes[:, None]
+        results = evaluate(self._program, dict(zip(self._joints, q.T, strict=True)), k)[0].real
+        return results[:m].T / self._sizes, results[m:].reshape(m, -1, k).transpose(2, 0, 1) / self._sizes[:, None]
 
     def solve(self, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return for k starts whether steps lead to where all conditions hold, and the configurations (k x n)."""
+        """Iterate from k starts; return whether each converged to a common zero, and the end points (k x n)."""
         q = q.copy()
         for _ in range(STEPS):
-            values, slopes = self.at(q)
-            left = ~(np.abs(values).max(axis=1) < ON_IT)
-            if not left.any():
+            values, derivatives = self.at(q)
+            active = ~(np.abs(values).max(axis=1) < ON_IT)
+            if not active.any():
                 break
-            q[left] += _limit_steps(_step(slopes[left], values[left]))
+            q[active] += _limit_steps(_step(derivatives[active], values[active]))
         return np.abs(self.at(q)[0]).max(axis=1) < ON_IT, q
 
     def is_near(self, q: np.ndarray) -> np.ndarray:
-        """Return for each configuration whether the conditions hold there, or so close that only rounding differs."""
+        """Return for each configuration whether it satisfies the conditions up to rounding."""
         if not len(q):
             return np.zeros(0, dtype=bool)
-        on_it, there = self.solve(q)
-        return np.asarray(on_it & (np.abs(there - q).max(axis=1) < BESIDE))
+        converged, end_points = self.solve(q)
+        return np.asarray(converged & (np.abs(end_points - q).max(axis=1) < BESIDE))
 
 
 def _size(condition: sp.Expr) -> float:
@@ -168,9 +175,10 @@ def _size(condition: sp.Expr) -> float:
 
 
 def _simple_zero(condition: sp.Expr) -> sp.Expr:
-    """Return a function with a simple zero where a (1 + cos x), a (1 - cos x) or the same of a sine has a double one.
+    """Replace a (1 ± cos x) or a (1 ± sin x), which has double zeros, by a function with simple zeros at the same x.
 
-    It is the cosine or sine of half the angle, which steps solve to full precision.
+    Return any other condition unchanged. The function is the cosine or sine of half the angle, whose zeros
+    Gauss-Newton steps find to full precision.
     """
     constant, rest = condition.as_coeff_Add()
     factor, trig = rest.as_coeff_Mul()
@@ -181,7 +189,7 @@ def _simple_zero(condition: sp.Expr) -> sp.Expr:
 
 
 def _step(slopes: np.ndarray, values: np.ndarray) -> np.ndarray:
-    """Return the steps of least length that bring values to zero, to first order."""
+    """Return the minimum-norm Gauss-Newton steps, which bring the values to zero to first order."""
     return np.asarray(-(np.linalg.pinv(slopes, rcond=_LEAST) @ values[:, :, None])[:, :, 0])
 
 
@@ -191,21 +199,21 @@ def _limit_steps(steps: np.ndarray) -> np.ndarray:
 
 
 class _RankTest:
-    """J of a task in numbers, lengths in parts of the arm's reach, and its slopes: to find where it loses rank."""
+    """The numeric task Jacobian, with lengths divided by the arm's reach, for finding where it loses rank."""
 
     def __init__(self, arm: NumericChain, task: Sequence[str]) -> None:
         self._arm, self._rows = arm, [TASK_ROWS.index(row) for row in task]
         self._turns = np.array([kind == "R" for kind in arm.kinds])
-        links = (
+        link_lengths = (
             abs(a) + (abs(d) if kind == "R" else 0.3) for kind, (d, a, _) in zip(arm.kinds, arm.fixed, strict=True)
         )
-        self._reach = max(sum(links) + float(np.abs(arm.offset[:3]).sum()), 1e-3)
+        self._reach = max(sum(link_lengths) + float(np.abs(arm.offset[:3]).sum()), 1e-3)
         self._units = np.where(self._turns, 1.0, self._reach)
 
     def starts(self, count: int, draws: Stream) -> np.ndarray:
         """Return random configurations, count x n."""
-        sizes = np.where(self._turns, np.pi, self._reach)
-        return np.array([[draws.uniform(-1, 1) for _ in sizes] for _ in range(count)]) * sizes
+        limits = np.where(self._turns, np.pi, self._reach)
+        return np.array([[draws.uniform(-1, 1) for _ in limits] for _ in range(count)]) * limits
 
     def _parts(self, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return the linear and the angular parts of the columns at k configurations, each k x n x 3."""
@@ -218,51 +226,54 @@ class _RankTest:
 
     def is_lost(self, q: np.ndarray) -> np.ndarray:
         """Return for each of k configurations whether J has less than full rank."""
-        sigma = np.linalg.svd(self.jacobian(q), compute_uv=False)
-        return np.asarray(sigma[:, -1] < LOST * np.maximum(sigma[:, 0], _TINY))
+        singular_values = np.linalg.svd(self.jacobian(q), compute_uv=False)
+        return np.asarray(singular_values[:, -1] < LOST * np.maximum(singular_values[:, 0], _TINY))
 
     def search(self, q: np.ndarray, draws: Stream) -> np.ndarray:
-        """Return the configurations with lost rank to which k starts lead, at most k x n."""
+        """Return the singular configurations to which searches from k starts converge, at most k x n."""
         (k, n), (m, _) = q.shape, self.jacobian(q[:1])[0].shape
         u, _, vt = np.linalg.svd(self.jacobian(q))
         vector = u[:, :, -1] if m <= n else vt[:, -1]
         vector = vector + 0.1 * np.array([[draws.uniform(-1, 1) for _ in range(min(m, n))] for _ in range(k)])
         q = q.copy()
         for _ in range(STEPS):
-            values, slopes = self._equations(q, vector)
-            left = ~(np.abs(values).max(axis=1) < ON_IT)
-            if not left.any():
+            values, derivatives = self._equations(q, vector)
+            active = ~(np.abs(values).max(axis=1) < ON_IT)
+            if not active.any():
                 break
-            steps = _limit_steps(_step(slopes[left], values[left]))
-            q[left] += steps[:, :n] * self._units
-            vector[left] += steps[:, n:]
-        ended = np.abs(self._equations(q, vector)[0]).max(axis=1) < ON_IT
-        ended[ended] = self.is_lost(q[ended])
-        return np.asarray(q[ended])
+            steps = _limit_steps(_step(derivatives[active], values[active]))
+            q[active] += steps[:, :n] * self._units
+            vector[active] += steps[:, n:]
+        is_singular = np.abs(self._equations(q, vector)[0]).max(axis=1) < ON_IT
+        is_singular[is_singular] = self.is_lost(q[is_singular])
+        return np.asarray(q[is_singular])
 
     def _equations(self, q: np.ndarray, vector: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return the residuals and their slopes with respect to joints (slides in parts of the reach) and vector.
+        """Return the residuals and their derivatives with respect to the joint variables and the vector.
 
-        With at least as many joints as rows they are w^T J for a wrench w, else J v for joint rates v; and half the
-        excess of the vector's square over one.
+        The residuals are w^T J for a unit wrench w if there are at least as many joints as rows, else J v for unit
+        joint rates v. The last residual is (|vector|^2 - 1) / 2. Prismatic joint variables are fractions of the reach.
         """
-        jacobian, slopes_of_jacobian = self.jacobian(q), self._jacobian_slopes(q)
+        jacobian, jacobian_derivatives = self.jacobian(q), self._jacobian_slopes(q)
         if jacobian.shape[1] <= jacobian.shape[2]:
-            jacobian, slopes_of_jacobian = jacobian.swapaxes(1, 2), slopes_of_jacobian.swapaxes(1, 2)
-        values = (jacobian @ vector[:, :, None])[:, :, 0]
-        by_joint = np.einsum("kabj,kb->kaj", slopes_of_jacobian, vector)
-        size = (np.sum(vector**2, axis=1)[:, None] - 1) / 2
-        top = np.concatenate([by_joint, jacobian], axis=2)
-        below = np.concatenate([np.zeros((len(q), 1, q.shape[1])), vector[:, None]], axis=2)
-        return np.concatenate([values, size], axis=1), np.concatenate([top, below], axis=1)
+            jacobian, jacobian_derivatives = jacobian.swapaxes(1, 2), jacobian_derivatives.swapaxes(1, 2)
+        products = (jacobian @ vector[:, :, None])[:, :, 0]
+        joint_derivatives = np.einsum("kabj,kb->kaj", jacobian_derivatives, vector)
+        norm_residual = (np.sum(vector**2, axis=1)[:, None] - 1) / 2
+        product_rows = np.concatenate([joint_derivatives, jacobian], axis=2)
+        norm_row = np.concatenate([np.zeros((len(q), 1, q.shape[1])), vector[:, None]], axis=2)
+        return np.concatenate([products, norm_residual], axis=1), np.concatenate([product_rows, norm_row], axis=1)
 
     def _jacobian_slopes(self, q: np.ndarray) -> np.ndarray:
-        """Return dJ/dq_j, k x m x n x n: joints before a column rotate it, and later joints move the point."""
+        """Return dJ/dq_j, k x m x n x n.
+
+        For column i = (v_i, w_i), d(v_i, w_i)/dq_j is (w_j x v_i, w_j x w_i) if j <= i, and (w_i x v_j, 0) if j > i.
+        """
         linear, angular = self._parts(q)
         n = linear.shape[1]
-        by_before = cross(angular[:, None], linear[:, :, None])  # k x (column i) x (joint j) x 3, for j <= i
-        before = np.arange(n)[:, None] >= np.arange(n)
-        point = np.where(before[:, :, None], by_before, by_before.swapaxes(1, 2))
-        turns = np.where(before[:, :, None], cross(angular[:, None], angular[:, :, None]), 0.0)
-        whole = np.concatenate([point, turns], axis=3)[..., self._rows]
-        return np.asarray(whole.transpose(0, 3, 1, 2))
+        linear_earlier = cross(angular[:, None], linear[:, :, None])  # k x (column i) x (joint j) x 3, for j <= i
+        is_earlier = np.arange(n)[:, None] >= np.arange(n)
+        d_linear = np.where(is_earlier[:, :, None], linear_earlier, linear_earlier.swapaxes(1, 2))
+        d_angular = np.where(is_earlier[:, :, None], cross(angular[:, None], angular[:, :, None]), 0.0)
+        derivative = np.concatenate([d_linear, d_angular], axis=3)[..., self._rows]
+        return np.asarray(derivative.transpose(0, 3, 1, 2))
