@@ -24,12 +24,12 @@ def _is_wide(chain: Chain) -> bool:
 
 
 def _if(suits: Callable[[Chain], bool], stage: str, *changes: Change) -> Variants:
-    """Return the variants that change a stage, on arms that suit."""
+    """Return a function that yields one variant for each change of `stage`, for the chains that satisfy `suits`."""
     return lambda chain, _: (MistakeVariant({stage: change}) for change in (changes if suits(chain) else ()))
 
 
 def _combine(*all_variants: Variants) -> Variants:
-    """Return the variants of several kinds."""
+    """Return a function that yields the variants of all the given functions, one after another."""
     return lambda chain, shape: (variant for variants in all_variants for variant in variants(chain, shape))
 
 
@@ -38,15 +38,15 @@ def _if_square(stage: str, change: Change, least: int = 2, most: int = 6) -> Var
 
 
 def _expand_without_signs(w: Working, _: np.ndarray) -> np.ndarray:
-    """Expand along the first row with right 2 x 2 minors, but without their signs."""
+    """Expand along the first row with correct 2 x 2 minors, but without their signs."""
     return np.asarray((w["jacobian"][0] * w["minors"][0]).sum(axis=0))
 
 
 def _multiply_diagonal(w: Working, _: np.ndarray) -> np.ndarray:
-    corner = w["jacobian"][0, 0]
+    diagonal_product = w["jacobian"][0, 0]
     for k in range(1, w.n):
-        corner = corner * w["jacobian"][k, k]
-    return np.asarray(corner)
+        diagonal_product = diagonal_product * w["jacobian"][k, k]
+    return np.asarray(diagonal_product)
 
 
 def _arm_factors(chain: Chain) -> list[tuple[sp.Expr, int]]:
@@ -65,29 +65,33 @@ def _lose_factor(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
 
 
 def _lose_square(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
-    """Lose one of several equal factors of the determinant in its absolute value."""
+    """Drop one of the repeated factors of |det J|, the manipulability."""
     for factor, power in _arm_factors(chain):
         if power > 1 and not factor.is_number:
             yield _variant_without_factor("manipulability", chain, factor, sp.Abs(factor))
 
 
 def _exchange_trig(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
-    """Exchange sine and cosine in a factor that is one of them.
+    """Exchange sine and cosine in a factor of the determinant that contains only one of them.
 
-    With a constant in the angle it can be written as either, so that both signs may come of it.
+    If the angle contains a constant offset, the factor can be written as a sine or as a cosine. Swapping them can then
+    give either sign, so both are yielded.
     """
     constants = dict(zip(chain.q, chain.offsets, strict=True))
     for factor, _power in _arm_factors(chain):
-        waves = factor.atoms(sp.sin, sp.cos)
-        if len(waves) == 1 and (factor / (wave := waves.pop())).is_number:
-            exchanged = (sp.cos if isinstance(wave, sp.sin) else sp.sin)(*wave.args)
-            yield MistakeVariant({"determinant": _divide_by(wave / exchanged)})
-            if any(constants.get(symbol, 0) != 0 for symbol in wave.free_symbols):
-                yield MistakeVariant({"determinant": _divide_by(-wave / exchanged)})
+        trig_terms = factor.atoms(sp.sin, sp.cos)
+        if len(trig_terms) == 1 and (factor / (trig := trig_terms.pop())).is_number:
+            exchanged = (sp.cos if isinstance(trig, sp.sin) else sp.sin)(*trig.args)
+            yield MistakeVariant({"determinant": _divide_by(trig / exchanged)})
+            if any(constants.get(symbol, 0) != 0 for symbol in trig.free_symbols):
+                yield MistakeVariant({"determinant": _divide_by(-trig / exchanged)})
 
 
 def _variant_without_factor(stage: str, chain: Chain, factor: sp.Expr, divisor: sp.Expr) -> MistakeVariant:
-    """Return the variant in which a stage lacks a factor: the stage is divided by it."""
+    """Return the variant in which a stage lacks `factor`.
+
+    The stage is divided by `divisor`, which is the factor or its absolute value.
+    """
     symbols = {str(symbol) for symbol in factor.free_symbols}
     moving = symbols & set(map(str, chain.q))
     kind = "one that depends on the joints" if moving else "a length"
@@ -119,12 +123,12 @@ def _minor(w: Working, columns: Sequence[int]) -> np.ndarray:
 
 def _sum_of_minors(w: Working, sign: int = 1) -> np.ndarray:
     """Return the sum of the maximal minors, or with sign -1 their alternating sum."""
-    columns = combinations(range(w.n), len(w.chain.task))
-    return np.asarray(sum(sign**k * _minor(w, some) for k, some in enumerate(columns)))
+    column_sets = combinations(range(w.n), len(w.chain.task))
+    return np.asarray(sum(sign**k * _minor(w, columns) for k, columns in enumerate(column_sets)))
 
 
 def _miscount_minors(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
-    """Take the square of one maximal minor for the sum of all squares; or leave one out."""
+    """Use the square of one maximal minor instead of the sum of all the squares, or omit one square from the sum."""
 
     def take(w: Working, value: np.ndarray, columns: Sequence[int], leaves_out: bool) -> np.ndarray:
         square = _minor(w, columns) * _minor(w, columns)
@@ -136,16 +140,19 @@ def _miscount_minors(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
 
 
 def _flip_product_sign(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
-    """Give one product of the expansion the wrong sign: an entry, or the part of a link in it, times its cofactor."""
+    """Flip the sign of one term of the cofactor expansion.
+
+    A term is an entry of J, or one link's contribution to that entry, times the cofactor of the entry.
+    """
 
     def flip(w: Working, value: np.ndarray, i: int, j: int, link: int | None = None) -> np.ndarray:
-        entry = w["jacobian"][i, j] if link is None else w["effects"][j, link, axes[i]]
+        entry = w["jacobian"][i, j] if link is None else w["effects"][j, link, task_rows[i]]
         return np.asarray(value - 2 * entry * w["cofactors"][i, j])
 
-    axes = [TASK_ROWS.index(row) for row in chain.task]
+    task_rows = [TASK_ROWS.index(row) for row in chain.task]
     for i, j in product_of(range(chain.n), repeat=2) if _is_square(chain, 2, 3) else ():
         yield MistakeVariant({"determinant": partial(flip, i=i, j=j)})
-        for link in links_to_point(chain) if axes[i] < 3 else ():
+        for link in links_to_point(chain) if task_rows[i] < 3 else ():
             yield MistakeVariant({"determinant": partial(flip, i=i, j=j, link=link)})
 
 

@@ -1,4 +1,7 @@
-"""The arm in numbers, with which references are compared: products of 4 x 4 matrices and finite differences."""
+"""A numeric model of the arm, to check the reference answers against.
+
+It uses products of 4 x 4 matrices and finite differences.
+"""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from itertools import combinations, product
@@ -38,13 +41,20 @@ Checks = Iterator[Check]
 
 
 class NumericReference:
-    """The arm in numbers at random places: ARMS choices of the open lengths, POSES poses of each.
+    """The numeric arm at random samples: ARMS choices of the symbolic lengths, with POSES configurations for each.
 
-    Arrays begin with the place: `frames` of the standard table and `convention_frames`, which students see
-    (…, n + 1, 4, 4), `point` (…, 3), `jacobian` (…, 6, n) by z x p, and `exponential_jacobian` the same by the product
-    of exponentials; `carried` (…, n, n + 1, 6) is the velocity of each frame's origin and link for each joint's unit
-    rate, and `moved` (…, n, 3) that of the point, both by central differences of the poses. `home` and `point_at_home`
-    are frames and point at zero joint variables.
+    The first axis of every array runs over the samples:
+
+    - `frames`: the frames of the standard table, (…, n + 1, 4, 4)
+    - `convention_frames`: the frames that students see, (…, n + 1, 4, 4)
+    - `point`: the tool point, (…, 3)
+    - `jacobian`: the Jacobian by z x p, (…, 6, n)
+    - `exponential_jacobian`: the same by the product of exponentials
+    - `carried`: the velocities of each frame's origin and link for each joint's unit rate, (…, n, n + 1, 6)
+    - `moved`: the velocities of the point for each joint's unit rate, (…, n, 3)
+    - `home`, `point_at_home`: frames and point at zero joint variables
+
+    `carried` and `moved` are computed by central differences of the frames.
     """
 
     def __init__(self, problem: Problem) -> None:
@@ -71,7 +81,10 @@ class NumericReference:
         return np.concatenate([function(arm, q) for arm, q in zip(self.arms, self._poses, strict=True)])
 
     def _written_frames(self) -> np.ndarray:
-        """Return the frames of the table as written, (…, n + 1, 4, 4), by its own elementary steps."""
+        """Return the frames of the table in its own convention, (…, n + 1, 4, 4).
+
+        They are multiplied out from the elementary transformations.
+        """
         if not convention_of(self.chain).has_frames_of_joints:
             return self.frames
         pairs = zip(self.lengths, self._poses, strict=True)
@@ -105,9 +118,10 @@ class NumericReference:
             return self.carried
         velocities = []
         for lengths, q in zip(self.lengths, self._poses, strict=True):
-            nudged = [q + side * _H * np.eye(q.shape[1])[:, None] for side in (1, -1)]  # (n, …, n)
+            shifted = [q + side * _H * np.eye(q.shape[1])[:, None] for side in (1, -1)]  # (n, …, n)
             ahead, behind = (
-                np.stack([modified_frames(self.chain, lengths, each) for each in every], axis=1) for every in nudged
+                np.stack([modified_frames(self.chain, lengths, shifted_q) for shifted_q in configurations], axis=1)
+                for configurations in shifted
             )
             velocities.append(_velocities(ahead, behind, modified_frames(self.chain, lengths, q)))
         return np.concatenate(velocities)
@@ -123,71 +137,82 @@ class NumericReference:
         return np.stack([self.values[row] for row in self.chain.task], axis=1)[:, :, None]
 
     def numbers(self, entries: sp.Matrix) -> np.ndarray:
-        """Return the values of entries without joint variables, (…, rows), by the open lengths alone."""
+        """Return the values, (…, rows), of entries that depend on the symbolic lengths only."""
         rows = []
         for lengths in self.lengths:
-            known = {sp.Symbol(name): sp.Float(value) for name, value in lengths.items()}
-            rows += [[float(entry.xreplace(known)) for entry in entries]] * POSES
+            substitutions = {sp.Symbol(name): sp.Float(value) for name, value in lengths.items()}
+            rows += [[float(entry.xreplace(substitutions)) for entry in entries]] * POSES
         return np.array(rows)
 
     def tree(self, text: str) -> Node:
-        """Return the tree of a text, parsed as an answer is. Raises ReadError."""
+        """Return the tree of a text, parsed like an answer. Raises ReadError."""
         if text not in self._trees:
             self._trees[text] = read(text, self.known)
         return self._trees[text]
 
     def read(self, entries: sp.Matrix) -> np.ndarray:
-        """Return the values of symbolic entries by way of their text, (…, rows, columns); complex if one is."""
+        """Return the values of symbolic entries, (…, rows, columns); all are complex if one is.
+
+        The entries are printed, and the text is parsed as answers are.
+        """
         program = compile_program([self.tree(text_of(entry)) for entry in entries])
         values = evaluate(program, self.values, self.points)[0]
-        real = values.real if np.all(np.abs(values.imag) <= 1e-12 * (1 + np.abs(values))) else values
-        return real.T.reshape(self.points, *entries.shape)
+        values_or_real = values.real if np.all(np.abs(values.imag) <= 1e-12 * (1 + np.abs(values))) else values
+        return values_or_real.T.reshape(self.points, *entries.shape)
 
 
 APART, TRIES = 0.005, 30
-"""The least distance of sums and differences of two or three lengths (m) from zero, and tries to achieve it."""
+"""Minimum distance of sums and differences of two or three lengths from zero (m), and maximum number of attempts."""
 
 
 def random_lengths(chain: Chain, stream: Stream) -> dict[str, float]:
-    """Sample a value for every open symbol of the chain: a length in metres, or an angle in radians."""
+    """Return a random value for every symbolic parameter of the chain: a length in metres, or an angle in radians."""
     roles = domain_of(chain).roles
-    ends = {"angle": (-np.pi, np.pi), "length": (0.25, 1.25)}
+    bounds = {"angle": (-np.pi, np.pi), "length": (0.25, 1.25)}
     return sample_distinct_lengths(
-        chain, lambda: {symbol.name: stream.uniform(*ends[str(roles[symbol.name])]) for symbol in chain.parameters}
+        chain, lambda: {symbol.name: stream.uniform(*bounds[str(roles[symbol.name])]) for symbol in chain.parameters}
     )
 
 
 def sample_distinct_lengths(chain: Chain, sample: Callable[[], dict[str, float]]) -> dict[str, float]:
-    """Sample open lengths that don't nearly cancel each other or fixed ones, which is a special case."""
+    """Return sampled symbolic lengths so that no sum or difference, also with fixed lengths, nearly vanishes.
+
+    Lengths that cancel each other would make a special arm.
+    """
     roles = domain_of(chain).roles
     fixed = [joint.a for joint in chain.joints] + [joint.d for joint in chain.joints if joint.kind == "R"]
-    known = [abs(float(value)) for value in (*fixed, *chain.point.offset) if value.is_number and value != 0]
+    fixed_lengths = [abs(float(value)) for value in (*fixed, *chain.point.offset) if value.is_number and value != 0]
     values = sample()
     for _ in range(TRIES):
         open_lengths = [value for name, value in values.items() if roles[name] == "length"]
-        sets = (few for size in (2, 3) for few in combinations([*open_lengths, *known], size) if few[0] in open_lengths)
-        if not any(map(_nearly_cancel, sets)):
+        subsets = (
+            subset
+            for size in (2, 3)
+            for subset in combinations([*open_lengths, *fixed_lengths], size)
+            if subset[0] in open_lengths
+        )
+        if not any(map(_nearly_cancel, subsets)):
             break
         values = sample()
     return values
 
 
 def _nearly_cancel(lengths: Sequence[float]) -> bool:
-    """Tell whether lengths cancel up to APART, with some signs."""
+    """Return whether some choice of signs makes the lengths sum to less than APART."""
     first, *others = lengths
     signed = (zip(signs, others, strict=True) for signs in product((1, -1), repeat=len(others)))
     return any(abs(first + sum(sign * value for sign, value in pairs)) < APART for pairs in signed)
 
 
 def modified_frames(chain: Chain, lengths: Mapping[str, float], q: np.ndarray) -> np.ndarray:
-    """Return frames 0 ... n of a modified table, (…, n + 1, 4, 4), as in the statement.
+    """Return frames 0 ... n of a modified DH table, (…, n + 1, 4, 4), as in the problem statement.
 
-    Each is the previous one times Rx(alpha_{i-1}) Tx(a_{i-1}) Rz(theta_i) Tz(d_i), a product of four matrices.
+    Each frame is the previous one times Rx(alpha_{i-1}) Tx(a_{i-1}) Rz(theta_i) Tz(d_i), a product of four matrices.
     """
-    known = {sp.Symbol(name): sp.Float(value) for name, value in lengths.items()}
+    substitutions = {sp.Symbol(name): sp.Float(value) for name, value in lengths.items()}
 
     def number(expression: sp.Expr) -> np.ndarray:
-        return np.full(len(q), float(expression.xreplace(known)))
+        return np.full(len(q), float(expression.xreplace(substitutions)))
 
     base = convention_of(chain).base
     frames = [_rotations(2, number(base.yaw))]
@@ -211,20 +236,23 @@ def _rotations(axis: int, angle: np.ndarray) -> np.ndarray:
 
 
 def _translations(axis: int, by: np.ndarray) -> np.ndarray:
-    """Return shifts along x, y or z, (…, 4, 4)."""
+    """Return translations along x, y or z, (…, 4, 4)."""
     pose = np.broadcast_to(np.eye(4), (*by.shape, 4, 4)).copy()
     pose[..., axis, 3] = by
     return pose
 
 
 def random_poses(chain: Chain, stream: Stream, count: int) -> np.ndarray:
-    """Return `count` poses, (count, n), angles on the whole circle."""
-    ends = [(-np.pi, np.pi) if joint.kind == "R" else (-1.5, 1.5) for joint in chain.joints]
-    return np.array([[stream.uniform(*pair) for pair in ends] for _ in range(count)])
+    """Return `count` random configurations, (count, n), with angles from the whole circle."""
+    bounds = [(-np.pi, np.pi) if joint.kind == "R" else (-1.5, 1.5) for joint in chain.joints]
+    return np.array([[stream.uniform(*bound) for bound in bounds] for _ in range(count)])
 
 
 def _differences(arm: NumericChain, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return velocities of frames (…, n, n + 1, 6) and of the point (…, n, 3) for unit rates, by differences."""
+    """Return the velocities of frames (…, n, n + 1, 6) and of the point (…, n, 3) for unit joint rates.
+
+    They are computed by central differences.
+    """
     nudge = _H * np.eye(q.shape[1])
     ahead, behind = (arm.frames(q[:, None, :] + side * nudge) for side in (1, -1))
     moved = (arm.point_of(ahead) - arm.point_of(behind)) / (2 * _H)
@@ -232,18 +260,23 @@ def _differences(arm: NumericChain, q: np.ndarray) -> tuple[np.ndarray, np.ndarr
 
 
 def _velocities(ahead: np.ndarray, behind: np.ndarray, frames: np.ndarray) -> np.ndarray:
-    """Return the velocity of each frame's origin and link, (…, n, n + 1, 6), from poses nearby (…, n + 1, 4, 4)."""
-    slope = (ahead - behind) / (2 * _H)
-    spin = slope[..., :3, :3] @ frames[:, None, :, :3, :3].swapaxes(-1, -2)
-    angular = np.stack([spin[..., 2, 1], spin[..., 0, 2], spin[..., 1, 0]], axis=-1)
-    return np.concatenate([slope[..., :3, 3], angular], axis=-1)
+    """Return the velocity of each frame's origin and link, (…, n, n + 1, 6).
+
+    `ahead` and `behind` are the frames after a small step of each joint either way; `frames` are (…, n + 1, 4, 4).
+    """
+    derivative = (ahead - behind) / (2 * _H)
+    angular_matrix = derivative[..., :3, :3] @ frames[:, None, :, :3, :3].swapaxes(-1, -2)
+    angular = np.stack([angular_matrix[..., 2, 1], angular_matrix[..., 0, 2], angular_matrix[..., 1, 0]], axis=-1)
+    return np.concatenate([derivative[..., :3, 3], angular], axis=-1)
 
 
 def samples_where(numeric: NumericReference, condition: sp.Expr, *, arms: int, each: int) -> list[Sample]:
-    """Return configurations at which a condition holds; of more arms if its roots are real for few lengths."""
+    """Return configurations at which a condition holds; try more arms if it has real roots for few lengths only."""
     samples: list[Sample] = []
-    for tried in (arms, 4 * arms, 16 * arms):
-        samples = samples_on(numeric.chain, f"{condition} = 0", f"verify/{numeric.problem.id}", arms=tried, each=each)
+    for arm_count in (arms, 4 * arms, 16 * arms):
+        samples = samples_on(
+            numeric.chain, f"{condition} = 0", f"verify/{numeric.problem.id}", arms=arm_count, each=each
+        )
         if samples:
             break
     return samples
@@ -253,19 +286,19 @@ def samples_where(numeric: NumericReference, condition: sp.Expr, *, arms: int, e
 
 
 def at_place(numeric: NumericReference, place: Configuration) -> Sample:
-    """Return a pose given in numbers, in floating point."""
+    """Return a question's configuration in floating point."""
     arm = NumericChain(numeric.chain, {symbol.name: float(value) for symbol, value in place.lengths.items()})
     return Sample(arm, np.array([float(sp.N(place.joints[q], 20)) for q in numeric.chain.q]))
 
 
 def jacobian_at(numeric: NumericReference, place: Configuration) -> np.ndarray:
-    """Return the task Jacobian at a pose (m x n), by products of 4 x 4 matrices."""
+    """Return the task Jacobian (m x n) at a question's configuration, by products of 4 x 4 matrices."""
     sample = at_place(numeric, place)
     return np.asarray(sample.arm.jacobian(sample.q)[numeric.task])
 
 
 def exponential_at(numeric: NumericReference, place: Configuration) -> np.ndarray:
-    """Return the 6 x n Jacobian at a pose by the product of exponentials."""
+    """Return the 6 x n Jacobian at a question's configuration, by the product of exponentials."""
     sample = at_place(numeric, place)
     return np.asarray(exponential_jacobian(sample.arm, sample.q[None])[0])
 
@@ -276,10 +309,10 @@ def exponential_at(numeric: NumericReference, place: Configuration) -> np.ndarra
 def exponential_jacobian(arm: NumericChain, q: np.ndarray) -> np.ndarray:
     """Return the 6 x n Jacobian of the point and of the last link, (…, 6, n), for q (…, n), from screws.
 
-    The arm is read from its table once, at home (all joint variables zero). There, joint i has the unit screw
-    S_i = (v, w): w = z, v = o x z for a revolute joint (z its axis, o a point on it), (z, 0) for a prismatic one. The
-    pose of the body is exp(S_1 q_1) ... exp(S_n q_n) M, and column i of the spatial Jacobian is S_i transformed by the
-    exponentials before it. World frame; linear part first, as in (6.6).
+    The screws are computed from the table once, at home (all joint variables zero). There, joint i has the unit screw
+    S_i = (v, w). For a revolute joint, w = z and v = o x z, where z is the axis and o a point on it. For a prismatic
+    joint, it is (z, 0). The pose of the body is exp(S_1 q_1) ... exp(S_n q_n) M. Column i of the spatial Jacobian is
+    S_i transformed by the exponentials before it. World frame; linear part first, as in (6.6).
     """
     home = arm.frames(np.zeros(q.shape[-1]))
     z, origins, point = home[:-1, :3, 2], home[:-1, :3, 3], arm.point_of(home)
@@ -307,16 +340,21 @@ def transform_point(pose: np.ndarray, point: np.ndarray) -> np.ndarray:
 
 
 def exponential(spin: np.ndarray, slide: np.ndarray, value: np.ndarray) -> np.ndarray:
-    """Return e^([S] theta) as 4 x 4 matrices, by the series' closed form, of screws' omega and v (…, 3), values (…)."""
-    matrix, by = hat(spin), value[..., None, None]
-    is_turning = (np.linalg.norm(spin, axis=-1) > 0.5)[..., None, None]
+    """Return e^([S] theta) as 4 x 4 matrices, by the closed form of the series.
+
+    `spin` and `slide` are the screws' omega and v, (…, 3); `value` is theta, (…).
+    """
+    matrix, angle = hat(spin), value[..., None, None]
+    is_revolute = (np.linalg.norm(spin, axis=-1) > 0.5)[..., None, None]
     identity = np.broadcast_to(np.eye(3), matrix.shape)
-    turn = identity + np.sin(by) * matrix + (1 - np.cos(by)) * matrix @ matrix
-    along = by * identity
-    along = np.where(is_turning, along + (1 - np.cos(by)) * matrix + (by - np.sin(by)) * matrix @ matrix, along)
-    pose = np.zeros((*turn.shape[:-2], 4, 4))
-    pose[..., :3, :3], pose[..., 3, 3] = turn, 1.0
-    pose[..., :3, 3] = (along @ slide[..., None])[..., 0]
+    rotation = identity + np.sin(angle) * matrix + (1 - np.cos(angle)) * matrix @ matrix
+    v_matrix = angle * identity
+    v_matrix = np.where(
+        is_revolute, v_matrix + (1 - np.cos(angle)) * matrix + (angle - np.sin(angle)) * matrix @ matrix, v_matrix
+    )
+    pose = np.zeros((*rotation.shape[:-2], 4, 4))
+    pose[..., :3, :3], pose[..., 3, 3] = rotation, 1.0
+    pose[..., :3, 3] = (v_matrix @ slide[..., None])[..., 0]
     return pose
 
 

@@ -1,4 +1,8 @@
-"""Test rank, lost direction and meaning: by the product of exponentials, by differences, and at other places."""
+"""Check the answers on rank, lost direction, lost motion and the geometry of a singularity.
+
+The checks use independent methods (the product of exponentials and finite differences), and configurations that the
+question didn't use.
+"""
 
 from collections.abc import Iterator, Mapping, Sequence
 
@@ -30,15 +34,20 @@ from qdot.exercises.verify.numeric_reference import (
 )
 
 GONE, THERE = 1e-9, 0.02
-"""Shares of the largest singular value below which one counts as zero, and above which it has to be."""
+"""Fractions of the largest singular value.
+
+A singular value below the first counts as zero. If one is between the two, it is unclear and the check fails.
+"""
 
 MOST, ALONG = 0.6, 0.01
-"""Share of the places at which a wrong line has to be clearly wrong, and the share of the largest possible velocity
-that has to be possible along it there."""
+"""How clearly a wrong option has to be wrong.
+
+It must allow at least the second fraction of the largest speed along its line, in at least the first fraction of the
+samples."""
 
 
 def rank_of(jacobian: np.ndarray) -> tuple[int, bool]:
-    """Return the rank of a matrix, and whether all singular values are clearly zero or clearly not."""
+    """Return the rank of a matrix, and whether each singular value is clearly zero or clearly not zero."""
     sigma = np.linalg.svd(jacobian, compute_uv=False)
     share = sigma / max(float(sigma[0]), 1e-12)
     return int(np.sum(share > GONE)), not bool(np.any((share > GONE) & (share < THERE)))
@@ -46,9 +55,9 @@ def rank_of(jacobian: np.ndarray) -> tuple[int, bool]:
 
 def _check_rank(numeric: NumericReference, part: Part) -> Checks:
     part.of(Number)
-    largest, clear = rank_of(exponential_at(numeric, part.about(AtPose).place)[numeric.task])
-    yield agree("rank", reference_numbers(part), np.array([[[float(largest)]]]), EXACT)
-    yield Check("clear", clear, "every singular value is clearly zero or clearly not")
+    rank, is_clear = rank_of(exponential_at(numeric, part.about(AtPose).place)[numeric.task])
+    yield agree("rank", reference_numbers(part), np.array([[[float(rank)]]]), EXACT)
+    yield Check("clear", is_clear, "every singular value is clearly zero or clearly not")
 
 
 # --- lost direction ---
@@ -71,20 +80,26 @@ def _check_direction(numeric: NumericReference, part: Part) -> Checks:
 
 
 def _check_written_form(part: Part) -> Check:
-    """Reject a minus sign that all entries share, and coefficients that nobody would write."""
+    """Check that the entries don't all share a minus sign, and that their coefficients are short."""
     entries = [entry for entry in part.answer.as_matrix() if entry != 0]
-    signed = bool(entries) and all(entry.could_extract_minus_sign() for entry in entries)
+    share_minus = bool(entries) and all(entry.could_extract_minus_sign() for entry in entries)
     terms = [term for entry in entries for term in sp.Add.make_args(sp.expand(entry))]
     numbers = [term.as_coeff_Mul()[0] for term in terms]
-    odd = [number for number in numbers if number.is_Rational and max(abs(number.p), number.q) > 99_999]
-    return Check("short", bool(entries) and not signed and not odd, f"{len(entries)} entries, {len(terms)} terms")
+    unwieldy = [number for number in numbers if number.is_Rational and max(abs(number.p), number.q) > 99_999]
+    return Check(
+        "short", bool(entries) and not share_minus and not unwieldy, f"{len(entries)} entries, {len(terms)} terms"
+    )
 
 
 def _check_formula(numeric: NumericReference, part: Part, lost: LostAt) -> Checks:
-    """Substitute the joint values at random places, and multiply by J."""
+    """Check that u J = 0 for a formula of the lost direction, with the joint values substituted at random samples."""
     fixed = {q for q, _ in lost.values}
-    left = part.answer.as_matrix().free_symbols & fixed
-    yield Check("free joints only", not left, f"{', '.join(sorted(map(str, left)))} occurs" if left else "no other")
+    remaining = part.answer.as_matrix().free_symbols & fixed
+    yield Check(
+        "free joints only",
+        not remaining,
+        f"{', '.join(sorted(map(str, remaining)))} occurs" if remaining else "no other",
+    )
     jacobians = []
     for index, (arm, lengths) in enumerate(zip(numeric.arms, numeric.lengths, strict=True)):
         rows = slice(index * POSES, (index + 1) * POSES)
@@ -98,28 +113,31 @@ def _check_formula(numeric: NumericReference, part: Part, lost: LostAt) -> Check
 
 def _check_perpendicular(vectors: np.ndarray, jacobians: np.ndarray) -> Check:
     """Test that u J = 0, that the vector is not zero, and that J has lost exactly one rank."""
-    size = np.linalg.norm(vectors, axis=1, keepdims=True)
+    norms = np.linalg.norm(vectors, axis=1, keepdims=True)
     ranks = {rank_of(jacobian)[0] for jacobian in jacobians}
-    if np.any(size < 1e-9) or not np.all(np.isfinite(vectors)) or np.iscomplexobj(vectors):
+    if np.any(norms < 1e-9) or not np.all(np.isfinite(vectors)) or np.iscomplexobj(vectors):
         return Check("u J = 0", False, "the vector is zero or no real number somewhere")
     scale = np.abs(jacobians).max(axis=(1, 2), keepdims=True)
-    worst = float(np.abs((vectors / size).swapaxes(1, 2) @ (jacobians / scale)).max())
-    detail = f"{len(vectors)} places, at most {worst:.1e}, rank {sorted(ranks)}"
-    return Check("u J = 0", worst < 1e-8 and ranks == {jacobians.shape[1] - 1}, detail)
+    largest_product = float(np.abs((vectors / norms).swapaxes(1, 2) @ (jacobians / scale)).max())
+    detail = f"{len(vectors)} places, at most {largest_product:.1e}, rank {sorted(ranks)}"
+    return Check("u J = 0", largest_product < 1e-8 and ranks == {jacobians.shape[1] - 1}, detail)
 
 
-# --- places that the question has not tried ---
+# --- configurations that the question did not use ---
 
 
 def samples_at(
     numeric: NumericReference, values: Sequence[tuple[sp.Symbol, sp.Expr]], condition: sp.Expr | None, each: int = 2
 ) -> list[Sample]:
-    """Return configurations at joint values, or on a condition, for other lengths."""
+    """Return configurations for several choices of lengths, `each` for one choice.
+
+    They have the given joint values or, if there is a condition, satisfy it.
+    """
     if condition is not None:
         return samples_where(numeric, condition, arms=4, each=each)
     samples: list[Sample] = []
-    for tried, (arm, lengths) in enumerate(_more_arms(numeric)):
-        if tried >= ARMS_TRIED and samples:
+    for arm_index, (arm, lengths) in enumerate(_more_arms(numeric)):
+        if arm_index >= ARMS_TRIED and samples:
             break
         numbers = {sp.Symbol(name): sp.Float(value) for name, value in lengths.items()}
         fixed_values = {numeric.chain.q.index(q): complex(sp.N(value.xreplace(numbers))) for q, value in values}
@@ -132,7 +150,7 @@ def samples_at(
 
 
 ARMS_TRIED, MOST_TRIED = 6, 100
-"""Choices of the open lengths that are tried, and the number if values are real for few of them."""
+"""Number of choices of the symbolic lengths that are tried, and the maximum if few give real joint values."""
 
 
 def _more_arms(numeric: NumericReference) -> Iterator[tuple[NumericChain, Mapping[str, float]]]:
@@ -148,7 +166,10 @@ def _more_arms(numeric: NumericReference) -> Iterator[tuple[NumericChain, Mappin
 
 
 def _check_motion(numeric: NumericReference, part: Part) -> Checks:
-    """Test the component of every possible velocity along each line: none along the right one, some along others."""
+    """Check which lines a possible velocity can have a component along.
+
+    None has one along the correct line, and some have one along each of the others.
+    """
     answer, asked = part.of(Choice), part.about(OfMotion).asked
     texts = tuple(line.words for line in asked.lines)
     yield Check("options", texts == answer.options and len(set(texts)) == len(texts), f"{len(texts)} options")
@@ -156,10 +177,15 @@ def _check_motion(numeric: NumericReference, part: Part) -> Checks:
     yield Check("configurations", bool(samples), f"{len(samples)} at which the direction is lost")
     if not samples:
         return
-    moving = [_possible_velocities(sample, numeric.task, asked.moving, asked.held) for sample in samples]
-    along = directions(asked.lines, samples)
-    sizes = np.array([[float(np.abs(d @ v).max()) for d, v in zip(vectors, moving, strict=True)] for vectors in along])
-    scale = np.array([float(np.abs(v).max()) for v in moving])
+    velocities = [_possible_velocities(sample, numeric.task, asked.moving, asked.held) for sample in samples]
+    option_directions = directions(asked.lines, samples)
+    sizes = np.array(
+        [
+            [float(np.abs(d @ v).max()) for d, v in zip(vectors, velocities, strict=True)]
+            for vectors in option_directions
+        ]
+    )
+    scale = np.array([float(np.abs(v).max()) for v in velocities])
     shares = sizes / np.maximum(scale, 1e-12)
     for index, (text, share) in enumerate(zip(texts, shares, strict=True)):
         if index == answer.correct:
@@ -169,7 +195,10 @@ def _check_motion(numeric: NumericReference, part: Part) -> Checks:
 
 
 def _possible_velocities(sample: Sample, task: Sequence[int], moving: str, held: bool) -> np.ndarray:
-    """Return a basis of the velocities (3 x k) of P or of the link; if `held`, with the task's other rows zero."""
+    """Return a basis (3 x k) of the possible linear velocities of P or angular velocities of the link.
+
+    If `held`, the task's rows of the other kind stay zero.
+    """
     jacobian = exponential_jacobian(sample.arm, sample.q[None])[0]
     moving_rows, held_rows = (
         (jacobian[:3], [r for r in task if r > 2]) if moving == "P" else (jacobian[3:], [r for r in task if r < 3])
@@ -187,27 +216,31 @@ def _possible_velocities(sample: Sample, task: Sequence[int], moving: str, held:
 def _check_meaning(numeric: NumericReference, part: Part) -> Checks:
     answer, asked = part.of(Choice), part.about(OfMeaning).asked
     samples = samples_at(numeric, asked.values, asked.condition)
-    right = answer.correct
+    correct = answer.correct
     matches = [all(text.startswith(m.words) for text, (m, _) in zip(answer.options, asked.offered, strict=True))]
     yield Check("options", all(matches) and len(set(answer.options)) == len(answer.options), "as offered")
-    true = [bool(samples) and all(_holds(meaning, sample) for sample in samples) for meaning, _ in asked.offered]
+    statement_holds = [
+        bool(samples) and all(_holds(meaning, sample) for sample in samples) for meaning, _ in asked.offered
+    ]
     kinds = set(map(str, kinds_at(numeric.chain, samples)))
-    holds = [t and (kind is None or kinds == {kind}) for t, (_, kind) in zip(true, asked.offered, strict=True)]
-    expected = [index == right for index in range(len(holds))]
+    holds = [
+        t and (kind is None or kinds == {kind}) for t, (_, kind) in zip(statement_holds, asked.offered, strict=True)
+    ]
+    expected = [index == correct for index in range(len(holds))]
     detail = f"{', '.join(sorted(kinds))} at {len(samples)} configurations; options that hold: {holds}"
     yield Check("only the right one holds", holds == expected, detail)
-    if asked.offered[right][1] == "boundary":
+    if asked.offered[correct][1] == "boundary":
         yield side_of_lost_direction(numeric.chain, asked.condition, asked.values, samples)
-    reasons = {meaning.kind for meaning, _ in asked.offered} <= _OF_AXES or bool(numeric.chain.linear_rows)
-    yield Check("a reason", reasons, "where P is, is no reason for a loss of turns; its task counts other rows too")
+    has_reason = {meaning.kind for meaning, _ in asked.offered} <= _OF_AXES or bool(numeric.chain.linear_rows)
+    yield Check("a reason", has_reason, "where P is, is no reason for a loss of turns; its task counts other rows too")
 
 
 _OF_AXES = {"in line", "parallel", "one plane", "square"}
-"""The statements about directions of axes: the only ones that explain a lost rotation."""
+"""The kinds of statements about directions of axes, the only ones that explain a lost rotation."""
 
 
 def _holds(meaning: Meaning, sample: Sample) -> bool:
-    """Tell whether a statement holds, by moving joints and comparing distances and lines."""
+    """Return whether a statement holds at a sample, by moving joints and comparing distances and lines."""
     first, last = meaning.joints[0] - 1, meaning.joints[-1] - 1
     frames = sample.arm.frames(sample.q)
     if meaning.kind == "on axis":
@@ -224,22 +257,24 @@ def _holds(meaning: Meaning, sample: Sample) -> bool:
         sigma = np.linalg.svd(axes, compute_uv=False)
         return bool(sigma[0] - sigma[-1] < 1e-6 if meaning.kind == "square" else sigma[-1] < 1e-6)
     if meaning.kind == "level":
-        places = np.vstack([frames[: meaning.joints[-1], :3, 3], sample.arm.point(sample.q)])
-        return bool(np.linalg.svd(np.vstack([places[1:] - places[0], frames[0, :3, 2]]), compute_uv=False)[-1] < 1e-6)
+        points = np.vstack([frames[: meaning.joints[-1], :3, 3], sample.arm.point(sample.q)])
+        return bool(np.linalg.svd(np.vstack([points[1:] - points[0], frames[0, :3, 2]]), compute_uv=False)[-1] < 1e-6)
     if meaning.kind == "one way":
         turned = 1e-4 * np.eye(len(sample.q))[[first, last]]
         moved = (sample.arm.point(sample.q + turned) - sample.arm.point(sample.q - turned)) / 2e-4
         return bool(np.linalg.norm(np.cross(*(moved / np.linalg.norm(moved, axis=1, keepdims=True)))) < 1e-6)
     if meaning.kind in ("straight", "doubled"):
         a, b, c = (frames[meaning.joints[0] + k, :3, 3] for k in (-1, 0, 1))
-        legs, whole = (np.linalg.norm(a - b), np.linalg.norm(b - c)), np.linalg.norm(a - c)
+        legs, distance = (np.linalg.norm(a - b), np.linalg.norm(b - c)), np.linalg.norm(a - c)
         expected = sum(legs) if meaning.kind == "straight" else abs(legs[0] - legs[1])
-        return bool(abs(whole - expected) < 1e-7)
+        return bool(abs(distance - expected) < 1e-7)
     if meaning.kind in ("along", "across"):
-        slide, start, end = (frames[joint - 1] for joint in meaning.joints)
-        seen = np.linalg.inv(start[:3, :3]) @ np.column_stack([slide[:3, 2], end[:3, 3] - start[:3, 3]])
-        turn = np.diff(np.arctan2(seen[1], seen[0]))[0]
-        return bool(abs(np.sin(turn) if meaning.kind == "along" else np.cos(turn)) < 1e-6 and abs(seen[2, 0]) < 1e-6)
+        prismatic_frame, start, end = (frames[joint - 1] for joint in meaning.joints)
+        projected = np.linalg.inv(start[:3, :3]) @ np.column_stack([prismatic_frame[:3, 2], end[:3, 3] - start[:3, 3]])
+        angle = np.diff(np.arctan2(projected[1], projected[0]))[0]
+        return bool(
+            abs(np.sin(angle) if meaning.kind == "along" else np.cos(angle)) < 1e-6 and abs(projected[2, 0]) < 1e-6
+        )
     others = sample.q + np.linspace(-2.9, 3.2, 60)[:, None] * np.eye(len(sample.q))[last]
     distances = distances_from_axis(sample, sample.arm.point(np.vstack([sample.q, others])), first)
     best = distances.max() if meaning.kind == "far" else distances.min()

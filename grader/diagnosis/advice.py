@@ -1,7 +1,8 @@
-"""What to look at in a wrong answer that no mistake of the catalogue gives: what a teacher would ask first.
+"""Advise what to look at in a wrong answer if no mistake of the catalogue gives it: what a teacher would ask first.
 
-Each remark is true of the answer, as it was compared with the right one in numbers, and gives no part of that away: a
-factor that is the same everywhere, a joint on which it should or should not depend, a pose that is easily drawn.
+Each remark holds for the answer, which was compared numerically with the reference, and gives no part of the reference
+away. A remark is about a factor common to all entries, a joint on which the answer should or should not depend, or a
+configuration that is easy to draw.
 """
 
 from collections.abc import Iterator
@@ -27,7 +28,7 @@ from qdot.grader.judging.verdict import Diagnosis
 
 POINTS = 5
 PRECISE = 1e-3
-"""How near a single number has to be to a known factor."""
+"""Relative error within which a single number has to match a known factor."""
 SAME = 1e-7
 FACTORS = {
     2.0: "by the factor 2",
@@ -36,33 +37,33 @@ FACTORS = {
     180 / np.pi: "by the factor between degrees and radians",
     2 * np.pi: "by the factor 2 pi, as between turns and radians",
 }
-"""What is said of a factor between an answer and the right one, or one over it."""
+"""The words for a factor between an answer and the reference, or for its reciprocal."""
 AGAIN = "Work it out again step by step, and look at each number that you took from the problem."
 EASY = (0.0, np.pi / 2, np.pi / 6)
 MOST_POSES = 81
 
 
 def advise(problem: Problem, part: Part, parsed_answer: ParsedAnswer, seed: str = "") -> Diagnosis | None:
-    """Return what to look at in a wrong answer that was read; nothing where it is a letter, or text that is none."""
+    """Return advice on a wrong answer; None if it is an option letter, or if it could not be parsed."""
     if part.answer.is_a_set:
-        says = _advise_on_set(problem, part, parsed_answer, seed)
+        remark = _advise_on_set(problem, part, parsed_answer, seed)
     elif parsed_answer.rows is None or any(parsed_answer.blanks):
-        says = None
+        remark = None
     elif is_derived(part):
-        says = _advise_on_formulas(problem, part, parsed_answer, seed)
+        remark = _advise_on_formulas(problem, part, parsed_answer, seed)
     else:
-        says = _advise_on_numbers(part, parsed_answer) if part.type == "number" else None
-    return None if says is None else Diagnosis((), says)
+        remark = _advise_on_numbers(part, parsed_answer) if part.type == "number" else None
+    return None if remark is None else Diagnosis((), remark)
 
 
 def _advise_on_numbers(part: Part, parsed_answer: ParsedAnswer) -> str | None:
-    """Look at the factor between numbers that come out of no derivation and those that are expected."""
+    """Look for a factor between the given and the expected numbers of a question without a derivation."""
     try:
         numbers_given = evaluate(compile_program(parsed_answer.entries), {}, 1)[0]
     except (KeyError, ReadError):  # names among the numbers
         return None
     expected = part.answer.as_matrix()
-    if all(entry.is_Integer for entry in expected):  # as a rank, which is counted
+    if all(entry.is_Integer for entry in expected):  # such as a rank, which is counted
         return AGAIN
     return next(_find_factor(numbers_given, np.array([complex(entry) for entry in expected])[:, None], 5e-3), AGAIN)
 
@@ -75,9 +76,11 @@ def _advise_on_formulas(problem: Problem, part: Part, parsed_answer: ParsedAnswe
     try:
         answer, expected = pair.evaluate(values)
         if answer.shape != expected.shape:
-            return None  # the reason tells it
-        room = 5e-3 if part.answer.is_in_numbers else SAME
-        remarks = chain(_find_factor(answer, expected, room), _compare_joints(pair, values), _find_pose(pair, values))
+            return None  # the verdict's reason says so
+        tolerance = 5e-3 if part.answer.is_in_numbers else SAME
+        remarks = chain(
+            _find_factor(answer, expected, tolerance), _compare_joints(pair, values), _find_pose(pair, values)
+        )
         return next(remarks, None)
     except ReadError:
         return None
@@ -85,21 +88,24 @@ def _advise_on_formulas(problem: Problem, part: Part, parsed_answer: ParsedAnswe
 
 @dataclass(frozen=True)
 class _AnswerAndReference:
-    """An answer and the right one, evaluated side by side."""
+    """An answer and its reference, evaluated at the same configurations."""
 
     chain: Chain
     part: Part
     program: Program
 
     def evaluate(self, values: Values) -> tuple[np.ndarray, np.ndarray]:
-        """Return the answer and what is expected, (entries, N) each; directions up to their factor."""
+        """Return the values of the answer and of the reference, (entries, N) each; directions up to a factor."""
         with np.errstate(all="ignore"):
             answer = np.asarray(evaluate(self.program, values, len(next(iter(values.values()))))[0])
             expected = result(numbers(self.chain, values), self.part)
             return self._without_factor(answer), self._without_factor(expected.reshape(-1, expected.shape[-1]))
 
     def _without_factor(self, entries: np.ndarray) -> np.ndarray:
-        """Return what counts: of a direction, the products of the entries of its unit vector, which have no sign."""
+        """Return the values to compare.
+
+        For a direction, they are the products of the entries of its unit vector, which don't depend on its sign.
+        """
         if not self.part.answer.counts_up_to_a_factor:
             return entries
         direction = unit(entries)
@@ -113,7 +119,7 @@ class _AnswerAndReference:
 
 
 def _find_factor(answer: np.ndarray, expected: np.ndarray, room: float) -> Iterator[str]:
-    """Find a factor between all entries of an answer and what is expected."""
+    """Yield a remark if all entries of an answer differ from the expected ones by the same factor."""
     if answer.shape != expected.shape:
         return
     counted = np.abs(expected) > SAME * np.abs(expected).max(initial=0.0)
@@ -123,11 +129,11 @@ def _find_factor(answer: np.ndarray, expected: np.ndarray, room: float) -> Itera
     factor = float(ratios[0].real)
     if not np.isfinite(ratios).all() or (np.abs(ratios - factor) > room * abs(factor)).any() or factor in (0.0, 1.0):
         return
-    if len(ratios) == 1:  # a single number is some factor off in any case
+    if len(ratios) == 1:  # any single number differs by some factor
         room = PRECISE
     for known, words in FACTORS.items():
-        for size, of in (("large", known), ("small", 1 / known)):
-            if abs(factor / of - 1) < room:
+        for size, known_factor in (("large", known), ("small", 1 / known)):
+            if abs(factor / known_factor - 1) < room:
                 yield f"All numbers are too {size} {words}."
     if len(ratios) > 1 and np.ptp(expected[counted].real) > SAME:
         yield (
@@ -137,13 +143,13 @@ def _find_factor(answer: np.ndarray, expected: np.ndarray, room: float) -> Itera
 
 
 def _compare_joints(pair: _AnswerAndReference, values: Values) -> Iterator[str]:
-    """Find a joint on which only one of the answer and the reference depends."""
-    before = pair.evaluate(values)
+    """Yield a remark on the first joint on which only one of the answer and the reference depends."""
+    values_before = pair.evaluate(values)
     for i, q in enumerate(() if pair.part.details.given_values(pair.chain) else pair.chain.q, 1):
         if q in pair.part.details.given_joints:
             return
-        after = pair.evaluate({**values, q.name: values[q.name] + 0.37})
-        answer_changes, expected_changes = map(_differ, after, before)
+        values_after = pair.evaluate({**values, q.name: values[q.name] + 0.37})
+        answer_changes, expected_changes = map(_differ, values_after, values_before)
         if expected_changes and not answer_changes:
             yield f"Your answer does not change with {q}. Move joint {i} alone: does nothing of what is asked change?"
             return
@@ -158,7 +164,7 @@ def _differ(after: np.ndarray, before: np.ndarray) -> bool:
 
 
 def _find_pose(pair: _AnswerAndReference, values: Values) -> Iterator[str]:
-    """Find a pose of right angles in which the answer differs, and name it."""
+    """Yield a remark that names a configuration with simple angles at which the answer differs."""
     if pair.has_fixed_joints:
         yield "Work the numbers out again step by step, and put the result back into the equation that it comes from."
         return
@@ -167,11 +173,11 @@ def _find_pose(pair: _AnswerAndReference, values: Values) -> Iterator[str]:
     for angles in islice(product(EASY, repeat=len(revolute)), MOST_POSES):
         pose = dict(zip(revolute, angles, strict=True))
         answer, expected = pair.evaluate(first | {q.name: np.array([angle]) for q, angle in pose.items()})
-        wrong = np.flatnonzero(~(np.abs(answer - expected)[:, 0] <= SAME * (1 + np.abs(expected)[:, 0])))
-        if len(wrong) and np.isfinite(expected).all():
-            at = ", ".join(f"{q} = {round(np.degrees(angle))}°" for q, angle in pose.items())
-            where = _name_entry(pair.part, int(wrong[0]))
-            yield f"Draw the arm at {at or 'any place'} and work out {where} there by hand: your answer differs."
+        wrong_entries = np.flatnonzero(~(np.abs(answer - expected)[:, 0] <= SAME * (1 + np.abs(expected)[:, 0])))
+        if len(wrong_entries) and np.isfinite(expected).all():
+            angle_text = ", ".join(f"{q} = {round(np.degrees(angle))}°" for q, angle in pose.items())
+            entry_name = _name_entry(pair.part, int(wrong_entries[0]))
+            yield f"Draw the arm at {angle_text or 'any place'} and work out {entry_name} there by hand: your answer differs."
             return
     yield "Put numbers in for one pose that is easy to draw, and compare term by term with the drawing."
 
@@ -184,7 +190,7 @@ def _name_entry(part: Part, index: int) -> str:
 
 
 def _advise_on_set(problem: Problem, part: Part, parsed_answer: ParsedAnswer, seed: str) -> str | None:
-    """Look at which joints a set speaks of, and then at what each value makes of J."""
+    """Return advice on a set: on the joints that it names, and then on its values."""
     if parsed_answer.refusal is not None or parsed_answer.tree is None:
         return None
     components = singular_set(problem.chain) or ()
@@ -205,27 +211,32 @@ def _advise_on_set(problem: Problem, part: Part, parsed_answer: ParsedAnswer, se
 
 
 def _advise_on_claims(problem: Problem, part: Part, tree: Node, seed: str, together: bool) -> str | None:
-    """Look at whether what is claimed is singular; `together` tells that conditions are expected that hold at once."""
+    """Return advice on whether the claimed configurations are singular.
+
+    `together` says that some expected conditions have to hold simultaneously.
+    """
     joints, domain = [q.name for q in problem.chain.q], problem.domain()
     try:
         claimed = parse_claims(with_joint(tree, joints), joints)
-        right = [piece for (condition,) in part.answer.trees(domain.roles) for piece in parse_pieces(condition, joints)]
-        comparison = compare_sets(claimed, right, Space(joints, domain, part.rounding), seed)
+        expected = [
+            piece for (condition,) in part.answer.trees(domain.roles) for piece in parse_pieces(condition, joints)
+        ]
+        comparison = compare_sets(claimed, expected, Space(joints, domain, part.rounding), seed)
     except ReadError:
         return None
-    every = "look for all angles in a turn, and for what vanishes together"
+    advice = "look for all angles in a turn, and for what vanishes together"
     if not together:
-        every = "set each factor to zero by itself, and look for all angles in a turn"
+        advice = "set each factor to zero by itself, and look for all angles in a turn"
     if comparison.rounded:
         return "A value that is right but for its digits earns less: write each as it is, as in pi/3 or acos(1/3)."
     if comparison.surplus is None:
-        return f"What you give is singular, and it is not all: {every}."
+        return f"What you give is singular, and it is not all: {advice}."
     if together or any(len(piece) > 1 for piece in claimed):
         return (
             "Put each of your values into the determinant (or the minors), those that hold together at once: it has to "
-            f"be zero whatever the remaining joints are. Then {every}."
+            f"be zero whatever the remaining joints are. Then {advice}."
         )
     return (
         "Put each of your values into the determinant (or the minors): it has to be zero whatever the other joints "
-        f"are. Then {every}."
+        f"are. Then {advice}."
     )

@@ -1,7 +1,8 @@
-"""Name the mistake behind a wrong answer: the one of the catalogue that gives the very same answer.
+"""Name the mistake behind a wrong answer: the mistake of the catalogue that gives exactly this answer.
 
-Answers are compared at random configurations, or at the one that is given. If no mistake of the catalogue gives the
-whole answer, what is wrong is told entry by entry. What gives neither is not guessed at.
+Answers are compared at random configurations, or at the configuration that the question gives. If no mistake of the
+catalogue gives the whole answer, the errors are described entry by entry. If that isn't possible either, qdot doesn't
+guess.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -41,24 +42,26 @@ from qdot.grader.judging.verdict import Diagnosis, locate_mistake
 POINTS = 16
 THREE_DECIMALS = 6e-4
 LEAST_LIKELY = 0.2
-"""Prior of a mistake below which a slip in one place of the finished formulas is likelier."""
+"""Prior of a mistake below which a single mistake in the finished formulas is likelier."""
 VERY_LIKELY = 2.0
-"""Prior of a mistake throughout an answer that is likelier than the wrong sign of a single entry."""
+"""Prior from which a mistake made throughout an answer is likelier than the wrong sign of a single entry."""
 MOST_IN_ONE_PLACE = 2
-"""Wrong entries that one slip may make in finished formulas."""
+"""Maximum number of wrong entries that a single mistake in the finished formulas may cause."""
 EXTRA = set(TOO_MANY.values())
 SIGNS = {"term-sign-typed", "entry-sign"}
 EXCHANGED = {"wave-throughout"}
-"""What is likelier than the same slip at several joints."""
+"""The mistakes that are likelier than the same mistake at several joints."""
 OF_ONE_PLACE = {"joint", "link", "one"}
-"""Words of mistakes that were made in one place: others change everything, and hardly the sign of one entry only."""
+"""The words of mistakes that were made at one joint or entry.
+
+Other mistakes change everything, and hardly ever the sign of a single entry only."""
 LONGEST_SET = 600
-"""Characters of a set that is compared with what mistakes make of the right one; each comparison takes its time."""
+"""Maximum length (characters) of a set that is compared with the sets that mistakes give; comparing is slow."""
 
 
 @dataclass(frozen=True)
 class Cause:
-    """A mistake that was found in an earlier part: its name, its words, and the part with its title."""
+    """A mistake that was found in an earlier part: its name and words, and the name and title of the part."""
 
     mistake: str
     words: Mapping[str, object]
@@ -69,10 +72,10 @@ class Cause:
 def diagnose(
     problem: Problem, part: Part, parsed_answer: ParsedAnswer, seed: str = "", causes: Sequence[Cause] = ()
 ) -> Diagnosis | None:
-    """Return the mistake that gives a wrong answer, or nothing where none in the catalogue does.
+    """Return the mistake that gives a wrong answer, or None if none in the catalogue does.
 
-    One of the `causes` that were found in earlier parts is told as that. `seed` draws the configurations at which the
-    answer is compared with what mistakes give.
+    If it is one of the `causes`, which were found in earlier parts, the diagnosis says so. `seed` determines the
+    configurations at which the answer is compared with those that mistakes give.
 
     >>> from qdot import generate
     >>> from qdot import read_answer
@@ -94,46 +97,46 @@ def diagnose(
     wrong_answer = _evaluate_answer(problem, part, parsed_answer, seed)
     if wrong_answer is None:
         return None
-    values, right = wrong_answer.in_numbers, wrong_answer.right
+    values, reference = wrong_answer.in_numbers, wrong_answer.right
     if parsed_answer.table is None:
-        rounding = explain_rounding(part, values, right, parsed_answer.entries)
+        rounding = explain_rounding(part, values, reference, parsed_answer.entries)
     else:
-        rounding = explain_rounded_function(values, right)
-    if rounding or is_right(values, right):  # as are mistakes that make no difference on this arm
+        rounding = explain_rounded_function(values, reference)
+    if rounding or is_right(values, reference):  # some mistakes make no difference on this arm
         return rounding
     return _explain(wrong_answer.upright, causes)
 
 
 def is_one_mistake(problem: Problem, part: Part, parsed_answer: ParsedAnswer, seed: str) -> bool:
-    """Tell whether a single known mistake gives all that is wrong in an answer in formulas or in several numbers.
+    """Return whether a single known mistake explains all wrong entries of an answer in formulas or several numbers.
 
-    What such a mistake would spoil besides may be right: no cause is named then, but a better answer never earns less.
-    Only what is quickly found counts, so that no mark hangs on how long mistakes are looked for.
+    Other entries that the mistake would change may be correct. No cause is named then, but a better answer never earns
+    less. Only mistakes that are found quickly count, so that no mark depends on how long the search takes.
     """
     wrong_answer = _evaluate_answer(problem, part, parsed_answer, seed)
     if wrong_answer is None:
         return False
-    values, right = wrong_answer.in_numbers, wrong_answer.right
-    if values.values.shape != right.shape or is_right(values, right):
+    values, reference = wrong_answer.in_numbers, wrong_answer.right
+    if values.values.shape != reference.shape or is_right(values, reference):
         return False
-    is_wrong = ~values.like(right)
-    is_filled = np.abs(values.values[is_wrong]).max(axis=-1) > SAME  # zeros are given by many
+    is_wrong = ~values.like(reference)
+    is_filled = np.abs(values.values[is_wrong]).max(axis=-1) > SAME  # many mistakes give zeros
     for wrong in wrong_answers(wrong_answer.w, part, values.is_precise) if is_filled.any() else ():
-        fits = wrong.answer.shape == right.shape and (values.like(wrong.answer) | ~is_wrong).all()
+        fits = wrong.answer.shape == reference.shape and (values.like(wrong.answer) | ~is_wrong).all()
         if fits and says_something(wrong.answer):
             return True
-    if is_product(part) or not is_filled.all():  # of a product the factors count
+    if is_product(part) or not is_filled.all():  # the factors of a product are marked separately
         return False
-    one_kind = (missing_links(wrong_answer.w, part, right, values.values), _explain_formulas(wrong_answer))
+    one_kind = (missing_links(wrong_answer.w, part, reference, values.values), _explain_formulas(wrong_answer))
     return any(diagnosis is not None and diagnosis.is_one for diagnosis in one_kind)
 
 
-# --- the answer in numbers ---
+# --- the numeric values of the answer ---
 
 
 @dataclass(frozen=True)
 class WrongAnswer:
-    """A wrong answer with its values at configurations, and its formulas as they were typed, if there are any."""
+    """A wrong answer with its values at configurations, and its formulas as typed, if there are any."""
 
     problem: Problem
     part: Part
@@ -143,17 +146,20 @@ class WrongAnswer:
 
     @cached_property
     def w(self) -> Working:
-        """The right derivation at the configurations."""
+        """The correct derivation at the configurations."""
         return numbers(self.problem.chain, self.values)
 
     @cached_property
     def right(self) -> np.ndarray:
-        """The right answer, (rows, columns, N)."""
+        """The correct answer, (rows, columns, N)."""
         return result(self.w, self.part)
 
     @cached_property
     def derivatives(self) -> np.ndarray:
-        """Which entries are differentiated, (rows, columns): no angular ones, and not what is made of a Jacobian."""
+        """Which entries are differentiated, (rows, columns).
+
+        Angular entries are not, and neither are results computed from a Jacobian.
+        """
         if is_made_of_jacobian(self.part):
             return np.zeros(self.right.shape[:2], bool)
         doubled = result(self.w.with_mistakes({"linear": lambda _, rows: 2 * rows}), self.part)
@@ -161,7 +167,7 @@ class WrongAnswer:
 
     @property
     def upright(self) -> "WrongAnswer":
-        """The same, a vector that was typed as a row or column in the shape that is right."""
+        """The same answer, with a vector that was typed as a row instead of a column, or vice versa, transposed."""
         shape, transposed = self.right.shape, self.in_numbers.values.swapaxes(0, 1)
         if 1 not in shape[:2] or self.in_numbers.values.shape == shape or transposed.shape != shape:
             return self
@@ -170,7 +176,7 @@ class WrongAnswer:
 
 
 def _evaluate_answer(problem: Problem, part: Part, parsed_answer: ParsedAnswer, seed: str) -> WrongAnswer | None:
-    """Return an answer with its values at configurations, None where no mistakes in the derivation are known."""
+    """Return an answer with its values at configurations; None if it isn't derived or can't be evaluated."""
     if not is_derived(part):
         return None
     if parsed_answer.table is not None:
@@ -188,15 +194,15 @@ def _evaluate_answer(problem: Problem, part: Part, parsed_answer: ParsedAnswer, 
 
 
 def _evaluate_function(problem: Problem, part: Part, table: Table) -> WrongAnswer | None:
-    """Return a function with what it returned where it was called."""
+    """Return a Python function's answer with the values that it returned when it was called."""
     if table.shape is None or len(table.shape) > 2:
         return None
     values = {name: column[:POINTS] for name, column in table.at.items()}
     rows = (*table.shape, *(1,) * (2 - len(table.shape)))
     returned = table.values[:POINTS].T.reshape(*rows, -1)
-    room = (max(SAME, part.rounding.relative), part.rounding.absolute) if part.rounding else (SAME, 0.0)
+    tolerances = (max(SAME, part.rounding.relative), part.rounding.absolute) if part.rounding else (SAME, 0.0)
     is_direction = part.answer.counts_up_to_a_factor
-    return WrongAnswer(problem, part, values, InNumbers(returned, np.abs(returned), room, is_direction))
+    return WrongAnswer(problem, part, values, InNumbers(returned, np.abs(returned), tolerances, is_direction))
 
 
 def _evaluate_entries(part: Part, parsed_answer: ParsedAnswer, values: Values) -> InNumbers | None:
@@ -215,7 +221,10 @@ def _evaluate_entries(part: Part, parsed_answer: ParsedAnswer, values: Values) -
 
 
 def _room(part: Part, entries: Sequence[Node]) -> tuple[float, float]:
-    """Return what an answer may be off: what is asked for in digits, or what was typed where that is more."""
+    """Return the relative and absolute tolerance of an answer.
+
+    It follows from the number of digits asked for, or from the digits typed if these are more.
+    """
     relative, absolute = (0.0, 0.0) if part.rounding is None else (part.rounding.relative, part.rounding.absolute)
     if not part.answer.is_in_numbers:
         return max(SAME, relative), absolute
@@ -234,7 +243,7 @@ def _parse_option(part: Part, parsed_answer: ParsedAnswer) -> InNumbers | None:
 
 
 def _explain_option(part: Part, parsed_answer: ParsedAnswer) -> Diagnosis | None:
-    """Return the mistakes behind the first wrong option that was chosen, as they were kept when it was made."""
+    """Return the mistakes behind the first wrong option that was chosen, as stored when the option was generated."""
     for index in parsed_answer.chosen:
         blames = [] if index in part.answer.right else list_blames(part, index)
         if blames:
@@ -244,13 +253,13 @@ def _explain_option(part: Part, parsed_answer: ParsedAnswer) -> Diagnosis | None
 
 
 def _explain(answer: WrongAnswer, causes: Sequence[Cause]) -> Diagnosis | None:
-    """Return the mistake that gives an answer at configurations, or nothing.
+    """Return the mistake that gives an answer at configurations, or None.
 
-    Of several that do, one that was found in an earlier part is the cause here, too; else the likeliest is told. Where
-    none does, what is wrong is told entry by entry, if it is one thing in each.
+    If several do, a mistake that was found in an earlier part is the cause here, too; otherwise the likeliest is named.
+    If none does, the errors are described entry by entry, if there is one in each.
     """
-    in_numbers, right, part = answer.in_numbers, answer.right, answer.part
-    if in_numbers.is_direction and _moves(right, in_numbers.values):
+    in_numbers, reference, part = answer.in_numbers, answer.right, answer.part
+    if in_numbers.is_direction and _moves(reference, in_numbers.values):
         return Diagnosis(("direction-that-moves",), CATALOGUE["direction-that-moves"].sentence({}))
     fitting = []
     for wrong in wrong_answers(answer.w, part, in_numbers.is_precise):
@@ -262,10 +271,10 @@ def _explain(answer: WrongAnswer, causes: Sequence[Cause]) -> Diagnosis | None:
                 break
     if fitting:
         return _name_likeliest(answer, fitting)
-    if in_numbers.values.shape != right.shape or in_numbers.is_direction:
+    if in_numbers.values.shape != reference.shape or in_numbers.is_direction:
         return None
     return (
-        missing_links(answer.w, part, right, in_numbers.values)
+        missing_links(answer.w, part, reference, in_numbers.values)
         or _explain_formulas(answer)
         or _explain_formulas(answer, any_number=True)
     )
@@ -276,44 +285,53 @@ def _gives(wrong: Wrong, in_numbers: InNumbers) -> bool:
 
 
 def _moves(lost: np.ndarray, direction: np.ndarray) -> bool:
-    """Tell whether a direction is one in which the arm can move: it has no part along the one that is lost."""
+    """Return whether the arm can move in a direction: it has no component along the lost direction."""
     if lost.shape != direction.shape or lost.shape[1] != 1:
         return False
     with np.errstate(all="ignore"):
-        along = np.abs((unit(lost) * unit(direction)).sum(axis=0))
-    return bool(np.isfinite(along).all() and (along < 1e-3).all())
+        component = np.abs((unit(lost) * unit(direction)).sum(axis=0))
+    return bool(np.isfinite(component).all() and (component < 1e-3).all())
 
 
 def _find_cause(wrong: Wrong, causes: Sequence[Cause]) -> Cause | None:
-    return next((c for c in causes if (c.mistake, c.words) == (wrong.mistake.name, dict(wrong.variant.words))), None)
+    return next(
+        (cause for cause in causes if (cause.mistake, cause.words) == (wrong.mistake.name, dict(wrong.variant.words))),
+        None,
+    )
 
 
 def _name_inherited(wrong: Wrong, cause: Cause) -> Diagnosis:
-    """Return what is said of a mistake that was found before."""
-    says = f"This follows from what went wrong in {cause.title!r}: the same mistake gives this answer."
-    made = locate_mistake(wrong.mistake.name, wrong.variant.words)
-    return Diagnosis((), says, inherited=cause.part, known_by=(made,))
+    """Return the diagnosis for a mistake that was already found in an earlier part."""
+    message = f"This follows from what went wrong in {cause.title!r}: the same mistake gives this answer."
+    located = locate_mistake(wrong.mistake.name, wrong.variant.words)
+    return Diagnosis((), message, inherited=cause.part, known_by=(located,))
 
 
 def _name_likeliest(answer: WrongAnswer, fitting: Sequence[Wrong]) -> Diagnosis:
-    """Return the mistake with the highest prior, or the first two of them; a slip in one place may be likelier."""
+    """Return the mistake with the highest prior, or the first two if they are equally likely.
+
+    A single mistake in the finished formulas may be likelier, and is returned then.
+    """
     in_numbers, first = answer.in_numbers, max(fitting, key=variant_frequency)
-    alike = list(ALIKE.get(first.mistake.name, ()))
-    if in_numbers.is_direction and first.mistake.name == "row-sign":  # one row against the others, either of them
-        alike.append("row-sign")
-    ways = (wrong for name in alike for wrong in make_mistake(CATALOGUE[name], answer.w, answer.part))
-    rivals = [first, *(wrong for wrong in ways if _gives(wrong, in_numbers) and wrong.sentence != first.sentence)]
+    alike_names = list(ALIKE.get(first.mistake.name, ()))
+    if in_numbers.is_direction and first.mistake.name == "row-sign":  # either one row or all the others
+        alike_names.append("row-sign")
+    alternatives = (wrong for name in alike_names for wrong in make_mistake(CATALOGUE[name], answer.w, answer.part))
+    rivals = [
+        first,
+        *(wrong for wrong in alternatives if _gives(wrong, in_numbers) and wrong.sentence != first.sentence),
+    ]
     highest = max(map(variant_frequency, rivals))
     count = int((~in_numbers.like(answer.right)).sum()) if in_numbers.values.shape == answer.right.shape else 0
     is_rare = highest < LEAST_LIKELY and count <= MOST_IN_ONE_PLACE
     is_throughout = count == 1 < in_numbers.values[..., 0].size and not OF_ONE_PLACE & set(first.variant.words)
     is_at_several = first.mistake.rare and len(first.variant.places) > 1
     is_less_likely = is_rare or is_at_several or (is_throughout and highest < VERY_LIKELY)
-    slip = _explain_formulas(answer) if count and not in_numbers.is_direction and is_less_likely else None
-    if slip is not None:
-        is_likelier = is_rare and not EXTRA & set(slip.mistakes)
-        if is_likelier or set(slip.mistakes) <= (EXCHANGED if is_at_several else SIGNS):
-            return slip
+    single_mistake = _explain_formulas(answer) if count and not in_numbers.is_direction and is_less_likely else None
+    if single_mistake is not None:
+        is_likelier = is_rare and not EXTRA & set(single_mistake.mistakes)
+        if is_likelier or set(single_mistake.mistakes) <= (EXCHANGED if is_at_several else SIGNS):
+            return single_mistake
     likeliest = [wrong for wrong in rivals if variant_frequency(wrong) == highest][:2]
     diagnosis = name_either([(wrong.mistake, wrong.variant.words, _sentence(wrong)) for wrong in likeliest])
     cause = (likeliest[0].mistake.name, dict(likeliest[0].variant.words)) if len(likeliest) == 1 else None
@@ -326,9 +344,9 @@ def _sentence(wrong: Wrong) -> str:
 
 
 def _explain_formulas(answer: WrongAnswer, any_number: bool = False) -> Diagnosis | None:
-    """Return what went wrong in the finished formulas, as worked solutions show them or as they are compared.
+    """Return the mistake in the finished formulas, as worked solutions show them or as they are compared.
 
-    What is the same everywhere in either of these forms comes before what is wrong in some places.
+    A mistake made everywhere in either of these forms comes before mistakes in some of the entries.
     """
     diagnoses = []
     for form in _reference_forms(answer.problem, answer.part):
@@ -345,7 +363,7 @@ def _transpose(rows: Rows) -> Rows:
 
 
 def _reference_forms(problem: Problem, part: Part) -> Iterator[Rows]:
-    """Yield the entries of the reference with the angles of the worked solution, and as they are compared."""
+    """Yield the entries of the reference, first as in the worked solution, then as they are compared."""
     if not part.answer.is_in_numbers and part.answer.entries() and part.type != "number":
         roles = problem.domain().roles
         shown, compared = as_matrix(read(answer_code(problem, part), roles)), part.answer.trees(roles)

@@ -1,12 +1,12 @@
-"""Equal wrong answers: a key for each, the same for all students of a class whose answer is wrong in the same way.
+"""Groups of equal wrong answers: a key for each, shared by all students whose answers are wrong in the same way.
 
-Answers are the same where the same mistake was made in the same place. Where none is known, they are the same where
-they are the same formula, and the same is due, once each student's own numbers are undone: given lengths stand for
-themselves again (0.6 for a2), and joints count from where the table has its zero (theta1 + pi/4 is one angle). What
-can't be undone stays a number, so that only students with the same numbers share it.
+Two answers are the same if the same mistake was made at the same joint or entry. If no mistake is known, they are the
+same if the formulas are equal and so are the expected answers, after each student's own numbers have been replaced by
+names. A given length becomes its name (0.6 becomes a2). Joint variables include their offset: theta1 + pi/4 becomes
+one angle. A number that can't be replaced stays, so only students with the same numbers share that key.
 
-A key depends on the problem, the answer and the assignment's secret, and on nobody else's answer: it stays when others
-hand in, and nobody can work out which answers share one.
+A key depends on the problem, the answer and the assignment's secret, but not on other students' answers. It doesn't
+change when others submit, and without the secret nobody can compute it.
 """
 
 import hashlib
@@ -29,12 +29,12 @@ from qdot.grader.judging.answer import ParsedAnswer
 from qdot.grader.judging.verdict import Diagnosis
 
 LETTERS = "bcdfghjkmnpqrstvwxz"
-"""What keys are made of: neither words nor anything that a spreadsheet takes for a number."""
+"""The letters of keys, which form neither words nor anything that a spreadsheet takes for a number."""
 LENGTH = 6
 
 
 def group_key(part: str, letters: str) -> str:
-    """Return the key of a group as results.jsonl has it.
+    """Return the key of a group as written in results.jsonl.
 
     >>> group_key("p1.jacobian", "kqvxwz")
     'p1.jacobian/kqvxwz'
@@ -45,10 +45,10 @@ def group_key(part: str, letters: str) -> str:
 def group_of(
     problem: Problem, part: Part, parsed_answer: ParsedAnswer, diagnosis: Diagnosis | None, secret: str
 ) -> str | None:
-    """Return the letters of the group that a wrong answer belongs to; None where that is not known.
+    """Return the letters of the group that a wrong answer belongs to, or None if the group is not known.
 
-    `diagnosis` is what was found behind it, whatever was found in earlier parts. Not known is it of Python functions
-    behind which no mistake was found: each is called at other configurations.
+    `diagnosis` is that of this answer alone, regardless of mistakes found in earlier parts. Python functions without a
+    diagnosed mistake have no group, because each is called at different configurations.
     """
     identity = _identify(problem, part, parsed_answer, diagnosis, secret)
     if identity is None:
@@ -66,9 +66,9 @@ def group_of(
 def _identify(
     problem: Problem, part: Part, parsed_answer: ParsedAnswer, diagnosis: Diagnosis | None, secret: str
 ) -> tuple[object, ...] | None:
-    """Return what is equal for answers that are the same."""
-    if diagnosis is not None and (made := diagnosis.known_by or diagnosis.mistakes):
-        return "mistake", *made
+    """Return a tuple that is equal for equivalent answers."""
+    if diagnosis is not None and (identifying_mistakes := diagnosis.known_by or diagnosis.mistakes):
+        return "mistake", *identifying_mistakes
     if parsed_answer.table is not None:
         return None
     if part.answer.offered and parsed_answer.chosen:
@@ -82,30 +82,37 @@ def _identify(
             reference = Node("list", tuple(tree for row in part.answer.trees(problem.domain().roles) for tree in row))
             return "set", *(general.conditions(tree, joints, secret) for tree in (parsed_answer.tree, reference))
         if parsed_answer.rows is not None:
-            both = (parsed_answer.rows, part.answer.trees(problem.domain().roles))
-            shapes = [(len(rows), len(rows[0])) for rows in both]
-            entries = [[entry for row in rows for entry in row] for rows in both]
-            return "formulas", shapes, *(general.formulas(some, secret, is_direction) for some in entries)
+            answer_and_reference = (parsed_answer.rows, part.answer.trees(problem.domain().roles))
+            shapes = [(len(rows), len(rows[0])) for rows in answer_and_reference]
+            entries = [[entry for row in rows for entry in row] for rows in answer_and_reference]
+            return "formulas", shapes, *(general.formulas(row_entries, secret, is_direction) for row_entries in entries)
     except (ReadError, ValueError, ArithmeticError, RecursionError):
-        pass  # no formulas: it is known again by its text
+        pass  # not a formula: compare the text
     return "text", "".join(parsed_answer.text.split())
 
 
 def _options(part: Part, chosen: Sequence[int]) -> tuple[object, ...]:
-    """Return options by what they say, with the item that each is matched to: letters differ from arm to arm."""
+    """Return the texts of the chosen options, and the item that each is matched to.
+
+    The letters of the options differ between students.
+    """
     texts = [part.answer.offered[index] for index in chosen]
     items = part.answer.matched
     return tuple(sorted(zip(items, texts, strict=True) if len(items) == len(texts) else texts))
 
 
 def _numbers(entries: Sequence[Node]) -> tuple[str, ...]:
-    """Return numbers to three digits, as they are due."""
+    """Return the numbers rounded to three significant digits, as required of answers."""
     values = evaluate(compile_program(list(entries)), {}, 1)[0]
     return tuple(f"{complex(value):.2e}" for value in values[:, 0])
 
 
 class _GeneralForm:
-    """The form of formulas that is the same for all students: their given lengths have names again."""
+    """Rewrites formulas into a form common to all students: numbers that are given lengths become names.
+
+    `factors` looks numbers up as products of lengths, and `terms` as sums of lengths first. `zeros` has the offsets of
+    joints, and `names` the joint variables without their offset.
+    """
 
     def __init__(self, chain: Chain) -> None:
         names = _name_lengths(_given_lengths(chain))
@@ -120,9 +127,10 @@ class _GeneralForm:
                 self.names[q.name] = Node("-", (Node("name", value=q.name), self.zeros[q.name]))
 
     def generalize(self, tree: Node, in_length: bool = True) -> Node:
-        """Return a tree in which names stand for given lengths, and joints count from the table's zero.
+        """Return the tree with given lengths replaced by their names, and with the offsets of joints undone.
 
-        Numbers in a sine or an exponent are no lengths, and an angle has its zero only in a sine.
+        Numbers inside a function or an exponent are not lengths, and a revolute joint's offset is undone only inside
+        a function.
         """
         if tree.kind == "name":
             return tree if in_length and tree.value in self.angles else self.names.get(tree.value, tree)
@@ -139,23 +147,27 @@ class _GeneralForm:
         return Node(tree.kind, tuple(self.generalize(arg, in_length) for arg in tree.args), tree.value)
 
     def _product(self, tree: Node) -> Node:
-        """Return a product with its numbers as one where that is a length, as 7*cos(theta2)/20 has; else each alone."""
+        """Return a product with its numeric factors replaced by the names of lengths.
+
+        If their product is a known length (7*cos(theta2)/20 = 0.35*cos(theta2)), they are multiplied together.
+        Otherwise each is replaced separately.
+        """
         factors, number = list(_factors(tree)), Fraction(1)
         others = [factor for factor in factors if not _is_number(factor[0])]
-        for factor, is_below in factors:
+        for factor, in_denominator in factors:
             if _is_number(factor):
-                number *= 1 / factor.value if is_below else factor.value
+                number *= 1 / factor.value if in_denominator else factor.value
         known = self.factors if others else self.terms
         product = Node("number", value=Fraction(1))
         if abs(number) in known:
             product, factors = _length(known, number), others
-        for factor, is_below in factors:
+        for factor, in_denominator in factors:
             general = _length(known, factor.value) if _is_number(factor) else self.generalize(factor)
-            product = Node("/" if is_below else "*", (product, general))
+            product = Node("/" if in_denominator else "*", (product, general))
         return product
 
     def formulas(self, entries: Sequence[Node], seed: str, up_to_a_factor: bool = False) -> tuple[object, ...]:
-        """Return what is the same for the same formulas; with `up_to_a_factor`, for their multiples, too."""
+        """Return a fingerprint that is equal for equal formulas (and for their multiples, if `up_to_a_factor`)."""
         trees = [self.generalize(entry) for entry in entries]
         numbers = fingerprint_results(compile_program(trees), seed)
         pivot = next((tree for tree, number in zip(trees, numbers, strict=True) if number and any(number)), None)
@@ -165,55 +177,61 @@ class _GeneralForm:
         return tuple(_text(tree) if number is None else number for tree, number in zip(trees, numbers, strict=True))
 
     def conditions(self, tree: Node, joints: Sequence[str], seed: str) -> tuple[object, ...]:
-        """Return what is the same for the same conditions, in whatever order they stand."""
-        every = {
+        """Return a fingerprint of a set of conditions that doesn't depend on their order."""
+        pieces = {
             tuple(sorted({repr(self._condition(atom.zero, atom.joint, seed)) for atom in piece}))
             for piece in parse_claims(tree, joints)
         }
-        return tuple(sorted(every))
+        return tuple(sorted(pieces))
 
     def _condition(self, zero: Node, joint: str | None, seed: str) -> tuple[object, ...]:
         if joint is None:
             return "zero", *self.formulas([zero], seed)
         value = Node("+", (zero, self.zeros[joint])) if joint in self.zeros else zero
-        turns = turns_of(value)
-        return (joint, str(turns)) if turns is not None else (joint, *self.formulas([value], seed))
+        multiple_of_pi = turns_of(value)
+        return (joint, str(multiple_of_pi)) if multiple_of_pi is not None else (joint, *self.formulas([value], seed))
 
 
 def _length(known: Mapping[Fraction, Node], value: Fraction) -> Node:
-    """Return what a number stands for, or the number."""
+    """Return the name of the length that a number is equal to up to its sign, or else the number."""
     number = known.get(abs(value), Node("number", value=abs(value)))
     return Node("neg", (number,)) if value < 0 else number
 
 
 def _text(tree: Node) -> str:
-    form = written(ParsedAnswer("", tree=tree))
-    return repr(tree) if form is None else form.text
+    canonical = written(ParsedAnswer("", tree=tree))
+    return repr(tree) if canonical is None else canonical.text
 
 
 def _zeros(chain: Chain) -> Sequence[sp.Expr]:
-    """Return what is added to each joint's variable, at the first with the turn of an upright base."""
+    """Return each joint's offset.
+
+    If the base is upright and the first joint revolute, the first offset includes the base's yaw.
+    """
     if chain.joints[0].kind == "R" and chain.base.tilt == 0:
         return (chain.offsets[0] + chain.base.yaw, *chain.offsets[1:])
     return chain.offsets
 
 
 def _given_lengths(chain: Chain) -> Iterator[tuple[str, sp.Expr]]:
-    """Yield the lengths of an arm that are numbers, by names that are the same for all arms."""
+    """Yield the lengths and offsets of an arm, under names that are the same for all arms."""
     for number, (joint, offset) in enumerate(zip(chain.joints, chain.offsets, strict=True), 1):
         yield f"a{number}", joint.a
         yield (f"d{number}", joint.d) if joint.kind == "R" else (f"zero of d{number}", offset)
-    for place, values in (("base", chain.base.position), ("point", chain.point.offset)):
+    for frame, values in (("base", chain.base.position), ("point", chain.point.offset)):
         for axis, value in zip("xyz", values, strict=True):
-            yield f"{place} {axis}", value
+            yield f"{frame} {axis}", value
 
 
 NumbersAndNodes = Iterator[tuple[Fraction, Node]]
-"""Numbers, and what they are made of."""
+"""Pairs of a number and the expression of named lengths that it is equal to."""
 
 
 def _name_lengths(lengths: Iterator[tuple[str, sp.Expr]]) -> dict[Fraction, Node]:
-    """Return what stands for each length, without its sign; those of the same value are one, under all their names."""
+    """Map the absolute value of each length to its name.
+
+    Lengths of equal value share one name made of all theirs.
+    """
     of_value: dict[Fraction, list[tuple[str, int]]] = {}
     for name, value in lengths:
         if value.is_Rational and value != 0:
@@ -223,10 +241,10 @@ def _name_lengths(lengths: Iterator[tuple[str, sp.Expr]]) -> dict[Fraction, Node
 
 
 def _unambiguous(names: Mapping[Fraction, Node], ways: Sequence[NumbersAndNodes]) -> NumbersAndNodes:
-    """Yield the numbers that stand for lengths, or for what is made of several, the likelier ways first.
+    """Yield the numbers that are lengths, or expressions of several lengths, each with its expression.
 
-    Those that could be made in several ways, one as likely as the other, stay numbers, and so do whole ones: 2 may be
-    any factor.
+    `ways` are the sources of expressions, the most likely first. A number that is ambiguous within one source, and
+    every integer (2 may be just a factor), is left out.
     """
     known = {value for value in names if value.denominator == 1}
     for pairs in (iter(names.items()), *ways):
@@ -234,9 +252,9 @@ def _unambiguous(names: Mapping[Fraction, Node], ways: Sequence[NumbersAndNodes]
         for value, node in pairs:
             nodes.setdefault(value, []).append(node)
         yield from (
-            (value, every[0])
-            for value, every in nodes.items()
-            if value not in known and value.denominator != 1 and len(every) == 1
+            (value, candidates[0])
+            for value, candidates in nodes.items()
+            if value not in known and value.denominator != 1 and len(candidates) == 1
         )
         known |= set(nodes)
 
@@ -255,7 +273,7 @@ def _products(names: Mapping[Fraction, Node], count: int) -> NumbersAndNodes:
 
 
 def _sums_of(names: Mapping[Fraction, Node]) -> NumbersAndNodes:
-    """Yield sums of two, differences that are positive, and twice a product."""
+    """Yield a + b, a - b > 0, 2 a and 2 a b for lengths a and b."""
     yield from _twice((value, node) for value, node in names.items())
     yield from _twice(_products(names, 2))
     for larger, smaller in permutations(names, 2):
@@ -274,15 +292,18 @@ def _is_number(node: Node) -> bool:
 
 
 def _factors(tree: Node) -> Iterator[tuple[Node, bool]]:
-    """Yield the factors of a product of products and quotients, and whether each stands below; a minus is -1."""
+    """Yield each factor of a nested product or quotient, and whether it is in the denominator.
+
+    A minus sign is the factor -1.
+    """
     stack = [(tree, False)]
     while stack:
-        top, is_below = stack.pop()
-        if top.kind == "neg":
+        node, in_denominator = stack.pop()
+        if node.kind == "neg":
             yield Node("number", value=Fraction(-1)), False
-        if top.kind in ("*", "neg"):
-            stack += [(arg, is_below) for arg in reversed(top.args)]
-        elif top.kind == "/":
-            stack += [(top.args[1], not is_below), (top.args[0], is_below)]
+        if node.kind in ("*", "neg"):
+            stack += [(arg, in_denominator) for arg in reversed(node.args)]
+        elif node.kind == "/":
+            stack += [(node.args[1], not in_denominator), (node.args[0], in_denominator)]
         else:
-            yield top, is_below
+            yield node, in_denominator

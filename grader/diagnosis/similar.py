@@ -1,6 +1,6 @@
-"""Answers compared as they are written: trees in one order, how alike two are, and who wrote nearly the same wrong one.
+"""Compare answers as they are written, and find students who wrote nearly the same wrong answer.
 
-Nothing here judges: that two students wrote the same is a hint for a person to look at, and no more.
+Nothing is judged here: two equal answers are only a hint for a person to look at.
 """
 
 import math
@@ -15,22 +15,22 @@ from qdot.exercises.formula.trees import Node, has_blank, size_of
 from qdot.grader.judging.answer import ParsedAnswer
 
 LONGEST = 3000
-"""Characters of an answer that is compared."""
+"""Maximum length (characters) of an answer that is compared."""
 LARGEST = 600
-"""Nodes of a tree that is compared."""
+"""Maximum number of nodes of a tree that is compared."""
 LEAST_SIZE = 9
-"""A tree of fewer nodes is the same in two notebooks by chance: a1*sin(theta1) has 4."""
+"""Minimum number of nodes: smaller trees may be equal by chance (a1*sin(theta1) has 4)."""
 ALIKE = 0.9
-"""The share of pieces that two answers have in common to be nearly the same."""
+"""Share of common subtrees from which two answers count as nearly the same."""
 MOST_PAIRS = 400
-"""So many different wrong answers to a part are compared with one another; of more, only those that are the same."""
+"""Maximum number of wrong answers to a part that are compared in pairs; if there are more, only equal ones count."""
 
 _IN_ANY_ORDER = {"+", "*", "set", "and", "or", "eq"}
 
 
 @dataclass(frozen=True)
 class Written:
-    """An answer as it is written: in one order, as text, and the pieces that it is made of with how often each is."""
+    """An answer as it is written: its text in a standard order, its size, and its subtrees with their counts."""
 
     text: str
     size: int
@@ -39,7 +39,7 @@ class Written:
 
 @dataclass(frozen=True)
 class Wrong:
-    """A student's wrong answer to a part, with what is due there: `due` is the same for the same problem."""
+    """A student's wrong answer to a part; `due` is the expected answer, which is the same for the same problem."""
 
     student: str
     answer: str
@@ -49,7 +49,7 @@ class Wrong:
 
 @dataclass(frozen=True)
 class Pair:
-    """Two students' answers that are nearly the same, though what is due differs."""
+    """Two students' answers that are nearly the same although the expected answers differ."""
 
     first: Wrong
     second: Wrong
@@ -57,7 +57,7 @@ class Pair:
 
 
 def written(parsed_answer: ParsedAnswer) -> Written | None:
-    """Return an answer in the order in which all are compared; None where it can't be read, is blank, or too long."""
+    """Return an answer in a standard order; None if it can't be parsed, has a blank, or is too long."""
     return None if parsed_answer.tree is None or len(parsed_answer.text) > LONGEST else _written(parsed_answer.tree)
 
 
@@ -68,14 +68,14 @@ def _written(tree: Node) -> Written | None:
         if has_blank(tree) or size_of(tree) > LARGEST:
             return None
         return Written(_ordered(_flat(tree), pieces), size_of(tree), tuple(sorted(pieces.items())))
-    except RecursionError:  # too deep to be a formula that anybody wrote
+    except RecursionError:  # nested too deeply to be a formula that a student wrote
         return None
 
 
 def _flat(node: Node) -> Node:
-    """Return the tree with one sum for sums of sums, one product for products of products, and its numbers as one.
+    """Return the tree with nested sums and nested products flattened, and numeric factors multiplied together.
 
-    a − b is a + (−1)·b, and a/2 is (1/2)·a: where a sign or a fraction stands is no difference.
+    a − b becomes a + (−1)·b, and a/2 becomes (1/2)·a, so the position of a sign or a fraction makes no difference.
     """
     args = tuple(_flat(arg) for arg in node.args)
     if node.kind == "neg":
@@ -99,8 +99,8 @@ _MINUS = Node("number", value=Fraction(-1))
 
 def _product(args: tuple[Node, ...]) -> Node:
     factors = [inner for arg in args for inner in (arg.args if arg.kind == "*" else (arg,))]
-    others = [each for each in factors if each.kind not in _NUMBERS]
-    number = math.prod((each.value for each in factors if each.kind in _NUMBERS), start=Fraction(1))
+    others = [factor for factor in factors if factor.kind not in _NUMBERS]
+    number = math.prod((factor.value for factor in factors if factor.kind in _NUMBERS), start=Fraction(1))
     if number != 1 or not others:
         others.insert(0, Node("number", value=number))
     return others[0] if len(others) == 1 else Node("*", tuple(others))
@@ -117,21 +117,21 @@ def _ordered(node: Node, pieces: Counter[str]) -> str:
 
 
 def alikeness(first: Written, second: Written) -> float:
-    """Return the share of pieces in common, from 0 to 1 for the same in any order of terms and factors."""
+    """Return the share of common subtrees, from 0 to 1; it is 1 if only the order of terms and factors differs."""
     if first.text == second.text:
         return 1.0
-    left, right = Counter(dict(first.pieces)), Counter(dict(second.pieces))
-    return (left & right).total() / max(1, (left | right).total())
+    first_pieces, second_pieces = Counter(dict(first.pieces)), Counter(dict(second.pieces))
+    return (first_pieces & second_pieces).total() / max(1, (first_pieces | second_pieces).total())
 
 
 def nearly_the_same(answers: Sequence[Wrong], usual: int) -> list[Pair]:
-    """Return pairs that are nearly the same where something else is due, the most alike first.
+    """Return pairs of nearly the same answers whose expected answers differ, the most alike first.
 
-    What more than `usual` students wrote is a mistake that one makes, and no hint; nor is what is short.
+    An answer that more than `usual` students wrote is a common mistake and no hint. Neither is a short answer.
     """
-    long = [answer for answer in answers if answer.written.size >= LEAST_SIZE]
-    count = Counter(answer.written.text for answer in long)
-    rare = [answer for answer in long if count[answer.written.text] <= usual]
+    long_answers = [answer for answer in answers if answer.written.size >= LEAST_SIZE]
+    text_counts = Counter(answer.written.text for answer in long_answers)
+    rare = [answer for answer in long_answers if text_counts[answer.written.text] <= usual]
     pairs = [
         Pair(first, second, alikeness(first.written, second.written))
         for first, second in combinations(rare, 2)
