@@ -1,6 +1,6 @@
-"""An instructor's folder: read, checked, and its notebooks written for a class.
+"""An instructor's assignment folder: reads and checks it, and writes the notebooks of a class.
 
-It imports what makes a problem and its notebook; exports and the site are above it.
+This package imports the packages that make problems and notebooks. The exports and the site import this package.
 
     assignment                  assignment.toml, roster.csv and the secret, as one object
     decimals, lateness          tolerances of decimals; penalties for late work

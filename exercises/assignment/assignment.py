@@ -120,12 +120,12 @@ RIGHT = {
     "twist_order": f"it is the order of twists of arms that are told by their axes, {' or '.join(TWIST_ORDERS)}",
     "difficulty": f"it is a step from 0 to {HARDEST}, or a range, as in difficulty = [1, 2]",
 }
-"""The right form of each key."""
+"""The expected form of each key's value, for error messages."""
 
 
 @dataclass(frozen=True)
 class Student:
-    """A line of the roster; `others` are its further columns unchanged, `due_date` the student's own due date."""
+    """A line of the roster; `others` are its other columns, unchanged, and `due_date` is the student's own due date."""
 
     id: str
     name: str = ""
@@ -138,10 +138,10 @@ class Student:
 class Slot:
     """A slot of the assignment, in which every student has a problem of the same family with the same questions.
 
-    `band` bounds the difficulty; `robot` is a digest of the file of an instructor's own robot, empty for a family;
-    `variation` is how much arms differ from the chapter's, `convention` the convention that describes them, and
-    `twist_order` the order of their twists; `decimals` are the questions with rounded decimals and their tolerances;
-    `credit` the rules for partial credit, if the assignment states any.
+    `band` is the range of difficulty. `robot` is a digest of the file of an instructor's own robot, "" for a family.
+    `variation` is how much arms differ from the chapter's. `convention` describes the arms, and `twist_order` is the
+    order of their twists. `decimals` are the questions that accept rounded decimals, with their tolerances. `credit`
+    are the assignment's own rules for partial credit.
     """
 
     name: str
@@ -163,8 +163,8 @@ class Slot:
 
     def identity(self, secret: str, student: str, draw: int = 1) -> ProblemId:
         """Return the identity of a student's problem in this slot; draws after the first have different seeds."""
-        place = self.name if draw == 1 else f"{self.name}/{draw}"
-        return student_problem_id(secret, student, place, self.identity_of_seed(0))
+        seed_name = self.name if draw == 1 else f"{self.name}/{draw}"
+        return student_problem_id(secret, student, seed_name, self.identity_of_seed(0))
 
     def identity_of_seed(self, seed: int) -> ProblemId:
         """Return the identity of the problem of this slot with a given seed."""
@@ -179,12 +179,12 @@ class Slot:
 
     def problem_with(self, seed: int) -> Problem:
         """Return the problem of this slot with a given seed."""
-        made = generate(self.identity_of_seed(seed), points=self.points, family=self.family)
-        allowed, credit = dict(self.decimals), dict(self.credit)
+        problem = generate(self.identity_of_seed(seed), points=self.points, family=self.family)
+        roundings, credit = dict(self.decimals), dict(self.credit)
         return replace(
-            made,
+            problem,
             parts=tuple(
-                replace(part, rounding=allowed.get(part.name), credit=credit.get(part.name)) for part in made.parts
+                replace(part, rounding=roundings.get(part.name), credit=credit.get(part.name)) for part in problem.parts
             ),
         )
 
@@ -269,9 +269,9 @@ class Assignment:
     @property
     def edition(self) -> str:
         """A short text that changes whenever the notebooks change: with the digest, title, points or hints."""
-        hinted = ("hints",) if self.hints else ()  # so that notebooks without hints keep the edition of older versions
+        hints_marker = ("hints",) if self.hints else ()  # otherwise nothing, as in older versions of qdot
         return _short_hash(
-            repr((self.digest, self.title, [(slot.points, slot.decimals) for slot in self.slots], *hinted))
+            repr((self.digest, self.title, [(slot.points, slot.decimals) for slot in self.slots], *hints_marker))
         )
 
     @property
@@ -297,7 +297,7 @@ def _short_hash(content: str) -> str:
 
 
 def load_assignment(folder: Path) -> Assignment:
-    """Read and check an assignment folder. Raises QdotError with the file, the line, and the place or key.
+    """Read and check an assignment folder. Raises QdotError with the file, the line and the key.
 
     >>> import tempfile
     >>> from qdot.exercises.assignment.release import init_assignment
@@ -342,7 +342,7 @@ def load_assignment(folder: Path) -> Assignment:
 
 
 def _check_folder(folder: Path) -> None:
-    """Raise QdotError if the path is no folder, or is inside an assignment's folder."""
+    """Raise QdotError if the path is not a folder, or is inside an assignment's folder."""
     above = folder.parent if folder.name else folder / ".."
     if folder.exists() and not (folder / FILE).exists() and (above / FILE).is_file():
         raise QdotError(f"{folder} is in an assignment's folder; name that folder, {above}")
@@ -351,7 +351,7 @@ def _check_folder(folder: Path) -> None:
 
 
 def _validate(file: TomlFile) -> AssignmentFile:
-    """Return the validated file. Raises QdotError, for misspelt keys before missing or wrong ones."""
+    """Return the validated file. Raises QdotError; misspelt keys are reported before missing keys and wrong values."""
     file.check_keys((), tuple(AssignmentFile.model_fields), ("title", "key", "problem"))
     problems = file.content["problem"]
     for index, table in enumerate(problems if isinstance(problems, list) else []):
@@ -369,10 +369,10 @@ def _validate(file: TomlFile) -> AssignmentFile:
 
 
 def _slot(file: TomlFile, content: AssignmentFile, index: int, variation: str, notes: list[str]) -> Slot:
-    """Return a slot of the assignment, with the assignment's variation and convention unless it has its own.
+    """Return a slot of the assignment; its own variation and convention override the assignment's.
 
-    An instructor's robot has the convention of its file if neither sets one. Warnings about the robot go into `notes`.
-    Raises QdotError.
+    If neither sets a convention, an instructor's robot has that of its file. Warnings about the robot are appended to
+    `notes`. Raises QdotError.
     """
     entry, place = content.problem[index], ("problem", index)
     with file.at(*place):
@@ -388,9 +388,11 @@ def _slot(file: TomlFile, content: AssignmentFile, index: int, variation: str, n
         with file.at(*place, "variation"):
             variation = _read_variation(entry.variation)
     with file.at(*place, "convention"):
-        chosen = entry.convention or content.convention or ""
-        usual = find_convention(chosen) if chosen else ""
-        convention = chosen if robot else usual  # a robot's own may be another than the usual
+        setting = entry.convention or content.convention or ""
+        canonical_convention = find_convention(setting) if setting else ""
+        convention = (
+            setting if robot else canonical_convention
+        )  # a robot file may use another convention than the default
     with file.at(*place, "twist_order"):
         twist_order = _twist_order_of(entry.twist_order, content.twist_order, family, convention)
     with file.at(*place, "difficulty"):
@@ -435,16 +437,19 @@ def _twist_order_of(setting: str | None, default: str | None, family: Family, co
     A robot has the order of its file unless the assignment sets one. Raises QdotError.
     """
     chosen = setting or default or ""
-    usual = find_twist_order(chosen) if chosen else ""
+    canonical_order = find_twist_order(chosen) if chosen else ""
     if _has_twist_order(convention, family):
-        return chosen if family.robot else usual  # its file may have another order than the usual one
+        return chosen if family.robot else canonical_order  # its file may have another order than the default
     if setting is not None:
         raise QdotError(f"its arms are told by tables; {OF_ORDER}")
     return ""
 
 
 def _has_twist_order(convention: str, family: Family) -> bool:
-    """Whether arms are described by their axes; a family has the first convention, and a robot that of its file."""
+    """Return whether a convention describes arms by their axes.
+
+    The default is the first convention for a family, and that of the file for a robot.
+    """
     default = CONVENTIONS[0] if family.plain is None else family.plain.convention
     return bool(REGISTRY[convention or default].twist_orders)
 
@@ -457,9 +462,9 @@ def _questions_of(family: Family, questions: list[str] | str | None, convention:
 
 def _check_points(points: tuple[float, ...] | None, questions: int) -> None:
     if points is not None and len(points) != questions:
-        of_all = f"{len(points)} {'number' if len(points) == 1 else 'numbers'} for {questions} "
-        asked = f"{of_all}{'question' if questions == 1 else 'questions'}"
-        raise QdotError(f"{asked}; it is a list of positive numbers, one for each, as in points = {[1] * questions}")
+        counts = f"{len(points)} {'number' if len(points) == 1 else 'numbers'} for {questions} "
+        mismatch = f"{counts}{'question' if questions == 1 else 'questions'}"
+        raise QdotError(f"{mismatch}; it is a list of positive numbers, one for each, as in points = {[1] * questions}")
     if points is not None and any(not 0 < number < 1e6 for number in points):
         raise QdotError(RIGHT["points"])
 
@@ -472,17 +477,17 @@ def _read_own_robot(path: Path, notes: list[str]) -> tuple[Family, str]:
 
 
 def _band(difficulty: int | list[int] | None) -> tuple[int, int] | None:
-    """Return the least and greatest step of difficulty."""
+    """Return the minimum and maximum step of difficulty."""
     if difficulty is None:
         return None
-    ends = [difficulty, difficulty] if isinstance(difficulty, int) else difficulty
-    if len(ends) != 2 or not 0 <= ends[0] <= ends[1] <= HARDEST:
+    limits = [difficulty, difficulty] if isinstance(difficulty, int) else difficulty
+    if len(limits) != 2 or not 0 <= limits[0] <= limits[1] <= HARDEST:
         raise QdotError(RIGHT["difficulty"])
-    return ends[0], ends[1]
+    return limits[0], limits[1]
 
 
 def read_roster(path: Path, missing: str = _MISSING) -> tuple[Student, ...]:
-    """Read roster.csv: the first column is `student`; others may follow, separated by commas or semicolons.
+    """Return the students in roster.csv: its first column is `student`; others may follow.
 
     An export from Canvas or Moodle is a roster, too. If there is no such file, `missing` says what to do.
     """
@@ -492,10 +497,10 @@ def read_roster(path: Path, missing: str = _MISSING) -> tuple[Student, ...]:
         where = f"{path}: line {number}"
         identifier = identifier_of(cells["student"])
         _check_identifier(where, identifier)
-        folded = identifier.casefold()  # two folders that differ in case only are one on many disks
-        if folded in lines:
-            raise QdotError(f"{where}: student {identifier!r} is already on line {lines[folded]}")
-        lines[folded] = number
+        folded_identifier = identifier.casefold()  # many file systems treat names that differ only in case as one
+        if folded_identifier in lines:
+            raise QdotError(f"{where}: student {identifier!r} is already on line {lines[folded_identifier]}")
+        lines[folded_identifier] = number
         others = tuple((k, v) for k, v in cells.items() if k not in ("student", "name", "email"))
         due_date = _parse_due_date(where, cells.get("due", "").strip())
         students.append(
@@ -517,7 +522,7 @@ def _parse_due_date(where: str, text: str) -> datetime.datetime | None:
     if not text:
         return None
     try:
-        if ":" in text:  # a day alone would mean its first minute
+        if ":" in text:  # a date alone would mean midnight at its beginning
             return datetime.datetime.fromisoformat(text)
     except ValueError:
         pass
@@ -527,8 +532,8 @@ def _parse_due_date(where: str, text: str) -> datetime.datetime | None:
 def _check_identifier(where: str, identifier: str) -> None:
     if not identifier:
         raise QdotError(f"{where}: the first cell, the student's identifier, is empty")
-    bad = [ch for ch in identifier if ch in '/\\:*?"<>|' or unicodedata.category(ch)[0] == "C"]
-    if bad or identifier.startswith((".", "-")) or len(identifier) > 100:
+    forbidden = [ch for ch in identifier if ch in '/\\:*?"<>|' or unicodedata.category(ch)[0] == "C"]
+    if forbidden or identifier.startswith((".", "-")) or len(identifier) > 100:
         raise QdotError(
             f"{where}: {identifier!r} can't be a student's identifier; it names folders, so it has at most "
             "100 characters, does not start with '.' or '-', and has no / \\ : * ? \" < > |"

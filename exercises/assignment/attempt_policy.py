@@ -1,6 +1,6 @@
-"""Which of several notebooks of a student count: the last, or the best of a few that were submitted at different times.
+"""Which of a student's notebooks count: the last, or the best of a few submitted at different times.
 
-Fifty guesses in one folder are one attempt: a notebook that follows soon after another one replaces it.
+Many guesses within a short time are one attempt: a notebook that follows soon after another one replaces it.
 """
 
 import datetime
@@ -48,19 +48,19 @@ class AttemptPolicy:
             return [max(range(len(received)), key=lambda i: received[i])]
         attempts: list[list[int]] = []
         for i in sorted(range(len(received)), key=lambda i: received[i]):
-            since = (received[i] - received[attempts[-1][0]]).total_seconds() if attempts else 0.0
-            if attempts and (since == 0 or since < self.apart):
+            elapsed = (received[i] - received[attempts[-1][0]]).total_seconds() if attempts else 0.0
+            if attempts and (elapsed == 0 or elapsed < self.apart):
                 attempts[-1].append(i)
             else:
                 attempts.append([i])
-        return [max(same, key=lambda i: received[i]) for same in attempts[: self.best_of]]
+        return [max(attempt, key=lambda i: received[i]) for attempt in attempts[: self.best_of]]
 
 
 LAST = AttemptPolicy()
 
 
 def read_attempt_policy(setting: str | Mapping[str, Any]) -> AttemptPolicy:
-    """Return the rule that assignment.toml states. Raises QdotError.
+    """Return the policy set in assignment.toml. Raises QdotError.
 
     >>> read_attempt_policy("best"), read_attempt_policy({"best_of": 3, "apart": "1 h"})
     (AttemptPolicy(best_of=5, apart=600), AttemptPolicy(best_of=3, apart=3600))
@@ -69,9 +69,9 @@ def read_attempt_policy(setting: str | Mapping[str, Any]) -> AttemptPolicy:
         if setting not in ("last", "best"):
             raise QdotError(RULE)
         return AttemptPolicy(MOST if setting == "best" else None)
-    wrong = next((name for name in setting if name not in KEYS), None)
-    if wrong is not None:
-        raise unknown("key", wrong, tuple(KEYS))
+    unknown_key = next((name for name in setting if name not in KEYS), None)
+    if unknown_key is not None:
+        raise unknown("key", unknown_key, tuple(KEYS))
     count = setting.get("best_of", MOST)
     if isinstance(count, bool) or not isinstance(count, int) or count < 1:
         raise QdotError(f"best_of: {KEYS['best_of']}")

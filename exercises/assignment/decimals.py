@@ -15,7 +15,7 @@ UNITS = {
     **{"m": 1.0, "cm": 0.01, "mm": 0.001, "rad": 1.0, "deg": radians(1), "s": 1.0, "N": 1.0, "Nm": 1.0},
     **{"m/s": 1.0, "cm/s": 0.01, "mm/s": 0.001, "rad/s": 1.0, "deg/s": radians(1), "m^2": 1.0, "m^3": 1.0},
 }
-"""Units of tolerances, in the units of answers."""
+"""Units of tolerances, each with its factor to the unit of answers."""
 
 _WORDS = ("two", "three", "four", "five", "six", "seven", "eight", "nine", "ten", "eleven", "twelve")
 
@@ -35,12 +35,12 @@ def read_decimals(
         by_question = dict(policy)
     else:
         by_question = dict.fromkeys(questions, "exact" if policy is None else policy)
-    allowed = ((name, _parse_rounding(by_question.get(name, "exact"))) for name in questions)
-    return tuple((name, rounding) for name, rounding in allowed if rounding is not None)
+    roundings = ((name, _parse_rounding(by_question.get(name, "exact"))) for name in questions)
+    return tuple((name, rounding) for name, rounding in roundings if rounding is not None)
 
 
 def _parse_rounding(setting: int | str) -> Rounding | None:
-    """Return the tolerance; None for "exact", for which every question keeps its own rule."""
+    """Return the tolerance; None for "exact", which leaves every question its own rule."""
     if setting == "exact":
         return None
     if isinstance(setting, int):

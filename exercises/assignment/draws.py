@@ -1,7 +1,7 @@
 """Generates problems until one passes its certificate.
 
-A student's problem has a few draws with different seeds, in an order that depends only on the assignment and
-redrawn.csv. So no student's problem delays or changes another student's.
+Each attempt is called a draw and has a seed of its own. The order of a student's draws depends only on the assignment
+and redrawn.csv. So no student's problem delays or changes another student's.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -24,7 +24,7 @@ CHANGE = "Change the questions, the variation or the family of {} in assignment.
 
 
 class Uncertified(QdotError):
-    """A problem does not pass its certificate, and another draw may."""
+    """A problem does not pass its certificate, but another draw may."""
 
 
 Failures = Callable[[Problem], Sequence[str]]
@@ -35,7 +35,10 @@ Certify = Callable[[Problem], Record]
 
 @dataclass(frozen=True)
 class CertifiedProblem(Generic[Record]):
-    """A problem that passed, the number of its draw, its record, and what was wrong with the first draw."""
+    """A problem that passed its certificate, with the number of its draw and its record.
+
+    `why` is what was wrong with the first draw.
+    """
 
     problem: Problem
     draw: int
@@ -56,8 +59,8 @@ class FailedSlot:
     why: str
 
     def __str__(self) -> str:
-        whose = f"{self.student}: " if self.student else ""
-        return f"{whose}{self.slot} ({self.family}): none of {DRAWS} draws can be asked. The first: {self.why}"
+        prefix = f"{self.student}: " if self.student else ""
+        return f"{prefix}{self.slot} ({self.family}): none of {DRAWS} draws can be asked. The first: {self.why}"
 
 
 @dataclass(frozen=True)
@@ -75,7 +78,7 @@ class Variant:
 
 
 def check(problem: Problem, failed: Sequence[str]) -> None:
-    """Raise Uncertified if a problem has failed, and QdotError if every problem with its arm would."""
+    """Raise Uncertified if a problem has failed, or QdotError if every problem with its arm would fail, too."""
     if failed and failed[0].startswith(FULL_RANK):
         raise QdotError(
             f"the problem {problem.id} failed its own certificate and is not handed out: {failed[0]}; name another task"
@@ -85,7 +88,7 @@ def check(problem: Problem, failed: Sequence[str]) -> None:
 
 
 def certify_by(failures: Failures) -> Certify[None]:
-    """Return a function that certifies problems in which `failures` finds nothing wrong."""
+    """Return a function that certifies a problem if `failures` finds nothing wrong with it."""
     return partial(_certify, failures)
 
 
@@ -94,7 +97,7 @@ def _certify(failures: Failures, problem: Problem) -> None:
 
 
 def require_certified(problem: Problem, failures: Failures) -> Problem:
-    """Return a problem that has no other draws, if it passes its certificate. Raises QdotError if it fails."""
+    """Return the problem, which has no other draws, if it passes its certificate. Raises QdotError if it fails."""
     try:
         check(problem, failures(problem))
     except Uncertified as error:
@@ -103,10 +106,10 @@ def require_certified(problem: Problem, failures: Failures) -> Problem:
 
 
 def attempt(make: Callable[[], Problem], certify: Certify[Record]) -> tuple[Problem, Record] | str:
-    """Return a problem and its record, or why it can't be asked.
+    """Return a problem and its record, or the reason why it can't be asked.
 
-    An internal error of qdot affects only this problem, too. Raises QdotError if no other draw would do better, and
-    OSError or MemoryError.
+    An internal error of qdot is returned as a reason, so that it affects only this problem. Raises QdotError if all
+    other draws would fail, too. OSError and MemoryError are not caught.
     """
     try:
         problem = make()
@@ -134,13 +137,13 @@ def describe_own_failure(error: Exception) -> str:
 def generate_certified(
     assignment: Assignment, slot: Slot, student: str, certify: Certify[Record]
 ) -> CertifiedProblem[Record] | FailedSlot:
-    """Return the first draw of a student's problem that passes, beginning with the one that the student has."""
+    """Return the first draw of a student's problem that passes, beginning with the student's current draw."""
     first, why = assignment.draw_of(slot, student), ""
     for number in (first, *(later for later in range(1, DRAWS + 1) if later != first)):
-        made = attempt(partial(slot.problem, assignment.secret, student, number), certify)
-        if not isinstance(made, str):
-            return CertifiedProblem(made[0], number, made[1], why)
-        why = why or made
+        result = attempt(partial(slot.problem, assignment.secret, student, number), certify)
+        if not isinstance(result, str):
+            return CertifiedProblem(result[0], number, result[1], why)
+        why = why or result
     return FailedSlot(student, slot.name, slot.family.name, why)
 
 
@@ -158,9 +161,9 @@ class StudentProblems(Generic[Record]):
     def new_redraws(self, assignment: Assignment) -> dict[str, Redraw]:
         """Return the draws that differ from the recorded ones."""
         return {
-            slot.name: Redraw(slot.family.name, drawn.draw, drawn.why)
+            slot.name: Redraw(slot.family.name, certified.draw, certified.why)
             for slot in assignment.slots
-            if (drawn := self.certified.get(slot.name)) and drawn.draw != assignment.draw_of(slot, self.student)
+            if (certified := self.certified.get(slot.name)) and certified.draw != assignment.draw_of(slot, self.student)
         }
 
 
@@ -169,15 +172,15 @@ def generate_student_problems(
 ) -> StudentProblems[Record]:
     """Generate all problems of a student. If one fails, the others are still generated, so that all are reported."""
     results = {slot.name: generate_certified(assignment, slot, student, certify) for slot in assignment.slots}
-    drawn = {name: result for name, result in results.items() if isinstance(result, CertifiedProblem)}
+    certified = {name: result for name, result in results.items() if isinstance(result, CertifiedProblem)}
     return StudentProblems(
-        student, drawn, tuple(result for result in results.values() if isinstance(result, FailedSlot))
+        student, certified, tuple(result for result in results.values() if isinstance(result, FailedSlot))
     )
 
 
 def record_redraws(assignment: Assignment, student: str, redrawn: Mapping[str, Redraw]) -> Assignment:
     """Record a student's new draws in redrawn.csv, and return the assignment with them."""
-    changed = {**assignment.redrawn, **{(student, place): redraw for place, redraw in redrawn.items()}}
+    changed = {**assignment.redrawn, **{(student, slot): redraw for slot, redraw in redrawn.items()}}
     write_redrawn(assignment.folder, changed)
     return replace(assignment, redrawn=changed)
 
@@ -190,8 +193,8 @@ def settle_problems(
     `each` is called after every student. Raises QdotError.
     """
     given_up: list[FailedSlot] = []
-    with closing(ordered_map(_settle_student, students, jobs, keep_state, ((assignment, failures),))) as every:
-        for student, redrawn, failures_of_student in every:
+    with closing(ordered_map(_settle_student, students, jobs, keep_state, ((assignment, failures),))) as results:
+        for student, redrawn, failures_of_student in results:
             if redrawn:
                 assignment = record_redraws(assignment, student, redrawn)
             given_up += failures_of_student
@@ -209,10 +212,12 @@ def _settle_student(
 
 def describe_redraws(before: Assignment, after: Assignment) -> list[str]:
     """Return a message to the staff about new draws, as a list of at most one line."""
-    new = [whose for whose, redraw in after.redrawn.items() if before.redrawn.get(whose) != redraw]
-    if not new:
+    new_redraws = [
+        student_slot for student_slot, redraw in after.redrawn.items() if before.redrawn.get(student_slot) != redraw
+    ]
+    if not new_redraws:
         return []
-    count = "1 problem did" if len(new) == 1 else f"{len(new)} problems did"
+    count = "1 problem did" if len(new_redraws) == 1 else f"{len(new_redraws)} problems did"
     path = after.folder / REDRAWN
     return [f"{count} not pass the certificate at first and had to be drawn anew; keep {path} with assignment.toml"]
 

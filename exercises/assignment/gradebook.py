@@ -1,8 +1,8 @@
-"""A learning platform's export as roster.csv: Canvas's gradebook, Moodle's participants or grades.
+"""Reads a learning platform's export as roster.csv: Canvas's gradebook, or Moodle's participants or grades.
 
-Its lines name the students; its columns are preserved, so that the platform recognises what `qdot grade --report
-canvas=…` or `moodle=…` writes. Sources: Canvas's lib/gradebook_exporter.rb and lib/gradebook_importer.rb, Moodle's
-grade/import/csv and its language packs.
+Each line names a student. The columns are preserved, so that the platform can import the file that `qdot grade
+--report canvas=…` or `moodle=…` writes. Sources: Canvas's lib/gradebook_exporter.rb and lib/gradebook_importer.rb,
+Moodle's grade/import/csv and its language packs.
 """
 
 import csv
@@ -41,7 +41,7 @@ MOODLE_KEYS = ("id number", "username", "email")
 
 @dataclass(frozen=True)
 class Gradebook:
-    """An export unchanged: its columns, Canvas's row of points (else empty), and each student's cells."""
+    """An unchanged export: its columns, Canvas's row of points (empty for Moodle), and each student's cells."""
 
     platform: str
     header: tuple[str, ...]
@@ -66,7 +66,7 @@ Rows = Sequence[tuple[int, list[str]]]
 
 
 def read_export(path: Path) -> Export | None:
-    """Return a platform's export; None if the file is no export. Raises QdotError."""
+    """Return a platform's export; None if the file is not an export. Raises QdotError."""
     if not path.is_file():
         return None
     rows = _rows(read_table_text(path))
@@ -102,19 +102,19 @@ def _column(header: Sequence[str], names: Sequence[str]) -> int | None:
 
 
 def _is_canvas(header: Sequence[str], rows: Rows) -> bool:
-    """Whether the first row fulfils the rules of Canvas's importer, and there is the row of points of every export."""
-    whole = header[:2] == ["Student", "ID"] or header[:3] == ["LastName", "FirstName", "ID"]
-    return whole and "Section" in header and any(POINTS in row[0] for _, row in rows[1:4])
+    """Return whether the header satisfies Canvas's importer and one of the next rows is the row of points."""
+    has_required_columns = header[:2] == ["Student", "ID"] or header[:3] == ["LastName", "FirstName", "ID"]
+    return has_required_columns and "Section" in header and any(POINTS in row[0] for _, row in rows[1:4])
 
 
 def _canvas(path: Path, header: list[str], rows: Rows) -> Export:
-    place = {name: header.index(name) for name in header}
-    identity = header[: place["Section"] + 1]
+    column_index = {name: header.index(name) for name in header}
+    identity = header[: column_index["Section"] + 1]
     table, lines = list[tuple[int, dict[str, str]]](), dict[str, tuple[str, ...]]()
     points: tuple[str, ...] = ()
     for number, row in rows[1:]:
         cells = tuple((row + [""] * len(header))[: len(header)])
-        identity_cells = {name: cells[place[name]].strip() for name in identity}
+        identity_cells = {name: cells[column_index[name]].strip() for name in identity}
         identifier, login = identity_cells["ID"], identity_cells.get("SIS Login ID", "")
         names = (identity_cells.get("LastName", ""), identity_cells.get("FirstName", ""))
         name = identity_cells.get("Student") or ", ".join(names).strip(", ")
@@ -126,7 +126,7 @@ def _canvas(path: Path, header: list[str], rows: Rows) -> Export:
             lines[identifier_of(identifier)] = cells
             line = {"student": identifier, "name": _first_name_first(name), "email": login if "@" in login else ""}
             line |= {column.lower(): identity_cells[column] for column in identity if column not in _CANVAS_NAMES}
-            table.append((number, line | ({"due": cells[place["due"]]} if "due" in place else {})))
+            table.append((number, line | ({"due": cells[column_index["due"]]} if "due" in column_index else {})))
     return Export(Gradebook(CANVAS, tuple(header), points, lines), table)
 
 
@@ -151,13 +151,13 @@ def _first_name_first(name: str) -> str:
 
 
 def _moodle(path: Path, header: list[str], rows: Rows, columns: Mapping[str, int | None]) -> Export:
-    """Return Moodle's list; the first of its key columns that is filled in identifies the students."""
-    filled = [
+    """Return Moodle's export; the first key column that is filled in identifies the students."""
+    filled_keys = [
         key
         for key in MOODLE_KEYS
         if (at := columns[key]) is not None and any(at < len(row) and row[at].strip() for _, row in rows[1:])
     ]
-    if not filled:
+    if not filled_keys:
         raise QdotError(
             f"{path}: line 1: names, and nothing by which Moodle knows a user: export it with the ID number, the "
             "username or the email address"
@@ -166,16 +166,16 @@ def _moodle(path: Path, header: list[str], rows: Rows, columns: Mapping[str, int
     for number, row in rows[1:]:
         cells = tuple((row + [""] * len(header))[: len(header)])
         key_cells = {key: cells[at].strip() for key, at in columns.items() if at is not None}
-        if not key_cells[filled[0]]:
-            column = header[columns[filled[0]] or 0]
+        if not key_cells[filled_keys[0]]:
+            column = header[columns[filled_keys[0]] or 0]
             raise QdotError(
                 f"{path}: line {number}: the column {column!r} is empty, which names the students here; fill it in, or "
                 "delete it for everybody, and the next of ID number, username and email address names them"
             )
-        identifier = identifier_of(key_cells[filled[0]])
+        identifier = identifier_of(key_cells[filled_keys[0]])
         lines[identifier] = cells
         name = f"{key_cells['first']} {key_cells['last']}".strip()
-        others: dict[str, str] = {key: key_cells[key] for key in filled if key != "email"}
+        others: dict[str, str] = {key: key_cells[key] for key in filled_keys if key != "email"}
         table.append((number, {"student": identifier, "name": name, "email": key_cells.get("email", ""), **others}))
         if "due" in header:
             table[-1][1]["due"] = cells[header.index("due")]

@@ -25,9 +25,9 @@ KEYS = {
 
 @dataclass(frozen=True)
 class LateRule:
-    """The penalty for late work: nothing within `grace` seconds, then `per_day` for each started day.
+    """The penalty for late work: none within `grace` seconds, then `per_day` for each started day.
 
-    It is never more than `at_most`, but everything after `until`.
+    It is at most `at_most`, but after `until` all points are deducted.
     """
 
     grace: int = 0
@@ -43,16 +43,16 @@ class LateRule:
         >>> [str(rule.penalty(due, due + datetime.timedelta(minutes=m), datetime.timedelta(0))) for m in (15, 16, 1441)]
         ['0', '1/10', '1/5']
         """
-        late = (received - due_date).total_seconds()
-        if late <= self.grace:
+        seconds_late = (received - due_date).total_seconds()
+        if seconds_late <= self.grace:
             return Fraction(0)
         if self.until is not None and received > self.until + moved:
             return Fraction(1)
-        return min(self.at_most, self.per_day * math.ceil(late / DAY))
+        return min(self.at_most, self.per_day * math.ceil(seconds_late / DAY))
 
 
 def with_zone(moment: datetime.datetime, zone: datetime.tzinfo | None = None) -> datetime.datetime:
-    """Return a time with its time zone, by default `zone`, else the machine's."""
+    """Return a time with a time zone: its own, or else `zone`, or else the machine's."""
     if moment.tzinfo is not None:
         return moment
     return moment.replace(tzinfo=zone) if zone is not None else moment.astimezone()
@@ -66,14 +66,14 @@ def describe_duration(seconds: int) -> str:
     """
     days, rest = divmod(seconds, DAY)
     hours, minutes = rest // 3600, rest % 3600 // 60
-    of_days = [f"{days} day{'' if days == 1 else 's'}"] if days else []
-    of_hours = [f"{hours} h"] if hours else []
-    of_minutes = [f"{minutes} min"] if minutes and not days else []
-    return " ".join(of_days + of_hours + of_minutes) or f"{seconds} s"
+    day_words = [f"{days} day{'' if days == 1 else 's'}"] if days else []
+    hour_words = [f"{hours} h"] if hours else []
+    minute_words = [f"{minutes} min"] if minutes and not days else []
+    return " ".join(day_words + hour_words + minute_words) or f"{seconds} s"
 
 
 def read_late(table: Mapping[str, Any] | None, due_date: datetime.datetime | None) -> LateRule | None:
-    """Return the rule that the table `late` states. Raises QdotError.
+    """Return the rule in the table `late` of assignment.toml. Raises QdotError.
 
     >>> read_late({"per_day": 0.1}, datetime.datetime(2027, 1, 15))
     LateRule(grace=0, per_day=Fraction(1, 10), at_most=Fraction(1, 1), until=None)
@@ -82,9 +82,9 @@ def read_late(table: Mapping[str, Any] | None, due_date: datetime.datetime | Non
         return None
     if due_date is None:
         raise QdotError("nothing is late without a time at which it is due; add due = 2027-01-15T23:59:00+01:00")
-    wrong = next((name for name in table if name not in KEYS), None)
-    if wrong is not None:
-        raise unknown("key", wrong, tuple(KEYS))
+    unknown_key = next((name for name in table if name not in KEYS), None)
+    if unknown_key is not None:
+        raise unknown("key", unknown_key, tuple(KEYS))
     if not {"per_day", "until"} & set(table):
         raise QdotError(f"it takes nothing off: give per_day, until, or both, as in {EXAMPLE}")
     if "at_most" in table and "per_day" not in table:
@@ -107,7 +107,7 @@ def _parse_share(name: str, value: object) -> Fraction:
 
 
 def parse_duration(text: object, right: str) -> int:
-    """Return a duration, as in "15 min", in seconds. Raises QdotError with the `right` form."""
+    """Return a duration such as "15 min" in seconds. Raises QdotError with `right`, the expected form."""
     match = re.fullmatch(r"\s*(\d{1,6})\s*([a-z]+)\s*", text) if isinstance(text, str) else None
     if match is None or match.group(2) not in UNITS:
         raise QdotError(f"{right}; units: {', '.join(UNITS)}")

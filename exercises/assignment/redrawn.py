@@ -23,7 +23,7 @@ DRAWS = 10
 
 @dataclass(frozen=True)
 class Redraw:
-    """The draw of a family that a student has in a slot, from 1, and what was wrong with the first one."""
+    """The number of the draw (from 1) that a student has in a slot, its family, and what was wrong with draw 1."""
 
     family: str
     draw: int
@@ -31,23 +31,23 @@ class Redraw:
 
 
 Redraws = Mapping[tuple[str, str], Redraw]
-"""By student and name of the slot."""
+"""Regenerated problems by (student, name of the slot)."""
 
 
 def read_redrawn(folder: Path) -> dict[tuple[str, str], Redraw]:
-    """Return the content of redrawn.csv in an assignment's folder; empty without a file. Raises QdotError."""
+    """Return the content of redrawn.csv in an assignment's folder; empty if there is no file. Raises QdotError."""
     path = folder / REDRAWN
     if not path.exists():
         return {}
     redrawn: dict[tuple[str, str], Redraw] = {}
     for number, cells in read_table(path, COLUMNS[0], ",".join(COLUMNS)):
-        student, place, family, draw, why = (cells.get(name, "").strip() for name in COLUMNS)
+        student, slot, family, draw, why = (cells.get(name, "").strip() for name in COLUMNS)
         if not (draw.isascii() and draw.isdecimal() and 2 <= int(draw[:9]) <= DRAWS):
             raise QdotError(
                 f"{path}: line {number}: draw = {draw!r}: it is a whole number from 2 to {DRAWS}, as 'qdot generate' "
                 "wrote it; restore the file from a backup"
             )
-        redrawn[student, place] = Redraw(family, int(draw), why)
+        redrawn[student, slot] = Redraw(family, int(draw), why)
     return redrawn
 
 
@@ -57,8 +57,8 @@ def write_redrawn(folder: Path, redrawn: Redraws) -> None:
     Lines are sorted by student and slot.
     """
     out = io.StringIO()
-    lines = csv.writer(out, lineterminator="\n")
-    lines.writerow(COLUMNS)
-    for (student, place), redraw in sorted(redrawn.items(), key=lambda item: (item[0][0], len(item[0][1]), item[0][1])):
-        lines.writerow((student, place, redraw.family, redraw.draw, " ".join(redraw.why.split())))
+    writer = csv.writer(out, lineterminator="\n")
+    writer.writerow(COLUMNS)
+    for (student, slot), redraw in sorted(redrawn.items(), key=lambda item: (item[0][0], len(item[0][1]), item[0][1])):
+        writer.writerow((student, slot, redraw.family, redraw.draw, " ".join(redraw.why.split())))
     write_atomically(folder / REDRAWN, out.getvalue())

@@ -1,4 +1,4 @@
-"""Makes a new assignment folder, and writes its notebooks, one for each student and one for the staff."""
+"""Makes a new assignment folder, and writes two notebooks per student: one to hand out and one for the staff."""
 
 import os
 import re
@@ -39,23 +39,23 @@ def init_assignment(
     folder: Path, title: str, key: str, students: Sequence[Student] = EXAMPLE_STUDENTS, secret: str | None = None,
     roster: Path | None = None, problems: ProblemSet = SETS[DEFAULT_SET],
 ) -> None:  # fmt: skip
-    """Make a new assignment folder. Raises QdotError if there is one already: nothing is overwritten.
+    """Make a new assignment folder. Raises QdotError if it exists already, and overwrites nothing.
 
     `roster` is a file that becomes roster.csv unchanged, instead of `students`; `problems` is the set of problems.
     """
     if roster is not None:
         read_roster(roster, NO_CLASS)
     names = ("assignment.toml", "roster.csv", ".gitignore", SECRET_FILE, "README.md")
-    there = [name for name in names if (folder / name).exists()]
-    if there:
-        raise QdotError(f"{folder} has {', '.join(there)} already; name a new folder")
+    existing = [name for name in names if (folder / name).exists()]
+    if existing:
+        raise QdotError(f"{folder} has {', '.join(existing)} already; name a new folder")
     context = {
         "title": title, "key": key, "students": students, "secret_file": SECRET_FILE, "set": problems,
         "default_variation": DEFAULT,
     }  # fmt: skip
     write_atomically(folder / SECRET_FILE, (secret or secrets.token_hex(32)) + "\n", mode=0o600)
-    listed = render("init/roster.csv.j2", **context) if roster is None else roster.read_bytes()
-    write_atomically(folder / "roster.csv", listed)
+    roster_content = render("init/roster.csv.j2", **context) if roster is None else roster.read_bytes()
+    write_atomically(folder / "roster.csv", roster_content)
     write_atomically(folder / ".gitignore", render("init/gitignore.j2", **context))
     write_atomically(folder / "README.md", render("init/README.md.j2", **context))
     make_folder(folder / "submitted")
@@ -99,7 +99,7 @@ def certificate_path(assignment: Assignment, student: str) -> Path:
 
 
 def notebook_path(assignment: Assignment, student: str, kind: str = "released") -> Path:
-    """Return the path of a student's notebook: the one "released", or the staff's, in "solutions"."""
+    """Return the path of a student's notebook: the one to hand out ("released"), or the staff's ("solutions")."""
     return assignment.folder / kind / student / f"{assignment.key}.ipynb"
 
 
@@ -152,7 +152,7 @@ def _write(assignment: Assignment, student: str, notebooks: "Sequence[NotebookNo
 def _describe_unwritable(
     assignment: Assignment, student: str, problems: Sequence[tuple[str, Problem]], error: Exception
 ) -> FailedSlot:
-    """Return the problem whose notebook can't be made."""
+    """Return the problem whose notebook can't be written, with the error."""
     for slot, problem in problems:
         try:
             _notebooks(assignment, student, [(slot, problem)])
@@ -164,7 +164,7 @@ def _describe_unwritable(
 def _notebooks(
     assignment: Assignment, student: str, problems: Sequence[tuple[str, Problem]]
 ) -> "tuple[NotebookNode, NotebookNode]":
-    """Return the notebook to hand out and the staff's, in which the same texts stand."""
+    """Return the notebook to hand out and the staff's notebook, with the same texts."""
     handed_out = _notebook(student_notebook, assignment, student, problems)
     return handed_out, _notebook(partial(solution_notebook, handed_out=handed_out), assignment, student, problems)
 
@@ -232,18 +232,20 @@ def release(
     """
     students = [student.id for student in assignment.roster]
     notebooks = [notebook_path(assignment, student, kind) for student in students for kind in KINDS]
-    others = [path(assignment, student) for student in students for path in (certificate_path, store_path)]
-    with clean_up_after([*notebooks, *others, assignment.folder / REDRAWN]), flush_disks_after():
+    other_paths = [path(assignment, student) for student in students for path in (certificate_path, store_path)]
+    with clean_up_after([*notebooks, *other_paths, assignment.folder / REDRAWN]), flush_disks_after():
         while students:
-            again: list[str] = []
-            with closing(ordered_map(release_student, students, jobs, keep_state, ((assignment, certifier),))) as every:
-                for result in every:
+            redrawn_students: list[str] = []
+            with closing(
+                ordered_map(release_student, students, jobs, keep_state, ((assignment, certifier),))
+            ) as results:
+                for result in results:
                     if result.outcome == "redrawn":
                         assignment = record_redraws(assignment, result.student, result.redrawn)
-                        again.append(result.student)
+                        redrawn_students.append(result.student)
                     else:
                         each(result)
-            students = again
+            students = redrawn_students
     return assignment
 
 

@@ -16,7 +16,8 @@ from qdot.exercises.writing.render import template_folder
 class ProblemSet:
     """A set: its name, a title for the assignment, its purpose, and the minutes it should take.
 
-    `note` tells the staff how to hand it out, if not only as notebooks; `variation` is the default of its problems.
+    `note` tells the staff how to hand it out, unless it is for notebooks only. `variation` is the default for its
+    problems.
     """
 
     name: str

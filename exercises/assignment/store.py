@@ -78,8 +78,10 @@ def store_problems(assignment: Assignment, student: str, problems: list[tuple[st
         wording[slot] = statement_html(problem)
         wording.update({f"{slot}-{part.name}": to_html(prompt(problem, part)) for part in problem.parts})
         figures[slot] = figure_svg(problem.chain, slot)
-        drawn = {f"{slot}-{part.name}": part_svg(problem.chain, part, f"{slot}-{part.name}") for part in problem.parts}
-        figures.update({name: svg for name, svg in drawn.items() if svg})
+        part_figures = {
+            f"{slot}-{part.name}": part_svg(problem.chain, part, f"{slot}-{part.name}") for part in problem.parts
+        }
+        figures.update({name: svg for name, svg in part_figures.items() if svg})
     answers = [part.answer for _, problem in problems for part in problem.parts]
     texts = [(entry, text_of(entry)) for answer in answers for entry in answer.entries()]
     minors = [_minors(problem) for _, problem in problems]
@@ -105,15 +107,15 @@ def _sum_or_product(kind: type[sp.Add | sp.Mul], args: tuple[sp.Expr, ...]) -> s
 
 
 def _power(base: sp.Expr, exponent: sp.Expr) -> sp.Expr:
-    made = sp.Expr.__new__(sp.Pow, base, exponent)
-    made.is_commutative = base.is_commutative and exponent.is_commutative
-    return made
+    power = sp.Expr.__new__(sp.Pow, base, exponent)
+    power.is_commutative = base.is_commutative and exponent.is_commutative
+    return power
 
 
 def _minors(problem: Problem) -> bytes:
     """Return the pickled minors of J if they were computed; they are loaded only for the diagnosis of mistakes."""
-    derived = derive(problem.chain)
-    return _pickle_content(derived.generic_minors) if "generic_minors" in vars(derived) else b""
+    derivation = derive(problem.chain)
+    return _pickle_content(derivation.generic_minors) if "generic_minors" in vars(derivation) else b""
 
 
 def _pickle_content(content: object) -> bytes:
@@ -123,16 +125,16 @@ def _pickle_content(content: object) -> bytes:
 
 
 def load_stored_problems(assignment: Assignment, student: str) -> StoredProblems:
-    """Return a student's stored problems, or generate them again."""
+    """Return a student's stored problems; generate them if they are missing, outdated or damaged."""
     try:
         signature, encoded = store_path(assignment, student).read_text(encoding="ascii").split("\n")[:2]
         payload = base64.b64decode(encoded, validate=True)
         if hmac.compare_digest(signature, _signature(assignment, student, payload)):
             problems, figures, wording, texts, minors = pickle.loads(zlib.decompress(payload))  # noqa: S301 - signed with the secret
             know_texts(texts)
-            for (_, problem), kept_minors in zip(problems, minors, strict=True):
-                if kept_minors:
-                    store_minors(problem.chain, partial(pickle.loads, kept_minors))
+            for (_, problem), pickled_minors in zip(problems, minors, strict=True):
+                if pickled_minors:
+                    store_minors(problem.chain, partial(pickle.loads, pickled_minors))
             return StoredProblems(problems, figures, wording)
     except (OSError, ValueError):
         pass  # nothing is stored, or it is damaged
@@ -145,8 +147,8 @@ def store_path(assignment: Assignment, student: str) -> Path:
 
 
 def _signature(assignment: Assignment, student: str, payload: bytes) -> str:
-    about = repr((code_digest(), assignment.edition_of(student), assignment.marking, student)).encode()
-    return hmac.new(assignment.secret.encode(), about + b"\0" + payload, hashlib.sha256).hexdigest()
+    signed_data = repr((code_digest(), assignment.edition_of(student), assignment.marking, student)).encode()
+    return hmac.new(assignment.secret.encode(), signed_data + b"\0" + payload, hashlib.sha256).hexdigest()
 
 
 @cache

@@ -32,7 +32,7 @@ def scorbot_arm() -> Chain:
 class Example:
     """One example of the chapter: its arm, its drawings (docs/examples/KEY.svg) and its steps with titles.
 
-    `drawn` says whether the arm is shown, `singular` whether its singular configurations are.
+    `drawn` says whether the arm is shown, and `singular` whether its singular configurations are shown.
     """
 
     number: str
@@ -50,12 +50,12 @@ class Example:
 
     @property
     def task(self) -> list[str]:
-        """The rows that count as LaTeX."""
+        """The rows of the task as LaTeX."""
         return Wording(self.arm).task
 
 
 def gettext(message: str) -> str:
-    """Mark a text as a message; it is translated where it is shown."""
+    """Return a message unchanged; the call marks it for translation."""
     return message
 
 
@@ -80,27 +80,27 @@ EXAMPLES = (
         ("joint-axes", "position-vectors", "geometric-jacobian", "twist"),
     ),
 )
-"""Number, title, arm, and the questions that make up each example."""
+"""Number, title, arm and questions of each example."""
 
 
 @cache
 def examples(language: str = ENGLISH) -> tuple[Example, ...]:
-    """Return the chapter's examples, solved."""
+    """Return the chapter's examples with their solutions."""
     words = catalogue(language)
     arms = {"planar-2r": planar_2r(), "scorbot": scorbot_arm()}
-    worked_out: list[Example] = []
+    solved: list[Example] = []
     for number, title, key, questions in EXAMPLES:
         steps = tuple((words.question(QUESTIONS[name].title), _solve(arms[key], name, language)) for name in questions)
-        drawn = all(before.key != key for before in worked_out)
-        worked_out.append(
+        drawn = all(earlier.key != key for earlier in solved)
+        solved.append(
             Example(number, words.gettext(title), key, arms[key], steps, drawn, "singular-angles" in questions)
         )
-    return tuple(worked_out)
+    return tuple(solved)
 
 
 @dataclass(frozen=True)
 class Erratum:
-    """A correction of the chapter: its place, what is printed, what is right, why it matters, and numbers that show it.
+    """A correction of the chapter: where it is, the printed and the correct text, the reason, and numbers as evidence.
 
     `kind` is "wrong", "incomplete" or "lost in the layout". `at` is the configuration that `values` are for; `values`
     are pairs of words and a number.
@@ -117,7 +117,7 @@ class Erratum:
 
 @cache
 def corrections(language: str = ENGLISH) -> tuple[Erratum, ...]:
-    """Return what is wrong in the chapter as printed, from errata.toml."""
+    """Return the errors in the printed chapter, with their corrections, from errata.toml."""
     words = catalogue(language)
 
     def translate(text: str) -> str:
@@ -140,6 +140,6 @@ def _solve(chain: Chain, name: str, language: str) -> str:
 
 
 def _with_family_title(chain: Chain) -> Chain:
-    """Return an arm with the title that its family gives to it."""
+    """Return an arm with the title of its family."""
     plain = FAMILIES[chain.name].plain
     return chain if plain is None else replace(chain, title=plain.title)

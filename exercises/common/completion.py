@@ -1,4 +1,4 @@
-"""What the Tab key makes of a value that is begun: names of a registry. Where none fits, a shell completes files."""
+"""Tab completion of names from a registry. If no name fits, the shell completes file names."""
 
 from collections.abc import Callable, Iterable
 
@@ -6,17 +6,18 @@ from collections.abc import Callable, Iterable
 def complete_names(
     *registries: Iterable[str] | Callable[[], Iterable[str]], between: str = "", behind: str = ""
 ) -> Callable[[str], list[str]]:
-    """Return what completes a value to names; of several with `between` between them, the last.
+    """Return a function that lists the names that a partly typed value may be completed to.
 
-    A registry that is a function is asked when a shell asks.
+    If `between` separates several names, the last one is completed. `behind` is appended to each name.
+    A registry may be a function, which is called only when a shell asks for completions.
 
     >>> complete_names(["position", "jacobian"], between=",")("rank,ja"), complete_names(["scara"], behind="/1")("s")
     (['rank,jacobian'], ['scara/1'])
     """
 
     def complete(incomplete: str) -> list[str]:
-        before, sign, begun = incomplete.rpartition(between) if between else ("", "", incomplete)
+        before, sign, prefix = incomplete.rpartition(between) if between else ("", "", incomplete)
         names = (name for registry in registries for name in (registry() if callable(registry) else registry))
-        return [f"{before}{sign}{name}{behind}" for name in names if name.startswith(begun)]
+        return [f"{before}{sign}{name}{behind}" for name in names if name.startswith(prefix)]
 
     return complete

@@ -1,4 +1,4 @@
-"""What every command shares: where results and progress go, and how errors end."""
+"""Output shared by all commands: results on standard output, notes and progress on standard error."""
 
 import re
 import sys
@@ -13,7 +13,7 @@ from qdot.exercises.common.completion import complete_names
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.common.variation import AXES, DEFAULT, STEPS
 
-if TYPE_CHECKING:  # it is loaded where there is a terminal
+if TYPE_CHECKING:  # loaded at run time only if there is a terminal
     from rich.progress import Progress
 
 
@@ -32,7 +32,7 @@ _CONTROLS = re.compile("[\x00-\x08\x0b-\x1f\x7f-\x9f\u061c\u200e\u200f\u202a-\u2
 
 
 def printable(text: str) -> str:
-    r"""Return the text with what would control a terminal, turn the direction of the text, or is no text, written out.
+    r"""Return the text with escapes for terminal controls, marks of writing direction, and lone surrogates.
 
     >>> print(printable("name\x1b[2J"))
     name\u001b[2J
@@ -41,26 +41,27 @@ def printable(text: str) -> str:
 
 
 def say(text: str) -> None:
-    """Write a result to standard output, ending in one line break."""
+    """Write a result to standard output, followed by a line break if it doesn't end with one."""
     text = printable(text)
     sys.stdout.write(text if text.endswith("\n") else text + "\n")
     sys.stdout.flush()
 
 
 def note(text: str) -> None:
-    """Tell the user something beside the results, on standard error."""
+    """Write a note for the user to standard error, apart from the results."""
     sys.stderr.write(printable(text) + "\n")
 
 
 EVERY = 60.0
-"""Seconds between two lines of progress where standard error is no terminal."""
+"""Seconds between two lines of progress if standard error is not a terminal."""
 
 
 @contextmanager
 def progress(title: str, total: int) -> Iterator["Counter"]:
-    """Show on standard error how far the block is through `total` items.
+    """Show on standard error how many of `total` items the block has done.
 
-    On a terminal this is a bar with rate and time left; elsewhere, as in the log of a CI, a line a minute.
+    On a terminal, this is a bar with the rate and the remaining time. Elsewhere, such as in a CI log, it is one line
+    a minute.
     """
     if not sys.stderr.isatty():
         yield Counter(title, total)
@@ -85,7 +86,7 @@ def progress(title: str, total: int) -> Iterator["Counter"]:
 
 @contextmanager
 def show_work(title: str) -> Iterator[None]:
-    """Show on a terminal what the block works on; nothing of it stays."""
+    """Show on a terminal what the block works on, and erase it afterwards."""
     if not sys.stderr.isatty():
         yield
         return
@@ -96,14 +97,14 @@ def show_work(title: str) -> Iterator[None]:
 
 
 class Counter:
-    """Counts what is done, and tells of it once in a while."""
+    """Counts finished items, and writes a line of progress every `EVERY` seconds."""
 
     def __init__(self, title: str, total: int) -> None:
         self._title, self._total, self._done = title, total, 0
         self._next_note = time.monotonic() + EVERY
 
     def step(self) -> None:
-        """Count one more."""
+        """Count one more item."""
         self._done += 1
         if time.monotonic() >= self._next_note:
             note(f"{self._title}: {self._done} of {self._total}")
@@ -111,7 +112,7 @@ class Counter:
 
 
 class BarCounter(Counter):
-    """Counts what is done on a progress bar, without a thread that draws it: processes are forked without threads."""
+    """Shows finished items on a progress bar, without a thread, because a process with threads is never forked."""
 
     def __init__(self, bar: "Progress", title: str, total: int) -> None:
         super().__init__(title, total)
@@ -120,7 +121,7 @@ class BarCounter(Counter):
         bar.refresh()
 
     def step(self) -> None:
-        """Count one more, and draw the bar at most ten times a second."""
+        """Count one more item, and redraw the bar at most ten times a second."""
         task, now = self._bar.tasks[0], time.monotonic()
         speed = task.finished_speed or task.speed
         self._bar.update(self._task, advance=1, rate=f"{speed:.1f}/s" if speed else "")

@@ -1,17 +1,17 @@
-"""The one exception that a user is meant to read."""
+"""The one exception whose message is for the user."""
 
 import errno
 
 
 class QdotError(Exception):
-    """Bad input, told in one sentence: what was wrong, where, and what would be right.
+    """Bad input, described in one sentence: what is wrong, where, and what is expected.
 
-    The command line prints the message and leaves with code 2; no traceback is shown.
+    The command line prints the message without a traceback, and exits with code 2.
     """
 
 
 def of_machine(error: BaseException) -> QdotError | None:
-    """Return what to tell of an error for which this machine's limit of open files is to blame; None of any other.
+    """Return the message for an error caused by this machine's limit of open files; None for any other error.
 
     >>> print(of_machine(OSError(errno.EMFILE, "Too many open files")))
     this process may open no more files; allow more, as with 'ulimit -n 1024', and run the same command again
@@ -24,7 +24,7 @@ def of_machine(error: BaseException) -> QdotError | None:
 
 
 def unknown(what: str, name: str, known: list[str] | tuple[str, ...]) -> QdotError:
-    """Return the error for a name that is not in a list, with the list and the likeliest meant.
+    """Return the error for a name that is not in a list; its message has the list and the most similar name.
 
     >>> print(unknown("family", "scra", ["planar-2r", "scara"]))
     unknown family 'scra' (did you mean 'scara'?); known: planar-2r, scara
@@ -35,7 +35,7 @@ def unknown(what: str, name: str, known: list[str] | tuple[str, ...]) -> QdotErr
 
 
 def likeliest(name: str, known: list[str] | tuple[str, ...]) -> str:
-    """Return the known name that is most like one that isn't known; nothing where none is like it.
+    """Return the known name that is most similar to an unknown one; "" if none is similar.
 
     >>> likeliest("scra", ["planar-2r", "scara"]), likeliest("x", ["planar-2r", "scara"])
     ('scara', '')

@@ -1,6 +1,7 @@
-"""How qdot is installed, in words, and which libraries come with it only if wanted: the extras of pyproject.toml.
+"""How to install qdot, and which libraries are optional: the extras of pyproject.toml.
 
-Whatever needs one asks `need`, so that each that is missing is told in the same way, before any work is done.
+Code that uses an optional library calls `need` first. So users get the same message for every missing library, before
+any work is done.
 """
 
 from importlib.metadata import version
@@ -9,22 +10,22 @@ from importlib.util import find_spec
 from qdot.exercises.common.errors import QdotError
 
 DISTRIBUTION = "qdot-robotics"
-"""What qdot is called in the package index, where `qdot` is somebody else's; imported and run it is qdot."""
+"""The name of qdot in the package index, where `qdot` is another project; the import and the command are qdot."""
 RELEASED = False
-"""Whether the package index has qdot. A test then names the lines of README and docs to change."""
+"""Whether qdot is in the package index. If so, a test lists the lines of README and docs that must change."""
 
 
 EXTRAS = {"pdf": ("typst",), "report": ("matplotlib", "xlsxwriter"), "cluster": ("distributed",)}
-"""The extras of pyproject.toml, and the libraries that each installs, by the names under which they are imported."""
+"""The extras of pyproject.toml, and the import names of the libraries that each installs."""
 
 
 def qdot_version() -> str:
-    """Return the version that is installed."""
+    """Return the installed version of qdot."""
     return version(DISTRIBUTION)
 
 
 def install_words(extra: str = "") -> str:
-    """Return the command that installs qdot, with an extra or without.
+    """Return the command that installs qdot, with an extra if one is given.
 
     >>> install_words("pdf") in ("pip install '.[pdf]'", "pip install 'qdot-robotics[pdf]'")
     True
@@ -35,7 +36,7 @@ def install_words(extra: str = "") -> str:
 
 
 def explain_missing(extra: str, what: str, module: str = "") -> str:
-    """Return what is said where `what` can't be had without an extra, or one library of it; nothing where it is."""
+    """Return the message that `what` needs an extra (or one `module` of it); "" if the extra is installed."""
     missing = [name for name in EXTRAS[extra] if module in ("", name) and find_spec(name) is None]
     if not missing:
         return ""
@@ -45,6 +46,6 @@ def explain_missing(extra: str, what: str, module: str = "") -> str:
 
 
 def need(extra: str, what: str, module: str = "") -> None:
-    """Raise QdotError where an extra is not installed, or one library of it."""
+    """Raise QdotError if an extra, or one `module` of it, is not installed."""
     if message := explain_missing(extra, what, module):
         raise QdotError(message)

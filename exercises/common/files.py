@@ -1,4 +1,4 @@
-"""Writing files so that nobody ever sees half of one."""
+"""Atomic writing of files: a reader sees the old content or the new, never a part of it."""
 
 import contextlib
 import os
@@ -16,24 +16,24 @@ except ImportError:  # Windows
     fcntl = None  # type: ignore[assignment]
 
 IS_POSIX = fcntl is not None
-"""Whether a file that is open can be renamed and removed, as Windows does not let anybody."""
+"""Whether an open file can be renamed and removed; Windows does not allow that."""
 
 
 _DEVICE = re.compile(r"(con|prn|aux|nul|conin\$|conout\$|(com|lpt)[0-9¹²³]) *(\..*)?", re.IGNORECASE)
 
 
 def is_changed_by_windows(name: str) -> bool:
-    """Return whether a file or folder can't have this name on Windows: a device has it, or its end is taken off."""
+    """Return whether Windows can't use this file name: it names a device, or Windows strips its last character."""
     return name.endswith((".", " ")) or _DEVICE.fullmatch(name) is not None
 
 
 def cannot_write(path: Path, error: OSError) -> QdotError:
-    """Return the error for a file or folder that the system won't let us write."""
+    """Return the error for a file or folder that can't be written."""
     return QdotError(f"{path} can't be written: {error.strerror or error}")
 
 
 def make_folder(path: Path) -> None:
-    """Make a folder and those above it, if they aren't there. Raises QdotError."""
+    """Create a folder and its parents, if they don't exist. Raises QdotError."""
     try:
         path.mkdir(parents=True, exist_ok=True)
     except OSError as error:
@@ -41,13 +41,13 @@ def make_folder(path: Path) -> None:
 
 
 def write_atomically(path: Path, content: str | bytes, mode: int = 0o644, *, lasting: bool = True) -> None:
-    """Write `content` beside `path` and rename it into place; on any failure `path` is as it was. Raises QdotError.
+    """Write `content` to a temporary file and rename it to `path`; on failure, `path` is unchanged. Raises QdotError.
 
-    It is on the disk before it has the name, and has the name for good before this returns, whatever fails then. Where
-    that need not be `lasting`, as a rerun makes it anew, nobody waits for the disk (see `flush_disks_after`).
+    If `lasting`, the content and then the new name are synced to the disk before this returns, so that both survive a
+    power failure. Files that a rerun regenerates don't need that (see `flush_disks_after`).
 
-    A link stays, and what it leads to is written. A device, a pipe or /dev/stdout is written in place: a file that took
-    its name would take its place for every program on the machine.
+    If `path` is a symbolic link, its target is written. A device, a pipe or /dev/stdout is written directly, because a
+    rename would replace it for every program on the machine.
     """
     try:
         data = content.encode("utf-8", "replace") if isinstance(content, str) else content
@@ -61,15 +61,15 @@ def write_atomically(path: Path, content: str | bytes, mode: int = 0o644, *, las
 
 
 def _is_in_place(path: Path) -> bool:
-    """Tell whether a path is of a device, a pipe, a socket, or of a file that some process has open (/dev/fd/1)."""
+    """Return whether a path is a device, a pipe, a socket, or a process's open file (/dev/fd/1)."""
     try:
         kind = path.stat().st_mode
     except FileNotFoundError:
         return False
     if not stat.S_ISREG(kind):
         return not stat.S_ISDIR(kind)
-    beside = [path.parent, *([path.parent / path.readlink().parent] if path.is_symlink() else [])]
-    return any(os.path.realpath(folder).startswith(("/proc/", "/dev/fd")) for folder in beside)
+    folders = [path.parent, *([path.parent / path.readlink().parent] if path.is_symlink() else [])]
+    return any(os.path.realpath(folder).startswith(("/proc/", "/dev/fd")) for folder in folders)
 
 
 def _write_and_rename(path: Path, data: bytes, mode: int, lasting: bool) -> None:
@@ -83,7 +83,7 @@ def _write_and_rename(path: Path, data: bytes, mode: int, lasting: bool) -> None
                 os.fsync(file.fileno())
             Path(name).chmod(mode)
             if IS_POSIX:
-                Path(name).replace(path)  # while it is locked: nobody takes it for one that was left behind
+                Path(name).replace(path)  # while locked, so that no other process removes it as left behind
         if not IS_POSIX:
             Path(name).replace(path)
         if lasting:
@@ -95,8 +95,8 @@ def _write_and_rename(path: Path, data: bytes, mode: int, lasting: bool) -> None
 
 
 def _flush_names(folder: Path) -> None:
-    """See to it that a rename outlives a loss of power; without this, it is whole all the same, the old or the new."""
-    with contextlib.suppress(OSError):  # some disks can't
+    """Sync a folder, so that a rename in it survives a power failure; the rename is atomic even without this."""
+    with contextlib.suppress(OSError):  # some file systems can't sync a folder
         handle = os.open(folder, os.O_RDONLY)
         try:
             os.fsync(handle)
@@ -106,29 +106,29 @@ def _flush_names(folder: Path) -> None:
 
 @contextlib.contextmanager
 def flush_disks_after() -> Iterator[None]:
-    """Have the system write to its disks what is written in the block, so that it survives a loss of power.
+    """After the block, sync all disks once, so that the files written in it survive a power failure.
 
     Syncing each file would take longer than writing it.
     """
     try:
         yield
     finally:
-        if hasattr(os, "sync"):  # Windows has none
+        if hasattr(os, "sync"):  # Windows has no sync
             os.sync()
 
 
-# --- files begun, and left behind by a process that was killed ---
+# --- temporary files, which a killed process leaves behind ---
 
 
 def _open_temporary(path: Path) -> tuple[int, str]:
-    """Return handle and name of a new file beside `path`, locked for as long as this process has it open."""
+    """Return the handle and name of a new file beside `path`, locked as long as this process has it open."""
     while True:
         handle, name = tempfile.mkstemp(dir=path.parent, prefix=_prefix(path), suffix=".tmp")
-        with contextlib.suppress(OSError):  # a disk that knows no locks: nobody else gets one there, either
+        with contextlib.suppress(OSError):  # a file system without locks; no other process can lock it, either
             lock(handle)
         if os.fstat(handle).st_nlink:
             return handle, name
-        os.close(handle)  # somebody who was tidying up had it before it was locked
+        os.close(handle)  # another process removed it before it was locked
 
 
 def _prefix(path: Path) -> str:
@@ -136,10 +136,10 @@ def _prefix(path: Path) -> str:
 
 
 def lock(handle: int, *, wait: bool = True, shared: bool = False) -> None:
-    """Lock an open file, alone or with others who share it; the system lets go of it when the file is closed, or the
-    process ends. Raises OSError; without `wait`, it is a BlockingIOError where somebody else has it.
+    """Lock an open file until it is closed or the process ends. Raises OSError.
 
-    On Windows nobody shares a lock.
+    Without `wait`, it raises BlockingIOError if another process holds the lock. Several processes may hold a `shared`
+    lock, except on Windows.
     """
     if IS_POSIX:
         fcntl.flock(handle, (fcntl.LOCK_SH if shared else fcntl.LOCK_EX) | (0 if wait else fcntl.LOCK_NB))
@@ -148,44 +148,44 @@ def lock(handle: int, *, wait: bool = True, shared: bool = False) -> None:
 
 
 FAR = 1 << 30
-"""The byte of a file that is locked on Windows, where nobody else can read what is locked."""
+"""The byte of a file that is locked on Windows; it is beyond the content, because other processes can't read it."""
 
 
 def _lock_on_windows(handle: int, wait: bool) -> None:
     import msvcrt
 
     kind = msvcrt.LK_LOCK if wait else msvcrt.LK_NBLCK  # type: ignore[attr-defined]
-    place = os.lseek(handle, 0, os.SEEK_CUR)
+    position = os.lseek(handle, 0, os.SEEK_CUR)
     os.lseek(handle, FAR, os.SEEK_SET)
     try:
         msvcrt.locking(handle, kind, 1)  # type: ignore[attr-defined]
     except OSError as error:
         raise BlockingIOError(error.errno, error.strerror) from None
     finally:
-        os.lseek(handle, place, os.SEEK_SET)
+        os.lseek(handle, position, os.SEEK_SET)
 
 
 @contextlib.contextmanager
 def clean_up_after(paths: Iterable[Path]) -> Iterator[None]:
-    """Remove what an earlier run left behind for these paths, and in the end what this run's own dead workers did."""
-    known = list(paths)
-    remove_left_behind(known)
+    """Remove temporary files of these paths: before the block those of earlier runs, after it those of dead workers."""
+    path_list = list(paths)
+    remove_left_behind(path_list)
     try:
         yield
     finally:
-        remove_left_behind(known)
+        remove_left_behind(path_list)
 
 
 def remove_left_behind(paths: Iterable[Path]) -> None:
-    """Remove what killed processes had begun to write for these paths; what one is writing now is locked, and stays."""
+    """Remove the temporary files that killed processes left for these paths; files in use are locked, and stay."""
     prefixes: dict[Path, set[str]] = {}
     for path in paths:
         prefixes.setdefault(path.parent, set()).add(_prefix(path))
-    for folder, known in prefixes.items():
+    for folder, known_prefixes in prefixes.items():
         with contextlib.suppress(OSError):
             for path in folder.iterdir():
-                begun = re.fullmatch(r"(\..*\.)[a-z0-9_]{8}\.tmp", path.name, re.DOTALL)
-                if begun and begun.group(1) in known:
+                match = re.fullmatch(r"(\..*\.)[a-z0-9_]{8}\.tmp", path.name, re.DOTALL)
+                if match and match.group(1) in known_prefixes:
                     _remove_unless_locked(path)
 
 

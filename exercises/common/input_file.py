@@ -1,7 +1,7 @@
-"""Files that people write, read such that whatever is wrong in them is told by its place.
+"""Reads files that people write; error messages name the place of what is wrong.
 
-Every message is of one form, FILE: line N: joint 2: alpha = "90 deg": what is wrong, and what would be right. The line
-is left out where it isn't known, the value where it is long.
+Every message has one form, FILE: line N: joint 2: alpha = "90 deg": what is wrong, and what is expected. The line is
+omitted if it is unknown, the value if it is long.
 """
 
 import codecs
@@ -21,7 +21,7 @@ from typing import Any
 from qdot.exercises.common.errors import QdotError, likeliest, unknown
 
 Place = Sequence[str | int]
-"""Keys and places in lists from the file down: ("joint", 0, "alpha") is alpha of the first [[joint]]."""
+"""A path of keys and list indices: ("joint", 0, "alpha") is alpha of the first [[joint]]."""
 
 _SHORT = 48
 _HINTS = (
@@ -36,11 +36,11 @@ _HINTS = (
     ("array declaration", "; a header has nothing but a name in it, as in [[joint]]"),
     ("unescaped '\\'", '; formulas have no backslash, as in "pi/2", and paths have /'),
 )
-"""What a TOML reader says, and what is mostly meant."""
+"""Messages of Python's TOML parser, each with a hint at its usual cause."""
 
 
 def read_text(path: Path, missing: str = "") -> str:
-    """Return the text of a file. Raises QdotError; `missing` says what to do where there is none."""
+    """Return the text of a file. Raises QdotError; `missing` says what to do if there is no such file."""
     content = _read_bytes(path, missing)
     try:
         return content.decode("utf-8-sig").replace("\r\n", "\n").replace("\r", "\n")
@@ -50,10 +50,10 @@ def read_text(path: Path, missing: str = "") -> str:
 
 
 def read_table_text(path: Path, missing: str = "") -> str:
-    """Return the text of a file in CSV, in any encoding in which Excel writes one. Raises QdotError.
+    """Return the text of a CSV file in any of the encodings that Excel writes. Raises QdotError.
 
-    They are UTF-8, UTF-16 with its mark at the beginning ("Unicode text"), and Windows-1252 (plain "CSV"), for which
-    is taken what is no UTF-8 and has nothing in UTF-8 in it.
+    They are UTF-8, UTF-16 with a byte order mark ("Unicode text"), and Windows-1252 (plain "CSV"). A file is taken to
+    be Windows-1252 if it is not valid UTF-8 and contains no multi-byte character of UTF-8.
     """
     content = _read_bytes(path, missing)
     if content.startswith((b"PK\x03\x04", b"\xd0\xcf\x11\xe0")):
@@ -74,7 +74,7 @@ def read_table_text(path: Path, missing: str = "") -> str:
 
 
 _IN_UTF_8 = re.compile(rb"[\xc2-\xdf][\x80-\xbf]|[\xe0-\xef][\x80-\xbf]{2}|[\xf0-\xf4][\x80-\xbf]{3}")
-"""A character of several bytes in UTF-8; in Windows-1252, it would be a letter with accent before a sign."""
+"""A multi-byte character of UTF-8; in Windows-1252, it would be an accented letter before a symbol."""
 
 
 def _read_bytes(path: Path, missing: str) -> bytes:
@@ -88,7 +88,7 @@ def _read_bytes(path: Path, missing: str) -> bytes:
 
 @dataclass(frozen=True)
 class TomlFile:
-    """A file in TOML: its path, its text and what it says."""
+    """A TOML file: its path, its text and its parsed content."""
 
     path: Path
     text: str
@@ -96,44 +96,44 @@ class TomlFile:
 
     @contextmanager
     def at(self, *place: str | int) -> Iterator[None]:
-        """Put the place before the message of any QdotError raised inside."""
+        """Put the place before the message of any QdotError raised in the block."""
         try:
             yield
         except QdotError as error:
             raise QdotError(f"{self.place(*place)}: {error}") from None
 
     def place(self, *place: str | int) -> str:
-        """Return a place as messages name it, with the value where that is short."""
+        """Return the text for a place in a message, with its value if that is short."""
         value: Any = self.content
         for key in place:
-            known = key in value if isinstance(value, dict) else isinstance(value, list)
-            value = value[key] if known else None
+            has_key = key in value if isinstance(value, dict) else isinstance(value, list)
+            value = value[key] if has_key else None
         where = self._describe_place(place, place)
         simple = place and value is not None and not isinstance(value, dict) and not _holds_tables(value)
         text = toml_text(value) if simple else ""
         return f"{where} = {text}" if text and len(text) <= _SHORT else where
 
     def place_of_key(self, *place: str | int) -> str:
-        """Return the place of a table as messages name it, with the line of its last key, which is the odd one."""
+        """Return the text for a table in a message, with the line of the last key in `place`, which is wrong."""
         return self._describe_place(place[:-1], place)
 
     def _describe_place(self, place: Place, key: Place) -> str:
-        """Return the file, the line of `key` and the place as in "joint 2: alpha"."""
+        """Return the file, the line of `key` and the place, in a form such as "joint 2: alpha"."""
         number = self.line(key)
         parts = [str(self.path), *([f"line {number}"] if number else [])]
-        for step in place:
-            if isinstance(step, int):
-                parts[-1] += f" {step + 1}"
+        for key_or_index in place:
+            if isinstance(key_or_index, int):
+                parts[-1] += f" {key_or_index + 1}"
             else:
-                parts.append(step)
+                parts.append(key_or_index)
         return ": ".join(parts)
 
     def check_keys(
         self, place: Place, known: Sequence[str], needed: Sequence[str] = (), above: Sequence[str] = ()
     ) -> None:
-        """Raise QdotError for a key that the table in a place can't have, before one that it lacks.
+        """Raise QdotError if the table at a place has an unknown key or, after that, lacks a needed key.
 
-        `above` are the keys of the file itself: in TOML, what stands below a [[header]] belongs to that table.
+        `above` are the top-level keys of the file: in TOML, a key below a [[header]] belongs to that table.
         """
         table: Any = self.content
         for key in place:
@@ -143,10 +143,10 @@ class TomlFile:
             if key in above and key not in known:
                 raise QdotError(f"{where}: the key {key!r} stands at the top of the file, above every [[{place[0]}]]")
             if key not in known:
-                meant = likeliest(key, (*known, *above))
-                if meant in above and meant not in known:
+                guess = likeliest(key, (*known, *above))
+                if guess in above and guess not in known:
                     raise QdotError(
-                        f"{where}: unknown key {key!r}; the key {meant!r} is meant, probably, and stands at the top of "
+                        f"{where}: unknown key {key!r}; the key {guess!r} is meant, probably, and stands at the top of "
                         f"the file, above every [[{place[0]}]]"
                     )
                 raise QdotError(f"{where}: {unknown('key', key, tuple(known))}")
@@ -157,7 +157,7 @@ class TomlFile:
                 )
 
     def line(self, place: Place) -> int | None:
-        """Return the number of the line where a place is written: of its key, else of its [header]; None if unknown."""
+        """Return the line number of a place: of its key, or else of its [header]; None if unknown."""
         lines = self.text.splitlines()
         headers = [i for i, line in enumerate(lines) if re.match(r"\s*\[\[?\s*[\w.-]+\s*\]", line)]
         start, header = 0, None
@@ -183,14 +183,14 @@ def _holds_tables(value: object) -> bool:
 
 
 def read_toml(path: Path, missing: str = "", decimals: Callable[[str], Any] = Decimal) -> TomlFile:
-    """Return what a file in TOML says; `decimals` makes numbers of 0.5. Raises QdotError with the line."""
+    """Return a parsed TOML file; `decimals` converts decimal numbers such as 0.5. Raises QdotError with the line."""
     text = read_text(path, missing)
     try:
         return TomlFile(path, text, tomllib.loads(text, parse_float=decimals))
     except tomllib.TOMLDecodeError as error:
         match = re.fullmatch(r"(.*) \(at (?:line (\d+), column \d+|end of document)\)", str(error))
         what, line = match.groups() if match else (str(error), None)
-        what = re.sub(r"\('(.*?)',?\)", r"'\1'", what)  # a key, as Python writes it
+        what = re.sub(r"\('(.*?)',?\)", r"'\1'", what)  # a key in Python's notation
         number = line or str(max(1, len(text.splitlines())))
         hint = next((hint for sign, hint in _HINTS if sign in what.lower()), "")
         if any(quote in text.splitlines()[int(number) - 1] for quote in "“”„‘’"):
@@ -199,7 +199,7 @@ def read_toml(path: Path, missing: str = "", decimals: Callable[[str], Any] = De
 
 
 def toml_text(value: object) -> str:
-    """Return a value as TOML has it.
+    """Return a value in TOML notation.
 
     >>> print(toml_text(["a", Decimal("0.40"), True]))
     ["a", 0.40, true]
@@ -226,11 +226,11 @@ _QUOTED = 'a text with a comma or semicolon in it stands in double quotes, as in
 def read_table(
     path: Path, first: str, example: str, missing: str = "", too_long: str = _QUOTED
 ) -> list[tuple[int, dict[str, str]]]:
-    """Return the lines of a CSV file with anything in them: the number of each, and its cells by column.
+    """Return the lines of a CSV file that are not empty, each with its number and its cells by column name.
 
-    The columns' names are in small letters. The `first` column is always there; `example` is a header as it may be,
-    and `too_long` says what a row with more cells than the header probably has.
-    It is in any encoding in which Excel writes one, and commas, semicolons or tabs separate. Raises QdotError.
+    Column names are converted to lower case. The `first` column is required; `example` is a sample header for messages,
+    and `too_long` explains the probable cause if a row has more cells than the header.
+    The file may have any encoding that Excel writes, and commas, semicolons or tabs as separators. Raises QdotError.
     """
     rows = _rows(path, missing)
     if not rows:
@@ -247,7 +247,7 @@ def read_table(
 
 
 def _rows(path: Path, missing: str) -> list[tuple[int, list[str]]]:
-    """Return the rows that hold anything, each with the line that it begins on. Raises QdotError."""
+    """Return the rows that are not empty, each with the line on which it begins. Raises QdotError."""
     text = read_table_text(path, missing)
     begins: list[int] = []
     try:
@@ -258,14 +258,15 @@ def _rows(path: Path, missing: str) -> list[tuple[int, list[str]]]:
 
 
 SEPARATORS = ",;\t"
-"""What separates columns: Excel writes a comma or a semicolon by the country that it is set to, and tabs as text."""
+"""Column separators: Excel writes a comma or a semicolon, depending on the country settings, and tabs in text files."""
 
 
 def csv_rows(text: str, begins: list[int] | None = None) -> Iterator[tuple[int, list[str]]]:
-    """Yield the rows of a text in CSV that hold anything, each with the line that it begins on.
+    """Yield the rows of a CSV text that are not empty, each with the line on which it begins.
 
-    They are separated as gives the first line most cells, or as a line "sep=;" before it says, which Excel knows. In
-    `begins` are put the lines on which rows begin, also of one that can't be read. Raises csv.Error.
+    The separator is the one that splits the first line into most cells, or the one in a line "sep=;" before it, which
+    Excel also accepts. The first line of every row is appended to `begins`, even if the row can't be parsed. Raises
+    csv.Error.
     """
     begins = [] if begins is None else begins
     first, _, rest = text.partition("\n")
@@ -282,7 +283,7 @@ def csv_rows(text: str, begins: list[int] | None = None) -> Iterator[tuple[int, 
 
 
 def _separator(header: str) -> str:
-    """Return what gives a line the most cells; of equal ones, the first."""
+    """Return the separator that splits a line into most cells; if several do, the first."""
 
     def cells(separator: str) -> int:
         try:
@@ -294,7 +295,7 @@ def _separator(header: str) -> str:
 
 
 def _header(path: Path, line: int, row: list[str], first: str, example: str) -> list[str]:
-    """Return the names of the columns in small letters."""
+    """Return the column names in lower case."""
     header = [name.strip().lower() for name in row]
     if header[0] != first:
         others = ", ".join(example.split(",")[1:])

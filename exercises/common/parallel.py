@@ -1,7 +1,7 @@
-"""Many like things done on several processes, their results in order; a stop ends the processes at once.
+"""Applies a function to many items on several processes, with results in order; a stop ends all processes at once.
 
-Processes are forked from this one, with all that it has loaded, where that is safe: on Linux, while it has one thread.
-Else they come from a process that loads it once more.
+If it is safe (on Linux, with a single thread), processes are forked from this one, with everything that it has loaded.
+Otherwise they come from a process that loads everything again.
 """
 
 import functools
@@ -30,19 +30,19 @@ Made = TypeVar("Made")
 
 METHODS = multiprocessing.get_all_start_methods()
 HAS_SERVER = "forkserver" in METHODS
-"""Whether processes can be forked from one that has loaded what they need; on Windows, each loads it for itself."""
+"""Whether processes can be forked from a server that has loaded what they need; on Windows, each loads it itself."""
 CAN_FORK = sys.platform == "linux" and "fork" in METHODS
-"""Whether a process may be forked: on macOS, libraries of the system fail after it. A fork of a process with threads
-would copy whatever they were doing in whatever state it is, as the drawing of a progress bar."""
+"""Whether this process may be forked. On macOS, system libraries fail after a fork. A fork of a process with threads
+would also copy the half-finished state of those threads, such as a progress bar's."""
 OF_GROUP = {getattr(signal, name) for name in ("SIGINT", "SIGHUP") if hasattr(signal, name)}
-"""Signals that a terminal sends to all processes at once: Ctrl-C, and its own end, of which Windows has none."""
+"""Signals that a terminal sends to all processes at once: Ctrl-C, and the end of the terminal (not on Windows)."""
 MASKS = hasattr(signal, "pthread_sigmask")
-"""Whether a process can be born deaf to a signal; Windows has none that could reach it before it listens."""
+"""Whether a process can be started with signals blocked. On Windows, no signal can reach it that early."""
 if HAS_SERVER:
     from multiprocessing import forkserver
 
 MANY = 500
-"""From so many items on they are sent to the processes in chunks."""
+"""Minimum number of items for sending them to the processes in chunks."""
 
 
 def ordered_map(
@@ -55,12 +55,13 @@ def ordered_map(
 ) -> Generator[Made, None, None]:
     """Yield `work(state, item)` for each item in order, on up to `jobs` processes.
 
-    Each process makes its state once, by `setup(*arguments)`; a state's `close` is called in the end, if it has one.
+    Each process creates its state once by `setup(*arguments)`, and calls the state's `close` at the end, if it has one.
     Close the generator (`contextlib.closing`) so that a stop ends the processes.
 
-    Where a process dies, what was finished has been yielded, and QdotError is raised; with `lost`, what may have been
-    at work then is done again, each item in a process of its own, and `lost(item)` stands for one that ends two of
-    them. So `work` must be such that it may be done twice. With one job and without `lost`, everything is done here.
+    If a process dies, the finished results have been yielded, and QdotError is raised. With `lost`, the items that may
+    have been in progress are repeated instead, each in a process of its own. If an item kills two processes,
+    `lost(item)` is its result. So `work` must be safe to repeat. With one job and without `lost`, everything runs in
+    this process.
     """
     jobs = min(jobs, len(items))
     if jobs < 1 or (jobs == 1 and lost is None):
@@ -75,22 +76,22 @@ def ordered_map(
     done = 0
     while done < len(items):
         try:
-            with closing(_run_pool(work, items[done:], jobs, chunk, setup, arguments)) as every:
-                for made in every:
+            with closing(_run_pool(work, items[done:], jobs, chunk, setup, arguments)) as results:
+                for result in results:
                     done += 1
-                    yield made
+                    yield result
         except BrokenProcessPool:
             if lost is None:
                 raise QdotError(
                     "a worker process died (out of memory?); run the same command again, with a smaller --jobs"
                 ) from None
-            for item in items[done : done + jobs + 1]:  # a pool has no more out at a time, and takes them in order
+            for item in items[done : done + jobs + 1]:  # a pool has at most these in progress
                 done += 1
                 yield _run_alone(work, item, setup, arguments, lost)
 
 
 def keep_state(state: State) -> State:
-    """Return a state unchanged: the setup of processes that need nothing of their own."""
+    """Return a state unchanged: the `setup` for a state that is simply passed to each process."""
     return state
 
 
@@ -101,11 +102,11 @@ def _run_alone(
     arguments: tuple[Any, ...],
     lost: Callable[[Item], Made],
 ) -> Made:
-    """Return `work(state, item)` from a process that does nothing else, or from a second one if that dies."""
+    """Return `work(state, item)` from a separate process, or from a second one if the first dies."""
     for _ in range(2):
         try:
-            (made,) = _run_pool(work, [item], 1, 1, setup, arguments)
-            return made
+            (result,) = _run_pool(work, [item], 1, 1, setup, arguments)
+            return result
         except BrokenProcessPool:
             continue
     return lost(item)
@@ -119,7 +120,7 @@ def _run_pool(
     setup: Callable[..., State],
     arguments: tuple[Any, ...],
 ) -> Generator[Made, None, None]:
-    """Yield `work(state, item)` for each item from `jobs` new processes. Raises BrokenProcessPool where one dies."""
+    """Yield `work(state, item)` for each item from `jobs` new processes. Raises BrokenProcessPool if one dies."""
     before = set(multiprocessing.active_children())
     is_forked = CAN_FORK and threading.active_count() == 1
     is_served = HAS_SERVER and not is_forked
@@ -129,16 +130,16 @@ def _run_pool(
     with ProcessPoolExecutor(jobs, context, _begin, (setup, arguments)) as pool:
         try:
             if is_served:
-                resource_tracker.ensure_running()  # it would undo what comes next
-            with _defer_stop():  # whatever starts in here never sees a Ctrl-C, and starts whole
+                resource_tracker.ensure_running()  # if started later, it would unblock the signals
+            with _defer_stop():  # processes started here ignore Ctrl-C and start completely
                 if is_forked:
-                    gc.freeze()  # no collection in a process writes to what it shares with this one
+                    gc.freeze()  # garbage collection then doesn't copy shared memory pages
                 elif is_served:
-                    forkserver.ensure_running()  # it may be there already
-                with warnings.catch_warnings():  # Python 3.12 counts the threads of libraries, which are of no harm
+                    forkserver.ensure_running()  # unless it is already running
+                with warnings.catch_warnings():  # Python 3.12 warns of library threads, which do no harm
                     warnings.simplefilter("ignore", DeprecationWarning)
-                    made = pool.map(functools.partial(_work_here, work), items, chunksize=chunk)
-            yield from made
+                    results = pool.map(functools.partial(_work_here, work), items, chunksize=chunk)
+            yield from results
         except BrokenProcessPool:
             raise
         except BaseException:
@@ -149,14 +150,14 @@ def _run_pool(
 
 @contextmanager
 def _defer_stop() -> Iterator[None]:
-    """Let a stop take effect after the block only; what starts in it is born deaf to what a whole group is sent."""
+    """Delay a stop until after the block; processes started in the block have signals to the whole group blocked."""
     if threading.current_thread() is not threading.main_thread():
         yield
         return
-    came: list[signal.Signals] = []
-    previous = {  # another thread may be given the signal
-        each: signal.signal(each, lambda number, _: came.append(signal.Signals(number)))
-        for each in (*OF_GROUP, signal.SIGTERM)
+    received: list[signal.Signals] = []
+    previous = {  # another thread may receive the signal
+        signal_number: signal.signal(signal_number, lambda number, _: received.append(signal.Signals(number)))
+        for signal_number in (*OF_GROUP, signal.SIGTERM)
     }
     mask = signal.pthread_sigmask(signal.SIG_BLOCK, OF_GROUP) if MASKS else set()
     try:
@@ -164,27 +165,27 @@ def _defer_stop() -> Iterator[None]:
     finally:
         if MASKS:
             signal.pthread_sigmask(signal.SIG_SETMASK, mask)
-        for each, handler in previous.items():
-            signal.signal(each, handler)
-        for each in came:  # whatever failed in the block failed as everything was being ended
-            signal.raise_signal(each)
+        for signal_number, handler in previous.items():
+            signal.signal(signal_number, handler)
+        for signal_number in received:  # takes precedence over an error in the block, which the stop has caused
+            signal.raise_signal(signal_number)
 
 
 def _end(processes: set[BaseProcess]) -> None:
     for process in processes:
         process.terminate()
-    left = {process.sentinel for process in processes}
-    while left:
-        ended = connection.wait(left, timeout=1)
+    running = {process.sentinel for process in processes}
+    while running:
+        ended = connection.wait(running, timeout=1)
         if not ended:
             break
-        left.difference_update(sentinel for sentinel in ended if isinstance(sentinel, int))
+        running.difference_update(sentinel for sentinel in ended if isinstance(sentinel, int))
     for process in processes:
-        if process.sentinel in left:
+        if process.sentinel in running:
             process.kill()
 
 
-# --- in the process that does the work ---
+# --- in the worker process ---
 
 _state: Any = None
 _busy = False
@@ -192,14 +193,14 @@ _busy = False
 
 def _begin(setup: Callable[..., object], arguments: tuple[Any, ...]) -> None:
     global _state  # noqa: PLW0603 - set once when a process starts
-    for number in OF_GROUP:  # they are for the process that shows progress
+    for number in OF_GROUP:  # the parent process handles them
         signal.signal(number, signal.SIG_IGN)
     if MASKS:
         signal.pthread_sigmask(signal.SIG_UNBLOCK, OF_GROUP)
     signal.signal(signal.SIGTERM, _handle_termination)
     threading.Thread(target=_follow_parent, daemon=True).start()
     _state = setup(*arguments)
-    Finalize(None, _close, (_state,), exitpriority=10)  # when there is no more to do
+    Finalize(None, _close, (_state,), exitpriority=10)  # at the normal end of the process
 
 
 def _work_here(work: Callable[[Any, Item], Made], item: Item) -> Made:
@@ -214,7 +215,7 @@ def _work_here(work: Callable[[Any, Item], Made], item: Item) -> Made:
 
 
 def _follow_parent() -> None:
-    """Leave when the process that wants the results is gone, however it ended."""
+    """Exit when the parent process has ended, for whatever reason."""
     parent = multiprocessing.parent_process()
     if parent is not None:
         parent.join()
@@ -223,7 +224,7 @@ def _follow_parent() -> None:
 
 def _handle_termination(*_: object) -> None:
     if _busy:
-        raise SystemExit(1)  # half-written files are taken away on the way out
+        raise SystemExit(1)  # lets `finally` blocks remove half-written files
     _leave()
 
 

@@ -1,7 +1,7 @@
-"""The random stream behind every problem: SHAKE-256 of a text, the same on every machine for good.
+"""The random stream behind every problem: SHAKE-256 of a text, the same on every machine permanently.
 
-`random` and `numpy.random` promise the same numbers only for some methods and releases; a hash is
-a standard. A stream is an argument, never a global.
+`random` and `numpy.random` guarantee the same numbers only for some methods and releases; a hash is
+a standard. A stream is always passed as an argument, never stored globally.
 """
 
 import hashlib
@@ -15,7 +15,7 @@ _BLOCK = 1024
 
 
 class Stream:
-    """Draw integers, choices and uniform numbers that depend on `seed` (a text) and on nothing else.
+    """Samples integers, choices and uniform numbers that depend only on `seed` (a text).
 
     >>> Stream("planar-2r/7").below(1000)
     424
@@ -27,7 +27,7 @@ class Stream:
         self._buffer = b""
 
     def take(self, count: int) -> bytes:
-        """Return that many bytes."""
+        """Return the next `count` bytes."""
         while len(self._buffer) < count:
             block = self._seed + b"\x00" + self._block.to_bytes(8, "big")
             self._buffer += hashlib.shake_256(block).digest(_BLOCK)
@@ -36,11 +36,11 @@ class Stream:
         return taken
 
     def part(self, name: str) -> "Stream":
-        """Return a stream of its own for what is called so: what it gives depends on nothing taken from this one."""
+        """Return an independent stream with this name: it doesn't depend on what was taken from this stream."""
         return Stream(f"{self._seed.decode()}/{name}")
 
     def below(self, n: int) -> int:
-        """Return an integer from 0 to n - 1, each as likely as the others (rejection, no modulo bias)."""
+        """Return an integer from 0 to n - 1, all equally likely (rejection sampling, no modulo bias)."""
         if n < 1:
             raise ValueError(f"below() takes a positive number, not {n}")
         limit = (1 << 64) - (1 << 64) % n
@@ -50,7 +50,7 @@ class Stream:
                 return value % n
 
     def choice(self, items: Sequence[T]) -> T:
-        """Return one of the items."""
+        """Return one of the items, all equally likely."""
         return items[self.below(len(items))]
 
     def integer(self, low: int, high: int) -> int:
@@ -72,9 +72,9 @@ class Stream:
 
 
 def derive_seed(secret: str, *parts: str) -> int:
-    """Return the 63-bit seed that only a holder of `secret` can work out for `parts` (HMAC-SHA-256).
+    """Return the 63-bit seed for `parts`, which can't be computed without `secret` (HMAC-SHA-256).
 
-    Parts are joined by a null byte, which no name may hold, so that ("a", "bc") and ("ab", "c") differ.
+    Parts are joined by a null byte, which no name may contain, so that ("a", "bc") and ("ab", "c") differ.
     """
     digest = hmac.new(secret.encode(), "\x00".join(parts).encode(), hashlib.sha256).digest()
     return int.from_bytes(digest[:8], "big") >> 1

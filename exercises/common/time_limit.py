@@ -1,7 +1,6 @@
-"""A limit of processor time for work that can't be asked to stop in between, as SymPy's.
+"""A limit of processor time for work that has no stopping points of its own, such as SymPy's.
 
-What is counted is what this process takes of the processor (user and system) inside of the block; time in which others
-have the processor, or in which nothing is done, is not.
+Only this process's processor time (user and system) in the block counts, not the time in which it waits.
 """
 
 import ctypes
@@ -16,18 +15,18 @@ from sympy.core.cache import clear_cache
 from qdot.exercises.common.errors import QdotError
 
 DEFAULT, LEAST, MOST = 60.0, 0.1, 1e8
-"""Seconds of processor time after which a derivation ends if nothing else is said; and between what they are said."""
+"""Seconds of processor time for a derivation: the default, the minimum and the maximum."""
 
 AGAIN = 0.2
-"""Seconds after which a stop comes again that was lost, as one that came inside of a destructor is."""
+"""Seconds after which a stop is sent again, because it may get lost, for example in a destructor."""
 
 
 class OutOfTime(BaseException):
-    """The time is over. No error: whoever catches every `Exception` on the way must not keep it."""
+    """The time is over. It is not an `Exception`, so that code that catches every `Exception` doesn't catch it."""
 
 
 def seconds_of(text: str) -> float:
-    """Return the seconds that `--time` names. Raises QdotError.
+    """Return the number of seconds in the text of `--time`. Raises QdotError.
 
     >>> seconds_of("300")
     300.0
@@ -40,10 +39,10 @@ def seconds_of(text: str) -> float:
 
 @contextmanager
 def time_limit(seconds: float) -> Iterator[None]:
-    """Raise OutOfTime inside of the block once it has taken `seconds` of processor time.
+    """Raise OutOfTime inside the block as soon as it has used `seconds` of processor time.
 
-    What functions keep is kept whole: they keep results, which a stop leaves none of. SymPy, which notes in an
-    expression what it has asked of it, forgets the expressions that it knows.
+    Caches of functions stay valid, because they store only finished results. SymPy's cache is cleared, because SymPy
+    stores assumptions in the expressions themselves.
     """
     watch = Watch(seconds, OutOfTime)
     try:
@@ -57,7 +56,7 @@ def time_limit(seconds: float) -> Iterator[None]:
 
 
 def stop_watch(watch: "Watch", kind: type[BaseException]) -> None:
-    """Let no stop of this kind come any more, though one may come on the way to that."""
+    """End the watch, even if a stop of this kind arrives meanwhile."""
     while True:
         try:
             watch.end()
@@ -67,9 +66,9 @@ def stop_watch(watch: "Watch", kind: type[BaseException]) -> None:
 
 
 class Watch:
-    """A stop by a thread that looks at the clock, from now on: it raises `kind` in the thread that made it.
+    """A thread that watches the clock and, after `seconds`, raises `kind` in the thread that created the watch.
 
-    It comes between two steps of Python, and again until its end has come.
+    The exception is raised between two Python instructions, and again every `AGAIN` seconds until `end` is called.
     """
 
     def __init__(self, seconds: float, kind: type[BaseException]) -> None:
@@ -91,7 +90,7 @@ class Watch:
         ctypes.pythonapi.PyThreadState_SetAsyncExc(ctypes.c_ulong(self._thread), what)
 
     def end(self) -> None:
-        """Let no stop come any more, not one either that is on its way."""
+        """Send no more stops, and withdraw one that is pending."""
         with self._lock:
             if not self._ended.is_set():
                 self._ended.set()

@@ -1,6 +1,6 @@
-"""Variation: how far the arms of a class lead away from that of the chapter, by named axes and by steps of them.
+"""Variation: how much the arms of a class may differ from the chapter's arm, by named axes and steps.
 
-An axis changes one thing of an arm. A step is a set of axes; each holds those of the step before.
+An axis changes one property of an arm. A step is a set of axes; each step includes the axes of the step before.
 """
 
 from collections.abc import Sequence
@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from qdot.exercises.common.errors import QdotError, unknown
 
 AXES = ("lengths", "zeros", "senses", "base", "tool", "task")
-"""What may vary, in the order in which it is drawn. Which of them a family has is the family's (`Family.axes`)."""
+"""The properties that may vary, in the order in which they are sampled. `Family.axes` are those of a family."""
 
 STEPS: dict[str, tuple[str, ...]] = {
     "chapter": (),
@@ -17,16 +17,16 @@ STEPS: dict[str, tuple[str, ...]] = {
     "frames": ("lengths", "zeros", "senses", "base"),
     "full": AXES,
 }
-"""The steps from the arm as the chapter draws it to one on which everything varies."""
+"""The steps, from the chapter's own arm to an arm on which everything varies."""
 
 DEFAULT = "zeros"
-"""The step where none is asked for: lengths and zeros of a student's own, everything else as the chapter has it."""
+"""The default step: each student gets other lengths and joint zeros; everything else is as in the chapter."""
 
 
 def axes_of(variation: str) -> tuple[str, ...]:
-    """Return the axes of a step, or of a text of axes as in "lengths+base". Raises QdotError for any other.
+    """Return the axes of a step, or the axes in a text such as "lengths+base". Raises QdotError for unknown names.
 
-    A name that is a step's is the step's; with a + before it, the axis is meant.
+    If a step and an axis have the same name, the name alone means the step, and with a + before it the axis.
 
     >>> axes_of("zeros"), axes_of("+zeros"), axes_of("base+lengths")
     (('lengths', 'zeros'), ('zeros',), ('lengths', 'base'))
@@ -35,7 +35,7 @@ def axes_of(variation: str) -> tuple[str, ...]:
 
 
 def canonical_name(variation: str) -> str:
-    """Return the one name of a variation: a step's where it is one, else its axes in order. Raises QdotError.
+    """Return the canonical name of a variation: the step's name, or else its axes in order. Raises QdotError.
 
     >>> canonical_name("zeros+lengths"), canonical_name("base+lengths"), canonical_name("+zeros")
     ('zeros', 'lengths+base', '+zeros')
@@ -44,7 +44,7 @@ def canonical_name(variation: str) -> str:
 
 
 def name_of_axes(names: Sequence[str]) -> str:
-    """Return the name of the variation along some axes; without any, it is the chapter's arm. Raises QdotError.
+    """Return the name of the variation with these axes; without axes, it is "chapter". Raises QdotError.
 
     >>> name_of_axes(["zeros"]), name_of_axes([])
     ('+zeros', 'chapter')
@@ -54,7 +54,7 @@ def name_of_axes(names: Sequence[str]) -> str:
 
 def _name(axes: tuple[str, ...]) -> str:
     text = "+".join(axes)
-    return next((step for step, its in STEPS.items() if its == axes), f"+{text}" if text in STEPS else text)
+    return next((step for step, step_axes in STEPS.items() if step_axes == axes), f"+{text}" if text in STEPS else text)
 
 
 def _check_axes(names: Sequence[str]) -> tuple[str, ...]:
