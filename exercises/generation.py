@@ -1,4 +1,4 @@
-"""Generate problems: the same id gives the same problem, byte for byte, as long as the engine is the same."""
+"""Generate problems. The same id and the same engine give the same problem, byte for byte."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
@@ -19,26 +19,26 @@ from qdot.exercises.questions import QUESTIONS, Question
 from qdot.exercises.quizzes import ASKED, QUIZZES
 
 ATTEMPTS = 8
-"""Arms of a varied family, and for short questions, that are tried before what finds nothing to ask is given up."""
+"""Maximum number of arms that are tried until every question finds something to ask (varied families and quizzes)."""
 
 DRAWS = 200
-"""Arms that are sampled before qdot reports that a family has none in a band of difficulty."""
+"""Maximum number of arms that are sampled to find one in a band of difficulty."""
 
 SHORT_QUIZ = (
     "singular-angles-choice", "column-choice", "determinant-choice", "vector-choice", "singular-configurations",
     "dependence", "match-columns", "speed", "determinant-value", "true-or-false",
 )  # fmt: skip
-"""Of these, the first of each form makes a quiz."""
+"""Candidates for a quiz: it takes the first question of each form that applies."""
 
 QUIZ_DRAWS, QUIZ_LOOKED_AT = 12, 2
-"""Arms that are sampled before a short question is given up, and examined before one is put into a quiz."""
+"""Number of arms that are sampled before a short question is given up, and checked before it is put into a quiz."""
 
 LOOKED_AT, LOOKED_AT_VARIED = 8, 120
-"""Arms from which the difficulty of a family is found out, more if structures are sampled: hard ones are rarer."""
+"""Number of arms from which a family's difficulty is determined: more if structures vary, as hard ones are rare."""
 
 
 def look_up_family(name: str) -> Family:
-    """Return a registered family. Raises QdotError."""
+    """Return the registered family of a name. Raises QdotError if there is none."""
     if name in FAMILIES:
         return FAMILIES[name]
     if name in robots():
@@ -50,10 +50,10 @@ def look_up_family(name: str) -> Family:
 
 
 def sample_chain(identity: ProblemId, family: Family | None = None, attempt: int = 0) -> Chain:
-    """Return the arm of a problem; `family` is given if it is not registered (an instructor's own robot).
+    """Return the arm of a problem. Give `family` if it is not registered (an instructor's own robot).
 
-    Attempts after the first sample another arm, if a question found nothing to ask of the first one.
-    Raises QdotError for a family or engine that this version does not know, and if no arm is in the identity's band.
+    If a question found nothing to ask of the first arm, a higher `attempt` samples another one.
+    Raises QdotError if this version doesn't know the family or engine, or if no arm is in the identity's band.
     """
     family = family or look_up_family(identity.family)
     if identity.engine != ENGINE:
@@ -67,45 +67,45 @@ def sample_chain(identity: ProblemId, family: Family | None = None, attempt: int
     quizzes = [name for name in identity.questions if name in QUIZZES]
     arms = map(in_convention, _sample_arms(family, stream, axes))
     low, high = identity.band or (0, HARDEST)
-    seen: dict[Chain, int] = {}
-    for number, chain in enumerate(islice(arms, DRAWS)):
+    steps_by_arm: dict[Chain, int] = {}
+    for sample_index, chain in enumerate(islice(arms, DRAWS)):
         if identity.band is not None:
-            if chain in seen:
+            if chain in steps_by_arm:
                 break
-            seen[chain] = step(chain)
-            if not low <= seen[chain] <= high:
+            steps_by_arm[chain] = step(chain)
+            if not low <= steps_by_arm[chain] <= high:
                 continue
-        if number >= QUIZ_DRAWS or _object_to_questions(chain, quizzes) is None:
+        if sample_index >= QUIZ_DRAWS or _object_to_questions(chain, quizzes) is None:
             return chain
-    steps = describe_band(min(seen.values()), max(seen.values()))
+    steps = describe_band(min(steps_by_arm.values()), max(steps_by_arm.values()))
     raise QdotError(
         f"{family.name} has no arm of difficulty {describe_band(low, high)}; its arms are of difficulty {steps}"
     )
 
 
 def _in_convention(chain: Chain, convention: str, twist_order: str = "") -> Chain:
-    """Return an arm as it is presented in a convention, with its twists in an order; its own, if none is named."""
+    """Return the arm presented in a convention and twist order; an empty string keeps the arm's own."""
     presented = replace(chain, convention=convention) if convention else chain
     return replace(presented, twist_order=twist_order) if twist_order else presented
 
 
 def _sample_arms(family: Family, stream: Stream, axes: tuple[str, ...]) -> Iterator[Chain]:
-    """Yield arm after arm; the first is the identity's own, unless something speaks against it."""
+    """Yield arms without end. A problem takes the first one that is suitable."""
     yield family.sample(stream, axes)
-    for again in count(1):
-        yield family.sample(stream.part(f"draw {again}"), axes)
+    for sample_number in count(1):
+        yield family.sample(stream.part(f"draw {sample_number}"), axes)
 
 
 def _object_to_questions(chain: Chain, questions: Sequence[str]) -> str | None:
-    """Return why one of the questions can't be asked of an arm, or None; unknown ones are reported elsewhere."""
+    """Return why one of the questions doesn't apply to an arm, or None; unknown questions are skipped."""
     for name in questions:
-        if name in ASKED and (refused := ASKED[name].refusal(chain)) is not None:
-            return f"question {name!r} can't be asked of {chain.name}: {refused}"
+        if name in ASKED and (objection := ASKED[name].refusal(chain)) is not None:
+            return f"question {name!r} can't be asked of {chain.name}: {objection}"
     return None
 
 
 def applicable_questions(chain: Chain, among: Mapping[str, Question] = QUESTIONS) -> tuple[str, ...]:
-    """Return the names of the questions that can be asked of an arm, in the chapter's order; or of `among`."""
+    """Return the names of the questions in `among` that apply to an arm, in order."""
     return tuple(name for name, question in among.items() if question.refusal(chain) is None)
 
 
@@ -114,32 +114,32 @@ def _find_family(family: str | Family) -> Family:
 
 
 def _look_up_listing(family: Family) -> FamilyListing | None:
-    """Return what is listed of a registered family, as finding it out takes seconds; None of any other family."""
+    """Return the stored listing of a registered family, or None; to compute a listing takes seconds."""
     return listing().get(family.name) if FAMILIES.get(family.name) is family else None
 
 
 def questions_of(family: str | Family, convention: str = "") -> tuple[str, ...]:
-    """Return the names of the questions that can be asked of every arm of a family, or of some of a varied one."""
-    known = _find_family(family)
-    entry = _look_up_listing(known)
-    return find_questions(known, convention) if entry is None or convention else entry.questions
+    """Return the names of the questions that apply to a family's arms; in a varied family, to at least one arm."""
+    known_family = _find_family(family)
+    entry = _look_up_listing(known_family)
+    return find_questions(known_family, convention) if entry is None or convention else entry.questions
 
 
 def short_quiz(family: str | Family, convention: str = "") -> tuple[str, ...]:
-    """Return a quiz for a family's arms: a short question of each form, as far as one can be asked."""
-    known = _find_family(family)
-    identities = (ProblemId(known.name, seed, convention=convention) for seed in range(QUIZ_LOOKED_AT))
-    arms = [sample_chain(identity, known) for identity in identities]
-    chosen: dict[str, str] = {}
+    """Return the names of the short questions in a family's quiz: one of each form, if one applies."""
+    known_family = _find_family(family)
+    identities = (ProblemId(known_family.name, seed, convention=convention) for seed in range(QUIZ_LOOKED_AT))
+    arms = [sample_chain(identity, known_family) for identity in identities]
+    chosen_by_form: dict[str, str] = {}
     for name in SHORT_QUIZ:
         question = QUIZZES[name]
-        if question.form not in chosen and all(question.refusal(arm) is None for arm in arms):
-            chosen[question.form] = name
-    return tuple(chosen.values())
+        if question.form not in chosen_by_form and all(question.refusal(arm) is None for arm in arms):
+            chosen_by_form[question.form] = name
+    return tuple(chosen_by_form.values())
 
 
 def find_questions(family: Family, convention: str = "") -> tuple[str, ...]:
-    """Find out what can be asked of a family's arms."""
+    """Determine from sampled arms which questions apply to a family."""
     if not family.varied:
         return applicable_questions(sample_chain(ProblemId(family.name, 0, convention=convention), family))
     missing = dict(QUESTIONS)
@@ -151,10 +151,10 @@ def find_questions(family: Family, convention: str = "") -> tuple[str, ...]:
 
 @cache
 def _sampled_arms(family: Family) -> tuple[Chain, ...]:
-    """Return the arms from which the questions and the difficulty of a family are found out.
+    """Return the arms from which a family's questions and difficulty are determined.
 
-    If structures are sampled, it is one arm of each of so many structures, all classes before a second of any: what
-    can't be asked of these can't be asked of the others, as all of a class lose rank alike.
+    If structures are sampled, take one arm from each structure, covering all classes before any class occurs twice.
+    The arms of a class lose rank in the same way, so a question that applies to none of these arms applies to no other.
     """
     if family.structures is None:
         return tuple(sample_chain(ProblemId(family.name, seed), family) for seed in range(LOOKED_AT))
@@ -164,21 +164,21 @@ def _sampled_arms(family: Family) -> tuple[Chain, ...]:
         arms.append(chain)
         return len(arms) == LOOKED_AT_VARIED
 
-    with suppress(QdotError):  # it has fewer
+    with suppress(QdotError):  # the family has fewer structures
         family.structures(Stream(f"qdot/{ENGINE}/{family.name}/looked at"), STEPS["full"], None, is_last)
     return tuple(arms)
 
 
 def listing_of(family: str | Family, convention: str = "") -> FamilyListing:
-    """Return what is listed of a registered family; of a robot, or of a new one, it is found out here."""
-    known = _find_family(family)
-    entry = _look_up_listing(known) or find_out(known)
-    return replace(entry, questions=find_questions(known, convention)) if convention else entry
+    """Return a family's listing: the stored one of a registered family, else one computed from sampled arms."""
+    known_family = _find_family(family)
+    entry = _look_up_listing(known_family) or find_out(known_family)
+    return replace(entry, questions=find_questions(known_family, convention)) if convention else entry
 
 
 @cache
 def find_out(family: Family) -> FamilyListing:
-    """Find out from a family's arms what is to be listed of it: kinds of joints, difficulty, questions."""
+    """Compute a family's listing from sampled arms: kinds of joints, difficulty, questions."""
     arms = _sampled_arms(family)
     steps = [step(arm) for arm in arms]
     kinds = "" if family.varied else "".join(joint.kind for joint in arms[0].joints)
@@ -186,9 +186,9 @@ def find_out(family: Family) -> FamilyListing:
 
 
 def _measure_steps(family: Family) -> tuple[int, ...]:
-    """Return the difficulty of an arm at each step of variation; all arms of a family have that of a step's.
+    """Return the difficulty at each step of variation; at one step, all arms of a family are equally difficult.
 
-    A robot of a file has no such steps.
+    Families with varied structures and robots from files have no such steps.
     """
     if family.varied or family.robot:
         return ()
@@ -202,26 +202,26 @@ def check_questions(
     variation: str = DEFAULT,
     convention: str = "",
 ) -> None:
-    """Raise QdotError where a question is unknown, asked twice, or can't be asked of the family's arms."""
-    known = _find_family(family)
+    """Raise QdotError if a question is unknown, is asked twice, or doesn't apply to the family's arms."""
+    known_family = _find_family(family)
     _check_names(questions)
-    if FAMILIES.get(known.name) is known:
+    if FAMILIES.get(known_family.name) is known_family:
         for name in questions:
             if (reason := ASKED[name].objection_to_convention(convention or CONVENTIONS[0])) is not None:
-                raise QdotError(f"question {name!r} can't be asked of {known.name}: {reason}")
-    entry = None if convention else _look_up_listing(known)
+                raise QdotError(f"question {name!r} can't be asked of {known_family.name}: {reason}")
+    entry = None if convention else _look_up_listing(known_family)
     if entry is not None:
         missing = [name for name in questions if name not in entry.questions]
-        if not known.varied and band is None and variation in STEPS and not missing:
-            return  # what is listed, for arms of every step, need not be derived
+        if not known_family.varied and band is None and variation in STEPS and not missing:
+            return  # the listing covers the arms of every step: no derivation needed
         for name in missing:
-            if known.varied and name in QUESTIONS:
+            if known_family.varied and name in QUESTIONS:
                 raise QdotError(
-                    f"question {name!r} can be asked of no arm of {known.name}; "
-                    f"`qdot families {known.name}` lists what can"
+                    f"question {name!r} can be asked of no arm of {known_family.name}; "
+                    f"`qdot families {known_family.name}` lists what can"
                 )
-    identity = ProblemId(known.name, 0, tuple(questions), band=band, variation=variation, convention=convention)
-    _check_can_be_asked(sample_chain(identity, known), questions, known, convention)
+    identity = ProblemId(known_family.name, 0, tuple(questions), band=band, variation=variation, convention=convention)
+    _check_can_be_asked(sample_chain(identity, known_family), questions, known_family, convention)
 
 
 def _check_names(questions: Sequence[str]) -> None:
@@ -230,10 +230,10 @@ def _check_names(questions: Sequence[str]) -> None:
             raise unknown("question", name, list(ASKED))
         if list(questions).count(name) > 1:
             raise QdotError(f"question {name!r} is asked twice")
-        shown = next((asked for asked in ASKED[name].shows if asked in questions), None)
-        if shown is not None:
+        other = next((asked for asked in ASKED[name].shows if asked in questions), None)
+        if other is not None:
             raise QdotError(
-                f"question {name!r} shows the answer to {shown!r} among its options; ask them of different arms, each "
+                f"question {name!r} shows the answer to {other!r} among its options; ask them of different arms, each "
                 "in a [[problem]] of its own"
             )
 
@@ -252,12 +252,12 @@ def generate(
     points: Sequence[float] | None = None,
     family: Family | None = None,
 ) -> Problem:
-    """Return the problem of an identity or a text FAMILY/SEED, with these `questions`; without any, all that apply.
+    """Return the problem of an identity, or of a text FAMILY/SEED, with the given `questions` or all that apply.
 
-    `points` gives the points of each part, else those of the question; `family` as in `sample_chain`. Each part has
-    its own stream, so that it does not depend on what else is asked of the arm. Lengths are in metres,
-    angles in radians, everything in the base frame. Raises QdotError for a family or question that is none, and for
-    a question that can't be asked of the arm.
+    `points` gives the points of each part; by default a part has those of its question. `family` is as in
+    `sample_chain`. Each part has its own stream, so it does not depend on the other questions. Lengths are in metres,
+    angles in radians, everything in the base frame. Raises QdotError if the family or a question is unknown, or if
+    a question doesn't apply to the arm.
 
     >>> generate("planar-2r/7", ["position", "jacobian"])
     Problem(planar-2r/7: position, jacobian)
@@ -265,21 +265,21 @@ def generate(
     identity = ProblemId.parse(identity) if isinstance(identity, str) else identity
     identity = replace(identity, questions=tuple(questions)) if questions else identity
     _check_names(identity.questions)
-    known = family or look_up_family(identity.family)
-    again = known.varied or any(name in QUIZZES for name in identity.questions)
-    for attempt in range(ATTEMPTS if again else 1):
+    known_family = family or look_up_family(identity.family)
+    may_retry = known_family.varied or any(name in QUIZZES for name in identity.questions)
+    for attempt in range(ATTEMPTS if may_retry else 1):
         chain = sample_chain(identity, family, attempt)
-        _check_can_be_asked(chain, identity.questions, known, identity.convention)
+        _check_can_be_asked(chain, identity.questions, known_family, identity.convention)
         try:
             return Problem(identity, chain, _ask_parts(identity, chain, points))
         except RuntimeError:
-            if not again or attempt == ATTEMPTS - 1:
+            if not may_retry or attempt == ATTEMPTS - 1:
                 raise
     raise AssertionError("a loop of at least one attempt ended without a result")
 
 
 def _ask_parts(identity: ProblemId, chain: Chain, points: Sequence[float] | None) -> tuple[Part, ...]:
-    """Return the parts of a problem. Raises RuntimeError where a question finds nothing to ask of the arm."""
+    """Return the parts of a problem. Raises RuntimeError if a question finds nothing to ask of the arm."""
     names = identity.questions or applicable_questions(chain)
     parts = []
     for index, name in enumerate(names):
@@ -294,7 +294,7 @@ def _ask_parts(identity: ProblemId, chain: Chain, points: Sequence[float] | None
 def student_problem_id(secret: str, student: str, slot: str, problem: ProblemId) -> ProblemId:
     """Return the problem of one student in one slot of an assignment: `problem` with a seed of the student's own.
 
-    Without the secret it can't be guessed. It depends on nobody else, so that a student who joins later changes no
-    other problem.
+    Without the secret, nobody can guess it. It doesn't depend on other students, so a student who joins later changes
+    no one else's problem.
     """
     return replace(problem, seed=derive_seed(secret, student, slot, problem.family))

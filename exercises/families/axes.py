@@ -1,6 +1,6 @@
-"""The axes of variation of a family: each changes one thing of the arm as the chapter draws it (`base.Axis`).
+"""The axes of variation of a family: each function varies one property of the arm (`base.Axis`).
 
-Numbers are those of a careful author: lengths in steps of 5 cm, angles whose sine one knows, places to a decimetre.
+Numbers are easy to work with: lengths in steps of 5 cm, angles with a well-known sine, positions in decimetres.
 """
 
 from collections.abc import Mapping, Sequence
@@ -16,7 +16,7 @@ Centimetres = Sequence[int]
 
 ANY_ANGLE = (30, 45, 60, 90, -30, -45, -60, -90)
 RIGHT_ANGLE = (0, 90, 180, -90)
-"""Angles in degrees of a joint whose variable is zero."""
+"""Offsets of a revolute joint, in degrees."""
 
 HAND: Centimetres = (5, 10, 15, 20)
 HEIGHT: Centimetres = tuple(range(20, 95, 5))
@@ -25,7 +25,7 @@ BOTH_WAYS: Centimetres = (*SLIDE, *(-length for length in SLIDE))
 PLACES = tuple(k for k in range(-9, 10) if k)
 
 APART = 5
-"""Least difference of two given lengths, in centimetres: equal ones add singular configurations that nobody wants."""
+"""Minimum difference of two numeric lengths, in centimetres: equal lengths add unwanted singular configurations."""
 
 
 def metres(centimetres: int) -> sp.Rational:
@@ -44,7 +44,7 @@ def sign(rng: Stream) -> int:
 
 
 def are_apart(centimetres: Sequence[int]) -> bool:
-    """Tell whether no two lengths are nearly equal."""
+    """Return whether no two lengths are nearly equal."""
     return all(abs(a - b) >= APART for a, b in combinations(centimetres, 2))
 
 
@@ -52,39 +52,42 @@ def are_apart(centimetres: Sequence[int]) -> bool:
 
 
 def set_lengths(chain: Chain, rng: Stream, ranges: Mapping[str, Centimetres], stay_open: Sequence[str]) -> Chain:
-    """Return the arm with a number for each length, except for one of those that may stay open."""
-    left_open = rng.choice(stay_open) if stay_open else None
-    names = [name for name in ranges if name != left_open]
+    """Return the arm with a number for each length, except for one random length of `stay_open`."""
+    symbolic_length = rng.choice(stay_open) if stay_open else None
+    names = [name for name in ranges if name != symbolic_length]
     while not are_apart(lengths := [rng.choice(ranges[name]) for name in names]):
         pass
     return with_lengths_in_cm(chain, dict(zip(names, lengths, strict=True)))
 
 
 def set_lengths_together(chain: Chain, rng: Stream, ranges: Mapping[str, Centimetres]) -> Chain:
-    """Return the arm with numbers from the same place of each range, if singular angles depend on their ratios."""
-    place = rng.choice(range(min(map(len, ranges.values()))))
-    return with_lengths_in_cm(chain, {name: lengths[place] for name, lengths in ranges.items()})
+    """Return the arm with lengths at the same index of each range.
+
+    The ranges then determine the possible ratios of the lengths, on which singular angles may depend.
+    """
+    index = rng.choice(range(min(map(len, ranges.values()))))
+    return with_lengths_in_cm(chain, {name: lengths[index] for name, lengths in ranges.items()})
 
 
 def with_lengths_in_cm(chain: Chain, lengths: Mapping[str, int]) -> Chain:
-    """Return a chain with numbers for some of its lengths."""
+    """Return the chain with lengths given in centimetres by name."""
     return with_values(chain, {sp.Symbol(name): metres(length) for name, length in lengths.items()})
 
 
 def with_values(chain: Chain, values: Mapping[sp.Symbol, sp.Expr]) -> Chain:
-    """Return a chain with numbers for some of its symbols."""
+    """Return the chain with values substituted for some of its symbols."""
     joints = tuple(
         replace(joint, **{key: getattr(joint, key).xreplace(values) for key in ("theta", "d", "a", "alpha")})
         for joint in chain.joints
     )
     x, y, z = (sp.sympify(value).xreplace(values) for value in chain.point.offset)
     tool = None if chain.tool is None else Point(chain.point.frame, (x, y, z))
-    points = tuple(named and tuple(value.xreplace(values) for value in named) for named in chain.axis_points)
-    return replace(chain, joints=joints, tool=tool, axis_points=points)
+    axis_points = tuple(named and tuple(value.xreplace(values) for value in named) for named in chain.axis_points)
+    return replace(chain, joints=joints, tool=tool, axis_points=axis_points)
 
 
 def shift_zeros(chain: Chain, rng: Stream, ranges: Mapping[int, Sequence[int]]) -> Chain:
-    """Return the arm with the zeros of some joints shifted, by degrees or centimetres."""
+    """Return the arm with random offsets of some joints, in degrees or centimetres."""
     joints = list(chain.joints)
     for number, choices in ranges.items():
         joints[number - 1] = shift_zero(joints[number - 1], rng.choice(choices))
@@ -92,14 +95,14 @@ def shift_zeros(chain: Chain, rng: Stream, ranges: Mapping[int, Sequence[int]]) 
 
 
 def shift_zero(joint: Joint, by: int) -> Joint:
-    """Return a joint whose zero is some degrees or centimetres on."""
+    """Return the joint with its offset increased by some degrees or centimetres."""
     if joint.kind == "R":
         return replace(joint, theta=joint.theta + degrees(by))
     return replace(joint, d=joint.d + metres(by))
 
 
 def reverse_axes(chain: Chain, rng: Stream, groups: Sequence[Sequence[int]]) -> Chain:
-    """Return the arm with the axes reversed or not: groups of twists change between 90 and -90, 0 and 180 degrees."""
+    """Return the arm with random groups of twists reversed: 90 and -90 degrees are exchanged, and 0 and 180."""
     joints = list(chain.joints)
     for number in (number for group in groups if rng.below(2) for number in group):
         alpha = joints[number - 1].alpha
@@ -107,7 +110,7 @@ def reverse_axes(chain: Chain, rng: Stream, groups: Sequence[Sequence[int]]) -> 
     return replace(chain, joints=tuple(joints))
 
 
-# --- where the base stands ---
+# --- base ---
 
 
 def place_in_plane(chain: Chain, rng: Stream) -> Chain:
@@ -148,15 +151,15 @@ def mount_base(chain: Chain, rng: Stream) -> Chain:
     return replace(chain, base=replace(raise_base(chain, rng).base, yaw=degrees(rng.choice(RIGHT_ANGLE)), tilt=tilt))
 
 
-# --- where the point of interest is ---
+# --- tool point ---
 
 
 def place_point(chain: Chain, rng: Stream, bend: sp.Expr = sp.S.Zero) -> Chain:
-    """Have the table or a place in the last frame put the point of interest where it is.
+    """Return the arm with the tool point P at O_n, or with P displaced from O_n by one length of the table.
 
-    In half of all samples P is O_n, or `bend` away from it along y_n. In the others a length of the table is zero and P
-    has it instead, in the coordinates of frame n. The Jacobian has the same number of terms in all of them, so that no
-    student's arm is harder than another's.
+    In half of all samples P is O_n, or `bend` away from it along y_n. In the others, a length moves from the table to
+    the coordinates of P in frame n. The Jacobian always has the same number of terms, so that no student's arm is
+    harder than another's.
     """
     n = chain.n
     if rng.below(2):
@@ -168,56 +171,60 @@ def place_point(chain: Chain, rng: Stream, bend: sp.Expr = sp.S.Zero) -> Chain:
 
 
 def place_point_beside(chain: Chain, rng: Stream, ranges: Centimetres) -> Chain:
-    """Place the point of interest beside the last link if the length of that link is given, else on it.
+    """Place the tool point beside the last link if that link has a numeric length, else on it.
 
-    Beside a link of open length, singular angles would be arctan(h/a_n).
+    Beside a link of symbolic length, singular angles would be arctan(h/a_n).
     """
     bend = sign(rng) * metres(rng.choice(ranges))
     return place_point(chain, rng, bend if chain.joints[-1].a.is_number else sp.S.Zero)
 
 
 def place_point_beyond(chain: Chain, rng: Stream) -> Chain:
-    """Put the point of interest beyond the last of three slides and beside it, along x or y."""
-    aside = sign(rng) * metres(rng.choice(HAND))
-    x, y = rng.choice(((aside, sp.S.Zero), (sp.S.Zero, aside)))
+    """Put the tool point beyond the last of three prismatic joints and beside it, along x or y."""
+    lateral_offset = sign(rng) * metres(rng.choice(HAND))
+    x, y = rng.choice(((lateral_offset, sp.S.Zero), (sp.S.Zero, lateral_offset)))
     return replace(chain, tool=Point(3, (x, y, sp.Symbol("L3"))))
 
 
 def choose_frame(chain: Chain, rng: Stream, frames: Sequence[int]) -> Chain:
-    """Fix the point of interest in one of several frames, whose origins coincide."""
+    """Fix the tool point in one of several frames whose origins coincide."""
     frame = rng.choice(frames)
     return replace(chain, tool=None if frame == chain.n else Point(frame))
 
 
 def _place_on_link(rng: Stream, joints: tuple[Joint, ...], bend: sp.Expr) -> tuple[tuple[Joint, ...], Point]:
-    """Give a_n to P, along x_n or y_n, either way; without one, d_n along z_n."""
-    n, last = len(joints), joints[-1]
-    if last.a == 0:
-        return (*joints[:-1], replace(last, d=sp.S.Zero)), Point(n, (sp.S.Zero, sp.S.Zero, _rename_length(last.d, n)))
-    x, y = _rename_length(last.a, n), bend
+    """Move a_n from the table to P, along x_n or y_n with either sign; if a_n is zero, move d_n, along z_n."""
+    n, last_joint = len(joints), joints[-1]
+    if last_joint.a == 0:
+        return (*joints[:-1], replace(last_joint, d=sp.S.Zero)), Point(
+            n, (sp.S.Zero, sp.S.Zero, _rename_length(last_joint.d, n))
+        )
+    x, y = _rename_length(last_joint.a, n), bend
     for _ in range(rng.below(4)):
         x, y = -y, x
-    return (*joints[:-1], replace(last, a=sp.S.Zero)), Point(n, (x, y, sp.S.Zero))
+    return (*joints[:-1], replace(last_joint, a=sp.S.Zero)), Point(n, (x, y, sp.S.Zero))
 
 
 def _place_on_slide(rng: Stream, joints: tuple[Joint, ...]) -> tuple[tuple[Joint, ...], Point]:
-    """Give P a part of the slide's zero, or a_(n-1), which is along x_n if the slide's angle is 0.
+    """Move a part of the prismatic joint's offset to P, or a_(n-1), which is along x_n if the joint's angle is 0.
 
-    Without either, P stays O_n: beyond it, each entry of J would have one more term.
+    If both are zero, P stays at O_n: elsewhere, each entry of J would have one more term.
     """
-    n, (before, last) = len(joints), joints[-2:]
-    zero = last.d - sp.Symbol(f"d{n}")
-    if before.a != 0 and last.theta == 0 and (zero == 0 or rng.below(2)):
-        aside = Point(n, (_rename_length(before.a, n), sp.S.Zero, sp.S.Zero))
-        return (*joints[:-2], replace(before, a=sp.S.Zero), last), aside
-    if zero == 0:
+    n, (previous_joint, last_joint) = len(joints), joints[-2:]
+    joint_offset = last_joint.d - sp.Symbol(f"d{n}")
+    if previous_joint.a != 0 and last_joint.theta == 0 and (joint_offset == 0 or rng.below(2)):
+        point_beside = Point(n, (_rename_length(previous_joint.a, n), sp.S.Zero, sp.S.Zero))
+        return (*joints[:-2], replace(previous_joint, a=sp.S.Zero), last_joint), point_beside
+    if joint_offset == 0:
         return joints, Point(n)
-    beyond = metres(rng.choice(HAND))
-    return (*joints[:-1], replace(last, d=last.d - beyond)), Point(n, (sp.S.Zero, sp.S.Zero, beyond))
+    distance_beyond = metres(rng.choice(HAND))
+    return (*joints[:-1], replace(last_joint, d=last_joint.d - distance_beyond)), Point(
+        n, (sp.S.Zero, sp.S.Zero, distance_beyond)
+    )
 
 
 def _rename_length(length: sp.Expr, n: int) -> sp.Expr:
-    """Return a length of the table as one of P: a symbol becomes L_n, as a_n and d_n are names of the table."""
+    """Return a length of the table as a coordinate of P: symbols become L_n, since a_n and d_n belong to the table."""
     return length if length.is_number else sp.Symbol(f"L{n}")
 
 
@@ -225,10 +232,10 @@ def _rename_length(length: sp.Expr, n: int) -> sp.Expr:
 
 
 def stand_upright(chain: Chain, rng: Stream) -> Chain:
-    """Stand an arm that works in the world's xy plane upright in half of all samples; its rows become those of xz."""
+    """Move an arm from the world's xy plane to its xz plane, with the rows of its task, in half of all samples."""
     if rng.below(2):
         return chain
     x, y, _ = chain.base.position
-    names = {"vx": "vx", "vy": "vz", "wz": "wy"}
+    upright_rows = {"vx": "vx", "vy": "vz", "wz": "wy"}
     base = Base((x, sp.S.Zero, abs(y)), sp.S.Zero, sp.pi / 2)
-    return replace(chain, base=base, task=tuple(names[row] for row in chain.task))
+    return replace(chain, base=base, task=tuple(upright_rows[row] for row in chain.task))

@@ -1,4 +1,4 @@
-"""What a family is: an arm as the chapter draws it, and what may vary from one student's arm to another's."""
+"""Define a family: an arm as drawn in the chapter, and what may vary from one student's arm to another's."""
 
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, field
@@ -8,19 +8,21 @@ from qdot.exercises.common.stream import Stream
 from qdot.exercises.common.variation import AXES, axes_of
 
 Axis = Callable[[Chain, Stream], Chain]
-"""What one axis of variation does to an arm, sampling from the stream."""
+"""A function that varies one property of an arm with samples from the stream."""
 
 
 @dataclass(frozen=True)
 class Family:
-    """A kind of arm: its name, a title for people, the chapter's example it follows, and how one is sampled.
+    """A kind of arm: its name, its title, its source in the chapter, and how arms are sampled.
 
-    `plain` is the arm as the chapter draws it: lengths are symbols, joints are zero where their variable is, the base
-    is the world and the point of interest an origin. `axes` are the axes of variation that it has, by their names in
-    `variation.AXES`. A family without a plain arm samples the structure, too, by `structures`: its arms differ in
-    difficulty and in what they can be asked, so it takes, in addition to the stream and the axes, `band` (least and
-    greatest step of difficulty) and `accepts` (a test of a chain). `robot` is the file, or the name in the library, of
-    an arm that is no registered family's, as `qdot families` takes it.
+    `plain` is the arm as drawn in the chapter: lengths are symbols, joints have no offset, the base frame is the world
+    frame, and the tool point is a frame's origin. `axes` maps the family's axes of variation, by their names in
+    `variation.AXES`, to the functions that vary the arm.
+
+    A family without a plain arm also samples the structure, by `structures`. Its arms differ in difficulty and in the
+    questions that apply to them. `structures` therefore takes, after the stream and the axes, `band` (lowest and
+    highest step of difficulty) and `accepts` (a test of a chain). If the arm belongs to no registered family, `robot`
+    is its file or its name in the library, as given to `qdot families`.
     """
 
     name: str
@@ -38,11 +40,11 @@ class Family:
 
     @property
     def has_axes(self) -> tuple[str, ...]:
-        """The names of the axes along which its arms can differ, in the order in which they are sampled."""
+        """The names of the family's axes of variation, in the order in which they are sampled."""
         return tuple(name for name in AXES if name in self.axes)
 
     def sample(self, rng: Stream, axes: Collection[str]) -> Chain:
-        """Sample an arm. Each axis has its own stream, so that its samples don't depend on what else varies."""
+        """Return a random arm. Each axis has its own stream, so its samples don't depend on the other axes."""
         chain = self.plain
         if chain is None:
             raise TypeError(f"{self.name} samples its structure, too")
@@ -53,7 +55,7 @@ class Family:
 
 
 def describe_variation(family: Family, variation: str) -> str:
-    """Return in words how far arms of a family differ; a robot file has no other variation than its [draw].
+    """Return a phrase that says how the arms of a family differ; in a robot file, only the lengths in [draw] vary.
 
     >>> describe_variation(Family("mine", "my arm", "mine.toml", None, robot="mine.toml"), "zeros")
     'one arm for all, as no length is drawn'

@@ -1,4 +1,4 @@
-"""What is known of each family without sampling its arms: joints, difficulty, questions; made by `make docs`."""
+"""Stored properties of each family: joints, difficulty, questions. `make docs` computes them from sampled arms."""
 
 import json
 from dataclasses import dataclass
@@ -10,7 +10,7 @@ LISTING = Path(__file__).with_name("listing.json")
 
 @dataclass(frozen=True)
 class FamilyListing:
-    """One family: kinds of joints as in RRP, least and greatest step of difficulty seen, questions in order.
+    """One family: its kinds of joints, such as RRP, its lowest and highest step of difficulty, and its questions.
 
     `by_variation` is the difficulty of an arm at each step of variation, empty if structures are sampled.
     """
@@ -22,14 +22,14 @@ class FamilyListing:
 
     @property
     def difficulty(self) -> str:
-        """The steps in words, as in "1" or "1 to 2"."""
+        """The range of steps as text, such as "1" or "1 to 2"."""
         low, high = self.steps
         return str(low) if low == high else f"{low} to {high}"
 
 
 @cache
 def listing() -> dict[str, FamilyListing]:
-    """Return what is listed, by the family's name."""
+    """Return the stored listings by the family's name."""
     content = json.loads(LISTING.read_text(encoding="utf-8"))
     return {
         name: FamilyListing(

@@ -14,11 +14,14 @@ from qdot.exercises.families.axes import are_apart, metres, with_values
 from qdot.exercises.families.base import Family
 
 TRIES = 50
-"""Samples of lengths before nearly equal ones are accepted, if the instructor's ranges allow no others."""
+"""Number of samples after which nearly equal lengths are accepted, in case the instructor's ranges allow no others."""
 
 
 def read_robot_family(path: Path, robot: Robot | None = None) -> Family:
-    """Return the family of a robot file, read unless `robot` is given; its name is the file's. Raises QdotError."""
+    """Return the family of a robot file, named after the file.
+
+    The file is parsed unless `robot` is given. Raises QdotError.
+    """
     robot = robot or read_robot_file(path)
     name = re.sub(r"[^a-z0-9]+", "-", path.stem.lower()).strip("-") or "robot"
     axes = {"lengths": partial(_sample_lengths, draws=robot.draws)} if robot.draws else {}
@@ -29,7 +32,7 @@ def read_robot_family(path: Path, robot: Robot | None = None) -> Family:
 
 
 def _sample_lengths(chain: Chain, rng: Stream, draws: Draws) -> Chain:
-    """Return the arm with lengths from the ranges of [draw]."""
+    """Return the arm with lengths sampled from the ranges of [draw]."""
     for _ in range(TRIES):
         lengths = [rng.integer(low, high) for _, low, high in draws]
         if are_apart(lengths):

@@ -1,10 +1,10 @@
-"""random-2, random-3, random-4: arms whose structure is sampled, too, from all clean structures.
+"""random-2, random-3, random-4: arms whose structure is also sampled, from all clean structures.
 
-A class of structures that are the same problem is sampled with equal chances, then one of its structures. Then the axes
-of variation change what leaves the problem the same: numbers for lengths, zeros of the joints, mirror images, where the
-base stands and how it is rotated (with the rows of the task), and whether the table or the point of interest has the
-last length. One length that no condition depends on stays open, if there is one; the others are numbers for which every
-condition of the singular set can hold.
+The structures of one class give the same problem. First a class is sampled, all with equal probability, then one of its
+structures. Then the axes of variation change only what leaves the problem the same: numbers for lengths, joint offsets,
+mirror images, position and orientation of the base (with the rows of the task), and whether the last length is in the
+table or in the coordinates of the tool point. One length that no condition depends on stays symbolic, if there is one.
+The other lengths are numbers for which every condition of the singular set can hold.
 """
 
 from collections.abc import Callable, Collection
@@ -44,52 +44,58 @@ Accepts = Callable[[Chain], bool]
 Values = dict[sp.Symbol, sp.Rational]
 
 TRIES, ROUNDS, NUMBERS = 400, 4, 60
-"""Samples before qdot gives up: arms in all, arms of one structure, and numbers for one arm."""
+"""Maximum numbers of samples: arms in total, arms of one structure, and sets of lengths for one arm."""
 INVERSE = (sp.atan, sp.acos, sp.asin)
 POSES, CLEARLY = 400, 0.02
-"""A condition can hold if it takes both signs at so many poses, on either side by that part of its largest value."""
+"""Number of sampled configurations, and the fraction of a condition's largest absolute value that it must exceed with
+both signs there to count as one that can hold."""
 
 
 LENGTHS = tuple(range(10, 100, 5))
-"""Centimetres of lengths that are given."""
+"""Numeric lengths, in centimetres."""
 
 
 def _sample(
     n: int, rng: Stream, axes: Collection[str], band: Band | None = None, accepts: Accepts | None = None
 ) -> Chain:
     low, high = band or (0, HARDEST)
-    classes = [near for alike in group_clean_structures(n) if (near := _select_near_band(alike, low, high))]
-    refused: set[Structure] = set()
+    classes = [
+        near_band for same_class in group_clean_structures(n) if (near_band := _select_near_band(same_class, low, high))
+    ]
+    rejected: set[Structure] = set()
     in_band = False
     for index, structure in enumerate((_order_structures(classes, rng) * ROUNDS)[:TRIES]):
-        chain = None if structure in refused else _sample_arm(structure, rng.part(str(index)), axes)
+        chain = None if structure in rejected else _sample_arm(structure, rng.part(str(index)), axes)
         if chain is None or not low <= step(chain) <= high:
             continue
         in_band = True
         if accepts is None or accepts(chain):
             return chain
-        refused.add(structure)
-    which = f"of difficulty {describe_band(low, high)}" if band else "of any difficulty"
+        rejected.add(structure)
+    band_phrase = f"of difficulty {describe_band(low, high)}" if band else "of any difficulty"
     if in_band:
-        raise QdotError(f"random-{n} has no arm {which} that can be asked all of these questions")
-    steps = [structure.step for alike in group_clean_structures(n) for structure in alike]
+        raise QdotError(f"random-{n} has no arm {band_phrase} that can be asked all of these questions")
+    steps = [structure.step for same_class in group_clean_structures(n) for structure in same_class]
     range_of_steps = describe_band(min(steps), max(steps))
-    raise QdotError(f"random-{n} has no arm {which}; its arms are of difficulty {range_of_steps}")
+    raise QdotError(f"random-{n} has no arm {band_phrase}; its arms are of difficulty {range_of_steps}")
 
 
 def _order_structures(classes: list[tuple[Structure, ...]], rng: Stream) -> list[Structure]:
-    """Return all structures in random order, one of every class before the second of any."""
-    rounds = zip_longest(*(rng.permutation(alike) for alike in rng.permutation(classes)))
-    return [structure for in_round in rounds for structure in in_round if structure is not None]
+    """Return all structures in random order: one of each class before a second of any class."""
+    rounds = zip_longest(*(rng.permutation(same_class) for same_class in rng.permutation(classes)))
+    return [structure for one_per_class in rounds for structure in one_per_class if structure is not None]
 
 
 def _select_near_band(alike: tuple[Structure, ...], low: int, high: int) -> tuple[Structure, ...]:
-    """Return the structures whose arms may be in the band: zeros and a base make it harder, equal numbers easier."""
+    """Return the structures whose arms may be in the band.
+
+    Joint offsets and a displaced base make an arm harder; equal lengths make it easier.
+    """
     return tuple(structure for structure in alike if low - 2 <= structure.step <= high + 1)
 
 
 def _sample_arm(structure: Structure, rng: Stream, axes: Collection[str]) -> Chain | None:
-    """Return an arm of a structure; None if no sampled numbers let every condition hold."""
+    """Return a random arm of a structure, or None if no sampled lengths let every condition hold."""
     sense_stream = rng.part("senses")
     senses = tuple(sign(sense_stream) for _ in structure.rows) if "senses" in axes else ()
     chain = build_arm(structure.rows, structure.task, f"random-{len(structure.rows)}", senses)
@@ -106,56 +112,60 @@ def _sample_arm(structure: Structure, rng: Stream, axes: Collection[str]) -> Cha
 
 
 def _sample_lengths(chain: Chain, rng: Stream, clean_roots: bool) -> Values | None:
-    """Return a number for every length but one that no condition depends on, for which every condition can hold.
+    """Return numbers for the lengths for which every condition can hold; one length without influence stays symbolic.
 
-    With `clean_roots`, angles in the singular set are multiples of 15 degrees, and no arctan(35/6).
+    With `clean_roots`, the singular set contains no inverse functions such as arctan(35/6).
     """
     components = singular_set(chain) or ()
     conditions = tuple(condition for component in components for condition in component.conditions)
     roots = [root for component in components for _, values in component.solutions or () for root in values]
-    free = [s for s in chain.parameters if not any(condition.has(s) for condition in conditions)]
-    kept = rng.choice(free) if free else None
+    irrelevant_lengths = [s for s in chain.parameters if not any(condition.has(s) for condition in conditions)]
+    symbolic_length = rng.choice(irrelevant_lengths) if irrelevant_lengths else None
     for _ in range(NUMBERS):
-        sampled = {symbol: rng.choice(LENGTHS) for symbol in chain.parameters if symbol != kept}
+        sampled = {symbol: rng.choice(LENGTHS) for symbol in chain.parameters if symbol != symbolic_length}
         values = {symbol: metres(length) for symbol, length in sampled.items()}
-        clean = not clean_roots or not any(root.xreplace(values).has(*INVERSE) for root in roots)
-        if are_apart([*sampled.values()]) and clean and _can_hold(conditions, chain, values):
+        has_clean_roots = not clean_roots or not any(root.xreplace(values).has(*INVERSE) for root in roots)
+        if are_apart([*sampled.values()]) and has_clean_roots and _can_hold(conditions, chain, values):
             return values
     return None
 
 
 def _shift_zeros(chain: Chain, rng: Stream) -> Chain:
-    """Return the arm with other zeros of its joints; those of slides stay where they would add too many terms."""
+    """Return the arm with random joint offsets; prismatic joints keep theirs if others would add too many terms."""
     choices = [BOTH_WAYS if joint.kind == "P" else RIGHT_ANGLE for joint in chain.joints]
     if chain.joints[0].kind == "R":
         choices[0] = ANY_ANGLE
-    shifted = tuple(shift_zero(joint, rng.choice(by)) for joint, by in zip(chain.joints, choices, strict=True))
-    moved = replace(chain, joints=shifted)
-    if is_clean(moved):
-        return moved
-    pairs = zip(chain.joints, shifted, strict=True)
-    return replace(chain, joints=tuple(joint if joint.kind == "P" else turned for joint, turned in pairs))
+    shifted_joints = tuple(
+        shift_zero(joint, rng.choice(offset)) for joint, offset in zip(chain.joints, choices, strict=True)
+    )
+    shifted_chain = replace(chain, joints=shifted_joints)
+    if is_clean(shifted_chain):
+        return shifted_chain
+    pairs = zip(chain.joints, shifted_joints, strict=True)
+    return replace(chain, joints=tuple(joint if joint.kind == "P" else shifted_joint for joint, shifted_joint in pairs))
 
 
 def _mount_arm(chain: Chain, rng: Stream) -> Chain:
-    """Return the arm on the floor, under the ceiling or on a wall, with the rows that its task then has."""
-    moved = mount_base(chain, rng)
-    rotation = rot_z(moved.base.yaw) * rot_x(moved.base.tilt)
-    names = {"xyz"[k]: "xyz"[next(i for i in range(3) if rotation[i, k] != 0)] for k in range(3)}
-    rows = {row[0] + names[row[1]] for row in chain.task}
-    placed = replace(moved, task=tuple(row for row in TASK_ROWS if row in rows))
-    if not placed.is_planar:
-        return placed
-    return replace(placed, base=replace(placed.base, position=displace_base(chain, rng).base.position))
+    """Return the arm mounted on the floor, the ceiling or a wall, with the rows of its task rotated accordingly."""
+    mounted = mount_base(chain, rng)
+    rotation = rot_z(mounted.base.yaw) * rot_x(mounted.base.tilt)
+    rotated_axis_names = {"xyz"[k]: "xyz"[next(i for i in range(3) if rotation[i, k] != 0)] for k in range(3)}
+    rows = {row[0] + rotated_axis_names[row[1]] for row in chain.task}
+    mounted_with_task = replace(mounted, task=tuple(row for row in TASK_ROWS if row in rows))
+    if not mounted_with_task.is_planar:
+        return mounted_with_task
+    return replace(
+        mounted_with_task, base=replace(mounted_with_task.base, position=displace_base(chain, rng).base.position)
+    )
 
 
-# --- numbers for which conditions can hold ---
+# --- lengths for which conditions can hold ---
 
 
 @lru_cache(maxsize=64)
 def _sample_poses(kinds: str) -> np.ndarray:
-    stream, ends = Stream(f"random/{kinds}"), {"R": np.pi, "P": 2.0}
-    return np.array([[stream.uniform(-ends[kind], ends[kind]) for kind in kinds] for _ in range(POSES)])
+    stream, half_ranges = Stream(f"random/{kinds}"), {"R": np.pi, "P": 2.0}
+    return np.array([[stream.uniform(-half_ranges[kind], half_ranges[kind]) for kind in kinds] for _ in range(POSES)])
 
 
 @lru_cache(maxsize=1024)
@@ -164,15 +174,15 @@ def _compile_conditions(conditions: tuple[sp.Expr, ...]) -> Program:
 
 
 def _can_hold(conditions: tuple[sp.Expr, ...], chain: Chain, values: Values) -> bool:
-    """Tell whether each condition clearly takes both signs over the joints, so that it vanishes in between."""
+    """Return whether each condition clearly takes both signs at the sampled configurations, and so has a zero."""
     if not conditions:
         return True
-    poses = _sample_poses("".join(joint.kind for joint in chain.joints))
-    known = {q.name: column for q, column in zip(chain.q, poses.T, strict=True)}
-    known |= {symbol.name: np.full(POSES, float(value)) for symbol, value in values.items()}
-    evaluated = evaluate(_compile_conditions(conditions), known, POSES)[0].real
-    least = CLEARLY * np.abs(evaluated).max(axis=1)
-    return bool(np.all((evaluated.min(axis=1) < -least) & (evaluated.max(axis=1) > least)))
+    configurations = _sample_poses("".join(joint.kind for joint in chain.joints))
+    symbol_values = {q.name: column for q, column in zip(chain.q, configurations.T, strict=True)}
+    symbol_values |= {symbol.name: np.full(POSES, float(value)) for symbol, value in values.items()}
+    evaluated = evaluate(_compile_conditions(conditions), symbol_values, POSES)[0].real
+    threshold = CLEARLY * np.abs(evaluated).max(axis=1)
+    return bool(np.all((evaluated.min(axis=1) < -threshold) & (evaluated.max(axis=1) > threshold)))
 
 
 RANDOM = tuple(

@@ -1,12 +1,17 @@
-"""The structures of 2, 3 or 4 joints that make a clean problem, as structures.txt lists them.
+"""The structures of 2, 3 or 4 joints that are suitable for a problem ("clean"), as listed in structures.txt.
 
-A structure says of each joint: revolute or prismatic; whether its axis is parallel or at right angles to the next
-(twist 0 or 90 degrees); whether the length a_i is zero; and, for a revolute joint, whether the offset d_i is zero, for
-a prismatic one, whether its angle theta_i is 0 or 90 degrees. Its code is one word a joint, as in "Rdx Ra Pt": a, d (or
-t) and x stand for what is not zero.
+A structure states for each joint:
 
-Structures of one class are the same problem: J is the same but for signs and names. `tests.tools.structures` finds all
-clean structures and their classes.
+- whether it is revolute or prismatic;
+- whether its axis is parallel or perpendicular to the next one (twist 0 or 90 degrees);
+- whether the length a_i is zero;
+- for a revolute joint, whether the offset d_i is zero; for a prismatic joint, whether theta_i is 0 or 90 degrees.
+
+Its code is one word per joint, such as "Rdx Ra Pt": a, d (or t for theta) and x mark a length, an offset (or angle) and
+a twist that are not zero.
+
+Structures of one class give the same problem: their Jacobians differ only in signs and names. `tests.tools.structures`
+finds all clean structures and their classes.
 """
 
 from dataclasses import dataclass
@@ -26,7 +31,7 @@ RIGHT = sp.pi / 2
 
 @dataclass(frozen=True)
 class StructureRow:
-    """One joint of a structure: kind, and whether a, d (or the fixed angle of a slide) and the twist are not zero."""
+    """One joint of a structure: its kind, and whether a, d (theta of a prismatic joint) and the twist are nonzero."""
 
     kind: str
     a: bool
@@ -40,7 +45,7 @@ class StructureRow:
 
 @dataclass(frozen=True)
 class Structure:
-    """A clean structure: its rows, the task, the step of difficulty of its arms, and the number of its class."""
+    """A clean structure: its joints, its task, the step of difficulty of its arms, and the number of its class."""
 
     rows: tuple[StructureRow, ...]
     task: tuple[str, ...]
@@ -54,7 +59,10 @@ class Structure:
 def build_arm(
     rows: tuple[StructureRow, ...], task: tuple[str, ...], name: str = "structure", senses: tuple[int, ...] = ()
 ) -> Chain:
-    """Return the arm of a structure, all lengths open, in the world's origin; `senses` are the signs of its twists."""
+    """Return the arm of a structure with symbolic lengths, based at the world's origin.
+
+    `senses` are the signs of its twists, by default all positive.
+    """
     joints = []
     for i, (row, sense) in enumerate(zip(rows, senses or (1,) * len(rows), strict=True), 1):
         a, twist = sp.Symbol(f"a{i}") if row.a else sp.S.Zero, sense * RIGHT if row.twist else sp.S.Zero
@@ -67,7 +75,7 @@ def build_arm(
 
 
 def is_clean(chain: Chain) -> bool:
-    """Tell whether an arm makes a problem for a person: short J, conditions of few terms that all can hold."""
+    """Return whether an arm can be solved by hand: J and the conditions of its singular set have few terms."""
     entries = [sp.expand(entry) for entry in derive(chain).jacobian]
     if sum(len(sp.Add.make_args(entry)) for entry in entries if entry != 0) > MOST_TERMS:
         return False
@@ -80,7 +88,7 @@ def is_clean(chain: Chain) -> bool:
 
 @lru_cache(maxsize=1)
 def read_clean_structures() -> dict[int, tuple[Structure, ...]]:
-    """Return the clean structures of the table by their number of joints."""
+    """Return the clean structures in structures.txt by their number of joints."""
     clean: dict[int, list[Structure]] = {2: [], 3: [], 4: []}
     for line in TABLE.read_text(encoding="utf-8").splitlines()[1:]:
         rows, task, step, class_number = line.split(" | ")
@@ -90,12 +98,12 @@ def read_clean_structures() -> dict[int, tuple[Structure, ...]]:
 
 
 def read_rows(code: str) -> tuple[StructureRow, ...]:
-    """Return the rows of a code, as in "Rdx Ra Pt"."""
+    """Return the joints that a code such as "Rdx Ra Pt" describes."""
     return tuple(StructureRow(word[0], "a" in word, "d" in word or "t" in word, "x" in word) for word in code.split())
 
 
 def group_clean_structures(n: int) -> tuple[tuple[Structure, ...], ...]:
-    """Return the clean structures of n joints by class."""
+    """Return the clean structures with n joints, grouped by class."""
     classes: dict[int, list[Structure]] = {}
     for structure in read_clean_structures()[n]:
         classes.setdefault(structure.class_number, []).append(structure)

@@ -1,4 +1,4 @@
-"""The families of textbook arms, as families.toml has them: an arm, and what varies from student to student."""
+"""The families of textbook arms defined in families.toml: an arm, and what varies from student to student."""
 
 import tomllib
 from collections.abc import Mapping, Sequence
@@ -29,7 +29,7 @@ RANGES: Mapping[str, Sequence[int]] = {
     "forearm": (35, 40, 45, 50, 60, 70),
     "upper arm": (50, 60, 70, 75, 80, 90),
 }
-"""Ranges by name: lengths in centimetres, angles in degrees."""
+"""The ranges that families.toml refers to by name: lengths in centimetres, angles in degrees."""
 
 BASES: Mapping[str, Axis] = {
     "displaced": axes.displace_base,
@@ -57,24 +57,24 @@ def _read_family(name: str, entry: Mapping[str, Any]) -> Family:
 
 def _read_axes(vary: Mapping[str, Any]) -> dict[str, Axis]:
     lengths = {symbol: _find_range(values) for symbol, values in vary.get("lengths", {}).items()}
-    chosen: dict[str, Axis] = {
+    variations: dict[str, Axis] = {
         "zeros": partial(axes.shift_zeros, ranges={int(i): _find_range(values) for i, values in vary["zeros"].items()}),
         "senses": partial(axes.reverse_axes, groups=vary["senses"]),
         "base": BASES[vary["base"]],
     }
     if "together" in vary:
-        chosen["lengths"] = partial(axes.set_lengths_together, ranges=lengths)
+        variations["lengths"] = partial(axes.set_lengths_together, ranges=lengths)
     elif lengths:
-        chosen["lengths"] = partial(axes.set_lengths, ranges=lengths, stay_open=vary.get("open", ()))
+        variations["lengths"] = partial(axes.set_lengths, ranges=lengths, stay_open=vary.get("open", ()))
     if "frames" in vary:
-        chosen["tool"] = partial(axes.choose_frame, frames=vary["frames"])
+        variations["tool"] = partial(axes.choose_frame, frames=vary["frames"])
     elif "beside" in vary:
-        chosen["tool"] = partial(axes.place_point_beside, ranges=vary["beside"])
+        variations["tool"] = partial(axes.place_point_beside, ranges=vary["beside"])
     else:
-        chosen["tool"] = POINTS[vary["point"]]
+        variations["tool"] = POINTS[vary["point"]]
     if "upright" in vary:
-        chosen["task"] = axes.stand_upright
-    return chosen
+        variations["task"] = axes.stand_upright
+    return variations
 
 
 def _find_range(values: str | Sequence[int]) -> Sequence[int]:
@@ -82,18 +82,21 @@ def _find_range(values: str | Sequence[int]) -> Sequence[int]:
 
 
 def read_table(rows: Sequence[str]) -> tuple[Joint, ...]:
-    """Return the joints of a table whose rows are kind, d (theta of a prismatic joint), a and alpha.
+    """Return the joints of a table with the columns kind, d (theta of a prismatic joint), a and alpha.
 
-    A revolute joint may have the angle of its zero at the end. Angles are in degrees.
+    The row of a revolute joint may end with its joint offset. Angles are in degrees.
 
     >>> read_table(["R d1 a1 -90", "P 0 0 0"])[0]
     Joint(kind='R', theta=theta1, d=d1, a=a1, alpha=-pi/2)
     """
     joints = []
     for number, row in enumerate(rows, 1):
-        kind, fixed_entry, a, alpha, *zero = row.split()
+        kind, fixed_entry, a, alpha, *joint_offset = row.split()
         if kind == "R":
-            theta, d = sp.Symbol(f"theta{number}") + axes.degrees(int(zero[0]) if zero else 0), _length(fixed_entry)
+            theta, d = (
+                sp.Symbol(f"theta{number}") + axes.degrees(int(joint_offset[0]) if joint_offset else 0),
+                _length(fixed_entry),
+            )
         else:
             theta, d = axes.degrees(int(fixed_entry)), sp.Symbol(f"d{number}")
         joints.append(Joint(kind, theta, d, _length(a), axes.degrees(int(alpha))))
