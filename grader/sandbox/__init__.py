@@ -1,8 +1,8 @@
-"""Where students' code runs: a process without the references, and the restrictions that this machine enforces.
+"""Runs students' code in a process without the reference answers, under the restrictions that this machine enforces.
 
 It imports nothing else of the grader.
 
     contained/                  everything in the process in which students' code runs
     clock, own_folder           budgets of processor time; temporary folders that are removed even after a crash
-    sandbox, guarantees         the grader's side of `contained`; what this machine guarantees, tested by a probe
+    sandbox, guarantees         the grader's side of `contained`; the guarantees of this machine, tested by a probe
 """

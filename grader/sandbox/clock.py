@@ -1,7 +1,7 @@
 """Budgets of processor time: work that takes longer is interrupted, and everything else continues.
 
-Processor time does not depend on how busy the machine is. Budgets work in any thread, such as in those of a cluster's
-workers, in which signals do not work.
+Processor time does not depend on how busy the machine is. Budgets work in any thread, for example in the worker threads
+of a cluster, in which signals do not work.
 """
 
 import contextlib
@@ -15,11 +15,11 @@ from qdot.exercises.common.time_limit import Watch, stop_watch
 
 
 class Overlong(BaseException):
-    """No time is left. It is not an Exception, so that no code catches it as an error and continues."""
+    """Raised if no time is left. It is not an Exception, so that no code catches it as an error and continues."""
 
 
 class Budget:
-    """Seconds of processor time that several tasks use up, one after the other."""
+    """A number of seconds of processor time that several tasks share, one after the other."""
 
     def __init__(self, seconds: float) -> None:
         self.seconds = self.left = seconds
@@ -29,19 +29,19 @@ class Budget:
         """Subtract the time of the block. Raises Overlong inside the block as soon as no time is left."""
         if self.left <= 0:
             raise Overlong
-        begun, digits = time.process_time(), mpmath.mp.prec
+        start, precision = time.process_time(), mpmath.mp.prec
         watch = Watch(self.left, Overlong)
         try:
             yield
         finally:
             stop_watch(watch, Overlong)
-            self.left -= time.process_time() - begun
-            mpmath.mp.prec = digits  # interrupted code may not have restored it
+            self.left -= time.process_time() - start
+            mpmath.mp.prec = precision  # interrupted code may not have restored it
 
 
 @dataclass
 class Allowance:
-    """The processor time for a notebook's answers: for judging them, and for diagnosing wrong ones."""
+    """The processor time for a notebook's answers: `judging` for all of them, `looking` for diagnosing wrong ones."""
 
     judging: Budget = field(default_factory=lambda: Budget(30.0))
     looking: Budget = field(default_factory=lambda: Budget(15.0))

@@ -1,4 +1,4 @@
-"""What this machine guarantees while students' code runs: a probe tests each guarantee, and finds who enforces it.
+"""The guarantees of this machine while students' code runs: a probe tests each one and finds out what enforces it.
 
 The kernel enforces a guarantee if it refused everything that the probe tried without the audit hook.
 """
@@ -40,7 +40,7 @@ MEANS = {
 """The measures that each guarantee depends on."""
 
 WATCHED = ("files", "network", "processes")
-"""The guarantees that the audit hook watches."""
+"""The guarantees that Python's audit hook watches."""
 
 _ALLOW_NAMESPACES = (
     "Allow user namespaces: sysctl kernel.apparmor_restrict_unprivileged_userns=0 (Ubuntu), "
@@ -56,12 +56,12 @@ MEASURES = {
     "quota": ("what is written is counted", ""),
     "watch": ("audit hook", ""),
 }
-"""The names of the measures for people, and how to make each available."""
+"""The readable name of each measure, and how to make the measure available."""
 
 
 @dataclass(frozen=True)
 class Guarantee:
-    """One guarantee: who enforces it here, by which means, and what the probe achieved if the kernel doesn't."""
+    """One guarantee: what enforces it here (`by`), by which means, and what the probe achieved in spite of it."""
 
     name: str
     promise: str
@@ -88,13 +88,13 @@ class Findings:
 
 
 def probe(without: Iterable[str] = (), quick: bool = False) -> Findings:
-    """Try to break out of a sandbox on this machine, and return the findings. Raises QdotError if none starts.
+    """Try to break out of a sandbox on this machine, and return the findings. Raises QdotError if no sandbox works.
 
-    A quick probe does not wait until it is stopped for its processor time, which takes a second.
+    A full probe computes for a second, until it is stopped for its processor time; a quick probe does not.
     """
     if not hasattr(os, "fork"):
-        nothing = tuple(Guarantee(name, promise, MISSING, (), ()) for name, promise in PROMISES.items())
-        return Findings(nothing, {"system": REFUSED})
+        missing = tuple(Guarantee(name, promise, MISSING, (), ()) for name, promise in PROMISES.items())
+        return Findings(missing, {"system": REFUSED})
     achieved: dict[str, list[str]] = {name: [] for name in PROMISES}
     limits = Limits(seconds=10, memory=1 << 30)
     with _make_targets() as targets, Sandbox(limits, without, loaded=False, processor_seconds=1) as sandbox:
@@ -107,7 +107,7 @@ def probe(without: Iterable[str] = (), quick: bool = False) -> Findings:
 
         probing = {**targets, "memory": limits.memory, "seconds": 0 if quick else 1, "alone": None}
         end = sandbox.exchange({"attempts": probing}, take)
-        why = sandbox.unbegun
+        unbegun_reason = sandbox.unbegun
         if sandbox.left_running:
             achieved["processes"].append("left processes running")
         lacking = sandbox.lacking
@@ -117,7 +117,7 @@ def probe(without: Iterable[str] = (), quick: bool = False) -> Findings:
         if sandbox.left_behind:
             achieved["files"].append("left files behind")
     if end not in ENDS[quick] or not tried >= PROMISES.keys() - {"time"}:
-        reason = f": {why}" if why else ""
+        reason = f": {unbegun_reason}" if unbegun_reason else ""
         raise QdotError(f"the sandbox of this machine does not work, its probe ended early ({end}{reason})")
     if end == "overtime" and not achieved["time"]:
         achieved["time"].append("computed until it was killed from outside")
@@ -125,14 +125,14 @@ def probe(without: Iterable[str] = (), quick: bool = False) -> Findings:
 
 
 ENDS = {True: ("done", "overtime"), False: ("killed", "overtime")}
-"""How a quick probe may end, and a full one."""
+"""How a probe may end if the sandbox works: a quick one (True) and a full one (False)."""
 
 
 def _guarantee(name: str, achieved: list[str], lacking: dict[str, str]) -> Guarantee:
-    taken = [measure for measure in MEANS[name] if measure not in lacking]
-    if "namespaces" not in lacking and "quota" in taken:
-        taken.remove("quota")  # a file system of its own holds no more
-    means = tuple(MEASURES[measure][0] for measure in taken)
+    available = [measure for measure in MEANS[name] if measure not in lacking]
+    if "namespaces" not in lacking and "quota" in available:
+        available.remove("quota")  # the notebook's own file system has a limited size, so nothing is counted
+    means = tuple(MEASURES[measure][0] for measure in available)
     watched = name in WATCHED and "watch" not in lacking
     by = KERNEL if not achieved else PYTHON if watched else MISSING
     return Guarantee(name, PROMISES[name], by, means, tuple(achieved))
@@ -140,7 +140,7 @@ def _guarantee(name: str, achieved: list[str], lacking: dict[str, str]) -> Guara
 
 @contextlib.contextmanager
 def _make_targets() -> Iterator[dict[str, Any]]:
-    """Make the targets of a probe: a file, a world-writable folder, a port, an abstract socket, this process."""
+    """Yield the targets that a probe attacks: a file, a world-writable folder, a port, a socket, this process."""
     with (
         tempfile.TemporaryDirectory(prefix="qdot-prey-") as folder,
         socket.create_server(("127.0.0.1", 0)) as server,
@@ -149,7 +149,7 @@ def _make_targets() -> Iterator[dict[str, Any]]:
         file, writable = Path(folder, "secret.txt"), Path(folder, "open")
         file.write_text("the secret", encoding="utf-8")
         writable.mkdir()
-        for path, mode in ((Path(folder), 0o755), (file, 0o644), (writable, 0o777)):  # for any user of a notebook
+        for path, mode in ((Path(folder), 0o755), (file, 0o644), (writable, 0o777)):  # a notebook may run as any user
             path.chmod(mode)
         address = f"\0qdot-{os.getpid()}" if sys.platform == "linux" else str(Path(folder, "socket"))
         local.bind(address)
@@ -159,8 +159,10 @@ def _make_targets() -> Iterator[dict[str, Any]]:
 
 
 def explain_refusal(findings: Findings) -> str:
-    """Return why the level "strict" is not available, and what to do."""
-    needed = {measure for each in findings.guarantees if each.by != KERNEL for measure in MEANS[each.name]}
+    """Return why the level "strict" is not available on this machine, and what to do about it."""
+    needed = {
+        measure for guarantee in findings.guarantees if guarantee.by != KERNEL for measure in MEANS[guarantee.name]
+    }
     remedies = [
         remedy for name, (_, remedy) in MEASURES.items() if remedy and name in needed and name in findings.lacking
     ]
@@ -171,16 +173,16 @@ def explain_refusal(findings: Findings) -> str:
 
 
 def describe_weakness(findings: Findings) -> str:
-    """Return in one line what is not enforced here, "" if everything is."""
+    """Return one line about what this machine does not enforce; empty if it enforces everything."""
     weak = _weak(findings)
     return f"The sandbox of this machine is weaker than it should be ({weak}); see `qdot doctor`." if weak else ""
 
 
 def _weak(findings: Findings) -> str:
-    return ", ".join(f"{each.name}: {each.by}" for each in findings.guarantees if each.by != KERNEL)
+    return ", ".join(f"{guarantee.name}: {guarantee.by}" for guarantee in findings.guarantees if guarantee.by != KERNEL)
 
 
 def list_remedies(findings: Findings) -> list[str]:
-    """Return a line for each measure that is not available here: why, and how to make it available."""
-    measures = [(*MEASURES.get(name, (name, "")), why) for name, why in findings.lacking.items()]
-    return [f"{title}: not here ({why}). {remedy}".strip() for title, remedy, why in measures]
+    """Return a line for each measure that is not available here: the reason, and how to make it available."""
+    measures = [(*MEASURES.get(name, (name, "")), reason) for name, reason in findings.lacking.items()]
+    return [f"{title}: not here ({reason}). {remedy}".strip() for title, remedy, reason in measures]

@@ -1,4 +1,4 @@
-"""Temporary folders that are removed even if their process was killed, by the next process that makes one."""
+"""Temporary folders that are removed even if their process is killed: the next process that makes one removes them."""
 
 import contextlib
 import os
@@ -11,10 +11,10 @@ from qdot.exercises.common.files import IS_POSIX, lock
 from qdot.grader.sandbox.contained import folders
 
 ENDING = ".tmp"
-"""The ending of the names of these folders; a user's own folder qdot-submissions-autumn does not have it."""
+"""The ending of these folders' names. It protects a user's own folder, such as qdot-submissions-autumn."""
 
 PATIENCE = 5.0
-"""Maximum number of seconds for removing an abandoned folder; the next process removes the rest."""
+"""Maximum number of seconds spent on removing an abandoned folder; the next process removes the rest."""
 
 
 @dataclass(frozen=True)
@@ -31,7 +31,7 @@ class OwnFolder:
         self.remove()
 
     def remove(self) -> None:
-        """Remove the folder with its content."""
+        """Remove the folder and its content."""
         with contextlib.suppress(OSError):
             folders.remove(self.path) if IS_POSIX else shutil.rmtree(self.path)
         with contextlib.suppress(OSError):
@@ -39,11 +39,11 @@ class OwnFolder:
 
 
 def own_folder(prefix: str) -> OwnFolder:
-    """Return a new temporary folder, and remove those of the same kind whose processes were killed.
+    """Return a new temporary folder, and remove those with the same prefix whose processes were killed.
 
     Folders that can't be removed stay.
     """
-    if not IS_POSIX:  # a folder can't be locked
+    if not IS_POSIX:  # folders can't be locked there
         return OwnFolder(tempfile.mkdtemp(prefix=prefix, suffix=ENDING), -1)
     for path in Path(tempfile.gettempdir()).glob(f"{prefix}*{ENDING}"):
         with contextlib.suppress(Exception):

@@ -1,9 +1,9 @@
-"""Run a notebook's cells in a separate process with limits, and take its answers out as text.
+"""Runs a notebook's cells in a separate process with limits, and returns its answers as text.
 
-A `Sandbox` keeps one process (`contained`), which forks for each notebook; it is started by path with `-I`, an empty
-environment and nothing of qdot in it. Every notebook has pipes of its own to the grader: what it writes is read as its
-own, and the process that forks is told nothing of it. If a notebook kills that process, it keeps what it had reported,
-and the next one gets a new process.
+A `Sandbox` has one forking process (`contained`), which forks once for each notebook. It is started by its path with
+`-I`, with an almost empty environment and without any module of qdot. Every notebook has its own pipes to the grader:
+whatever arrives there counts as that notebook's, and the forking process does not see it. If a notebook kills the
+forking process, its reports so far remain valid, and the next notebook gets a new process.
 """
 
 import contextlib
@@ -42,13 +42,13 @@ def check_system() -> None:
 CONTAINED = Path(__file__).with_name("contained")
 
 LONGEST_REPORT = 4_100_000
-"""Maximum number of bytes that are read from a notebook's report; the notebook stops itself a little earlier."""
+"""Maximum number of bytes that are read from a notebook's report; its own process stops reporting a little earlier."""
 
 MOST_LINES = 50_000
-"""Maximum number of lines that are read from it, in addition to one for each cell that begins."""
+"""Maximum number of lines that are read from a report, in addition to one line for the beginning of each cell."""
 
 BEGUN = 32
-"""Upper bound of the bytes of a line for a cell that begins."""
+"""Upper bound for the number of bytes of the line that reports the beginning of a cell."""
 
 
 MOST_LINES_OF_A_CELL = 100_000_000
@@ -58,14 +58,14 @@ LONGEST_ERROR = 500
 """Maximum length of an error message in characters."""
 
 MOST_LOST = 20
-"""Maximum number of symbols that are reported as replaced by numbers."""
+"""Maximum number of symbols reported as replaced by numbers."""
 
 
 @dataclass(frozen=True)
 class Limits:
-    """What a notebook may use: seconds of processor time, in total and per cell, and bytes of memory.
+    """The limits of a notebook: seconds of processor time, in total and per cell, and bytes of memory.
 
-    In real time, it may wait for the same number of seconds in addition to `BUSY` times its processor time.
+    In real time, it may take the same number of seconds in addition to `BUSY` times the processor time that it used.
     """
 
     seconds: float = 180.0
@@ -74,7 +74,7 @@ class Limits:
 
     @property
     def in_words(self) -> str:
-        """What a notebook may use."""
+        """The limits as a phrase for messages."""
         return (
             f"{self.memory / 2**30:g} GB of memory, {self.seconds:g} s, {confine.DISK / 1e6:g} MB in at most "
             f"{confine.FILES} files, folders {confine.DEPTH} deep"
@@ -83,9 +83,9 @@ class Limits:
 
 @dataclass(frozen=True)
 class Calls:
-    """With what functions are called: the names of the joints and of all symbols, and the symbols' values (rad, m).
+    """The arguments for answers that are functions: the names of the joints and of all symbols, and their values.
 
-    There is a row of values for each call.
+    `points` has one row of the symbols' values (rad, m) for each call.
     """
 
     joints: tuple[str, ...]
@@ -99,7 +99,7 @@ BUSY = 10
 
 @dataclass
 class Run:
-    """The result of running a notebook: answers, why answers are unreadable, errors by cell, and how it ended."""
+    """The result of running a notebook: answers, reasons for unreadable answers, errors by cell, and how it ended."""
 
     answers: dict[str, str] = field(default_factory=dict)
     failures: dict[str, str] = field(default_factory=dict)
@@ -107,18 +107,18 @@ class Run:
     stopped_at: dict[int, int] = field(default_factory=dict)
     """The lines on which cells stopped, if known."""
     missed: dict[int, tuple[int, str]] = field(default_factory=dict)
-    """By cell, the line of the first import that failed, and why; the cell continued after it."""
+    """For each cell, the line of the first import that failed, and why; the cell continued after that import."""
     end: str = "done"
     limits: "Limits | None" = None
     begun: int | None = None
     """The last cell that began."""
     earlier: dict[str, list[str]] = field(default_factory=dict)
-    """Every text that an answer had during the run."""
+    """Every text that an answer had during the run, by variable."""
     lost: dict[str, tuple[int, str]] = field(default_factory=dict)
-    """Symbols that numbers replaced in an answer: the cell that set the number, and the number."""
+    """The symbols that a number replaced in an answer: for each, the cell that set the number, and the number."""
 
     def note(self, cell: str = "it") -> str:
-        """Return in words how the run ended, in a `cell` of this name; "" if it ended well."""
+        """Return a sentence on how the run ended, in a `cell` of this name; empty if it ended normally."""
         where, limits = ("" if cell == "it" else f" in {cell}"), self.limits or Limits()
         descriptions = {
             "overtime": f"the notebook used up its {limits.seconds:g} s{where}",
@@ -157,10 +157,11 @@ NEEDED, ONE_OF = {"seccomp", "limits", "privileges"}, {"namespaces", "landlock"}
 
 @dataclass(frozen=True)
 class _Message:
-    """A message of the forking process: that it is ready, or why not, what a notebook has used, or how it ended.
+    """A message of the forking process: that it is ready, why it failed, what a notebook has used, or how it ended.
 
-    `lacking` says which measures can't be taken, and why. A notebook is ended by a `signal`, 0 for none; its `seconds`
-    are of processor time, as those `used` so far, and its `memory` is in bytes.
+    `lacking` maps each measure that is not available to the reason. `used` is a running notebook's processor time so
+    far in seconds. For a notebook that has ended, `signal` is the signal that ended it (0 for none), `seconds` its
+    processor time, and `memory` its memory in bytes.
     """
 
     ready: bool = False
@@ -173,11 +174,11 @@ class _Message:
 
 
 class _Lost(Exception):
-    """The forking process has ended."""
+    """Raised if the forking process has ended."""
 
 
 class _Unbegun(_Lost):
-    """A notebook's process ended, or did not answer, before it had read anything of the notebook.
+    """Raised if a notebook's process ended or did not answer before it had read the notebook.
 
     The text is the reason, if known.
     """
@@ -186,10 +187,10 @@ class _Unbegun(_Lost):
 class Sandbox:
     """Runs notebooks one after the other in isolation; close it, or use it in a `with` statement.
 
-    `lacking` lists the measures that this machine does not allow, and why; a `strict` sandbox refuses to run without
-    the measures by which the system itself isolates a notebook. Tests switch off the measures in `without`. A probe
-    needs no `loaded` libraries and little processor time; for a single notebook, libraries need not be `warm`.
-    `unbegun` is the reason why a notebook was not run, if known.
+    `lacking` maps each measure that this machine does not allow to the reason. A `strict` sandbox refuses to run
+    without the measures by which the system itself isolates a notebook. Tests switch off the measures in `without`.
+    With `loaded`, the libraries are loaded before the fork, which a probe does not need. With `warm`, they are also
+    warmed up, which a single notebook does not need. `unbegun` is the reason why a notebook was not run, if known.
     """
 
     def __init__(
@@ -219,11 +220,11 @@ class Sandbox:
         self.close()
 
     def close(self) -> None:
-        """End the process and everything in it."""
+        """End the forking process and everything that it started."""
         self._unheard = b""
         self._forget_last()
         if self._control is not None:
-            self._control.close()  # the process then ends what runs, and itself
+            self._control.close()  # the forking process then ends what is running, and itself
             self._control = None
         if self._process is not None:
             with contextlib.suppress(subprocess.TimeoutExpired):
@@ -241,9 +242,9 @@ class Sandbox:
     ) -> Run:  # fmt: skip
         """Run qdot's own `setup`, then the cells that are not None in order; return the values of `names` as text.
 
-        Cells may import `modules`, Python files by name, which are in the notebook's folder. A value that is a
-        function is called with symbols or at points: `calls` holds them by prefix of the name (see `callables`).
-        Raises QdotError if the notebook can't be isolated as it should be.
+        Cells may import `modules`: Python files, by name, that are put into the notebook's folder. A value that is a
+        function is called with symbols or at points; `calls` has these by prefix of the variable's name (see
+        `callables`). Raises QdotError if the notebook can't be isolated as it should be.
         """
         request = {
             "cells": list(cells), "names": list(names), "cell_seconds": self.limits.cell_seconds,
@@ -275,10 +276,10 @@ class Sandbox:
         return run
 
     def exchange(self, request: dict[str, Any], take: Callable[[dict[str, Any]], None]) -> str:
-        """Have a child process a request, pass each line of its report to `take`, and return how it ended.
+        """Send a request to a child process, pass each line of its report to `take`, and return how the child ended.
 
-        "lost" means that the forking process was ended, possibly by the notebook; "unbegun" that nothing was run, for
-        reasons outside of the notebook.
+        "lost" means that the forking process has ended, possibly because the notebook killed it. "unbegun" means that
+        nothing was run, for a reason that lies outside the notebook.
         """
         self._tidy_up()
         self._start()
@@ -293,9 +294,9 @@ class Sandbox:
             finally:
                 os.close(receipts)
             self._control.sendall(b"c" if end == "closed" else b"s")
-            if end == "done":  # the process cleans up while the answers are marked
+            if end == "done":  # the forking process cleans up while the grader marks the answers
                 return end
-            died_of = self._end_of_last()
+            ending_signal = self._end_of_last()
         except (_Lost, OSError) as error:
             self.close()
             self.unbegun = str(error) if isinstance(error, _Unbegun) else ""
@@ -303,19 +304,19 @@ class Sandbox:
         except BaseException:
             self.close()
             raise
-        if died_of and end in ("closed", "overtime"):  # its other processes may hold the pipe open
-            end = "killed" if died_of == signal.SIGKILL else "crashed"
+        if ending_signal and end in ("closed", "overtime"):  # "overtime": its other processes may hold the pipe open
+            end = "killed" if ending_signal == signal.SIGKILL else "crashed"
         return end
 
     def cost(self) -> tuple[float, float]:
-        """Return the processor time of all notebooks since the last call, and the largest memory of one in bytes."""
+        """Return the processor time of all notebooks since the last call, and the largest memory of any, in bytes."""
         self._tidy_up()
         cost, self._cost = self._cost, (0.0, 0.0)
         return cost
 
     @property
     def left_running(self) -> bool:
-        """Whether any process of the last notebook continued after its end."""
+        """Whether any process of the last notebook continued to run after the notebook's end."""
         self._tidy_up()
         return self._left_running
 
@@ -326,7 +327,7 @@ class Sandbox:
         return self._folder is not None and len(list(Path(self._folder.path).iterdir())) > 1
 
     def _tidy_up(self) -> None:
-        """Wait until nothing is left of the last notebook; if the forking process is lost, it is restarted later."""
+        """Wait until the last notebook is removed; if the forking process is lost, close, to restart it later."""
         if self._last is not None:
             try:
                 self._end_of_last()
@@ -334,7 +335,7 @@ class Sandbox:
                 self.close()
 
     def _end_of_last(self) -> int:
-        """Return the signal that ended the last notebook prematurely, 0 for none. Raises _Lost."""
+        """Return the signal that ended the last notebook prematurely; 0 if none did. Raises _Lost."""
         assert self._last is not None
         message = self._receive()
         self._cost = self._cost[0] + message.seconds, max(self._cost[1], message.memory)
@@ -343,17 +344,17 @@ class Sandbox:
         return message.signal
 
     def _forget_last(self) -> None:
-        last, self._last = self._last, None
-        if last is not None:
-            last.close()
+        lines, self._last = self._last, None
+        if lines is not None:
+            lines.close()
 
     def _pipes(self) -> list[int]:
-        """Return the two pipes of the waiting child: into it, and out of it. Raises _Unbegun."""
+        """Return the two pipes of the waiting child: the one into it and the one out of it. Raises _Unbegun."""
         assert self._control is not None
         try:
             self._control.sendall(b"r")
             _, pipes, *_ = socket.recv_fds(self._control, 1, 2)
-        except OSError:  # also if it takes too long
+        except OSError:  # also raised if the answer takes too long
             raise _Unbegun from None
         for descriptor in pipes:
             os.set_inheritable(descriptor, False)
@@ -370,29 +371,29 @@ class Sandbox:
         return self._receive().used
 
     def _receive(self) -> _Message:
-        """Return the next message of the forking process, which no notebook can write. Raises _Lost.
+        """Return the next message of the forking process; no notebook can write one. Raises _Lost.
 
-        There may be more messages: that it failed to make the process for the next notebook.
+        Another message may follow it: that the forking process failed to make a child for the next notebook.
         """
         assert self._control is not None
         while b"\n" not in self._unheard:
-            more = self._control.recv(1 << 16)  # times out with OSError
-            if not more:
+            data = self._control.recv(1 << 16)  # times out with OSError
+            if not data:
                 raise _Lost
-            self._unheard += more
+            self._unheard += data
         line, _, self._unheard = self._unheard.partition(b"\n")
         return from_json(_Message, line)
 
     def _start(self) -> None:
-        """Start the process if there is none. Raises QdotError if it does not start."""
+        """Start the forking process if none is running. Raises QdotError if it does not start."""
         if self._process is not None and self._process.poll() is None:
             return
         self.close()
         check_system()
         self._folder = own_folder("qdot-sandbox-")
-        keep = {name: os.environ[name] for name in ("PATH", "SYSTEMROOT", "LD_LIBRARY_PATH") if name in os.environ}
+        inherited = {name: os.environ[name] for name in ("PATH", "SYSTEMROOT", "LD_LIBRARY_PATH") if name in os.environ}
         environment = {
-            **keep, "HOME": tempfile.gettempdir(), "LANG": "C.UTF-8", "MPLBACKEND": "Agg", "PYTHONHASHSEED": "0",
+            **inherited, "HOME": tempfile.gettempdir(), "LANG": "C.UTF-8", "MPLBACKEND": "Agg", "PYTHONHASHSEED": "0",
             "OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1", "MKL_NUM_THREADS": "1",
         }  # fmt: skip
         config = {**self._config, "folder": self._folder.path}
@@ -423,8 +424,8 @@ class Sandbox:
 class _Lines:
     """Lines of JSON from an untrusted pipe, with limits of time and size.
 
-    Time is up when `seconds` of processor time are `used`, or were spent waiting in addition to the time that the
-    processor time may take on a busy machine. The size limit grows with the number of cells.
+    `used` returns the notebook's processor time so far. Time is up if it exceeds `seconds`, or if the real time exceeds
+    `seconds` plus `BUSY` times that processor time. The size limit grows with the number of cells.
     """
 
     def __init__(self, descriptor: int, seconds: float, used: Callable[[], float], cells: int) -> None:
@@ -439,10 +440,10 @@ class _Lines:
         os.close(self._descriptor)
 
     def next(self) -> dict[str, Any] | str:
-        """Return the next line, empty if it is invalid; "overtime" or "closed" if there are no more."""
+        """Return the next line, as an empty dictionary if it is invalid; "overtime" or "closed" if there is none."""
         while not self._lines:
-            left = max(0.0, self._deadline - time.monotonic())
-            if not select.select([self._descriptor], [], [], left)[0]:
+            timeout = max(0.0, self._deadline - time.monotonic())
+            if not select.select([self._descriptor], [], [], timeout)[0]:
                 if self._is_over():
                     return "overtime"
                 continue
@@ -459,14 +460,14 @@ class _Lines:
         return content if isinstance(content, dict) else {}
 
     def _is_over(self) -> bool:
-        """Whether time is up; if not, set the next time at which it may be."""
+        """Return whether time is up; if not, set the next time at which it may be."""
         used, now = self._used(), time.monotonic()
-        left = min(self._seconds - used, self._began + self._seconds + BUSY * used - now)
-        self._deadline = now + max(left, 0.02)
-        return left <= 0
+        remaining = min(self._seconds - used, self._began + self._seconds + BUSY * used - now)
+        self._deadline = now + max(remaining, 0.02)
+        return remaining <= 0
 
     def are_at_an_end(self, within: float) -> bool:
-        """Whether all writers of the pipe have ended, or end within this number of seconds."""
+        """Return whether all processes that write into the pipe have ended, or end `within` this many seconds."""
         deadline = time.monotonic() + within
         while select.select([self._descriptor], [], [], max(0.0, deadline - time.monotonic()))[0]:
             if not os.read(self._descriptor, 1 << 16):
@@ -477,32 +478,32 @@ class _Lines:
 
 
 def _converse(request: dict[str, Any], lines: _Lines, receipts: int, take: Callable[[dict[str, Any]], None]) -> str:
-    """Send a child its request once it is isolated, and read its report; return how that ended.
+    """Send a child its request as soon as it is isolated, pass its report to `take`, and return how the report ended.
 
-    Raises _Unbegun if the child dies before reading the request, which no notebook can cause, and QdotError if it is
-    not isolated as it was when the process started; then it gets no request.
+    Raises _Unbegun if the child dies before it reads the request, which no notebook can cause. Raises QdotError, and
+    sends no request, if a measure fails that worked when the forking process started.
     """
-    first = lines.next()
-    if isinstance(first, str):
+    greeting = lines.next()
+    if isinstance(greeting, str):
         raise _Unbegun
-    if "failed" in first:
-        raise _Unbegun(str(first["failed"])[:300])
-    if not first.get("confined"):
-        raise QdotError(f"a notebook could not be contained, and was not run: {first.get('unprotected')}")
+    if "failed" in greeting:
+        raise _Unbegun(str(greeting["failed"])[:300])
+    if not greeting.get("confined"):
+        raise QdotError(f"a notebook could not be contained, and was not run: {greeting.get('unprotected')}")
     _write_all(receipts, (json.dumps(request) + "\n").encode())
-    if isinstance(lines.next(), str):  # the message that it begins
+    if isinstance(lines.next(), str):  # the next line reports that the notebook begins
         raise _Unbegun
     os.set_blocking(receipts, False)
     while not isinstance(line := lines.next(), str):
         if line.get("done") is True:
             return "done"
         take(line)
-        with contextlib.suppress(OSError):  # it may have ended, or accept no more receipts
+        with contextlib.suppress(OSError):  # the child may have ended, or may no longer read receipts
             os.write(receipts, b".")
     return line
 
 
 def _write_all(descriptor: int, data: bytes) -> None:
-    with contextlib.suppress(BrokenPipeError):  # if it has died, reading its report shows it
+    with contextlib.suppress(BrokenPipeError):  # if the child has died, the end of its report shows that
         while data:
             data = data[os.write(descriptor, data) :]

@@ -1,20 +1,20 @@
-"""The code of the process in which students' notebooks run: nothing else of qdot, and no reference.
+"""The code of the process in which students' notebooks run: nothing else of qdot, and no reference answers.
 
-`sandbox` starts this folder as a program, which loads this folder alone, as the package `contained`: no module of qdot
-or of a student can take the place of ours. Each file, what it does, and what it defends against:
+`sandbox` starts this folder as a program. The program loads only this folder, as the package `contained`, so that no
+module of qdot or of a student can replace these modules. Each file, what it does, and what it defends against:
 
     kernel               Linux's system calls for isolation; decides nothing
     calls                the filter of system calls: against starting programs, sockets, other processes, mounts
     confine              the measures, each tried separately: against reading and writing files of the machine, the
                          network, other processes, rights of root, and using up memory, time, disk and processes
-    guard                the audit hook: against the same by Python code, and against loading qdot to make the answers
+    guard                the audit hook: against the same by Python code, and against loading qdot for the answers
     folders              removes folders: against those that are too deep, or closed, to be removed as usual
     attempts             what a probe tries instead of a notebook: against a machine whose measures don't hold
-    zygote               forks for every notebook: against its data or output reaching another's, and what it leaves
-                         running
+    zygote               forks for every notebook: against data or output that reaches another notebook, and processes
+                         that continue after their notebook
     runner               runs the cells: against endless cells, and exceptions and answers that break the report
     session, ipython     Jupyter's variables and syntax by our own rules: against commands, and waiting for input
-    standins             in the place of libraries that only display something: against failing without them
+    standins             replaces libraries that only display something: against failing without them
     printing, values     answers as text: against objects that pretend to be something else
     callables            answers that are functions: against code that waits to be called by the grader
 """

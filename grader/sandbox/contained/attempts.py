@@ -1,6 +1,7 @@
-"""What a probe tries instead of a notebook, without the audit hook: whatever succeeds is not prevented on this machine.
+"""The attempts to break out that a probe makes instead of a notebook: if one succeeds, this machine doesn't prevent it.
 
-Attempts that end with the death of their process are made `ALONE`, each in a process of its own.
+They are made without the audit hook. Attempts that may kill their own process are in `ALONE`; each of them gets its own
+process.
 """
 
 import contextlib
@@ -19,18 +20,18 @@ from . import kernel
 
 try:
     import fcntl
-except ImportError:  # Windows, where this is imported, and never runs
+except ImportError:  # on Windows, where this module is imported but never runs
     fcntl = None  # type: ignore[assignment]
 
 MOST, MOST_WRITTEN = 200, 256_000_000
-"""Numbers of processes and of bytes that show that nothing limits them; the bytes are four times the quota."""
+"""Numbers of processes and of bytes that prove that there is no limit; the bytes are four times the quota."""
 
 SOME = 8_000_000
-"""Bytes of a file that is not too large by itself."""
+"""Size in bytes of a file that is allowed by itself."""
 
 
 class Attempt(NamedTuple):
-    """The guarantees that an attempt tests, what it achieves, and an action that raises or returns False if refused."""
+    """An attempt: the guarantees it tests, what it achieves, and an action that raises or returns False if refused."""
 
     guarantees: str
     achieved: str
@@ -38,7 +39,7 @@ class Attempt(NamedTuple):
 
 
 def make(targets: dict[str, Any], report: Callable[[dict[str, Any]], None]) -> None:
-    """Make every attempt, or the one that is `alone`; report what each achieved, "" if it was refused."""
+    """Make every attempt, or only the one with the number `alone`; report what each achieved, "" if it was refused."""
     signal.signal(signal.SIGXCPU, signal.SIG_IGN)
     alone = targets["alone"]
     for attempt in ATTEMPTS if alone is None else (ALONE[alone],):
@@ -50,14 +51,14 @@ def make(targets: dict[str, Any], report: Callable[[dict[str, Any]], None]) -> N
             report({"guarantee": guarantee, "achieved": achieved})
     if not targets["seconds"]:
         report({"done": True})
-    while time.process_time() < targets["seconds"] + 1:  # until it is killed
+    while time.process_time() < targets["seconds"] + 1:  # compute until killed
         pass
     report({"guarantee": "time", "achieved": f"computed for {targets['seconds'] + 1} s"})
 
 
 def _alter_library(_: dict[str, Any]) -> None:
     library = os.open(os.__file__, os.O_RDONLY)
-    os.fchmod(library, os.fstat(library).st_mode & 0o7777)  # to what they are: nobody is harmed if this succeeds
+    os.fchmod(library, os.fstat(library).st_mode & 0o7777)  # the same rights as before: does no harm if it succeeds
 
 
 def _connect_abstract(targets: dict[str, Any]) -> None:
@@ -71,14 +72,14 @@ def _send(targets: dict[str, Any]) -> None:
 
 
 def _signal(targets: dict[str, Any]) -> None:
-    if targets["pid"] == os.getpid():  # both are the first in their namespaces, as if the grader is in a container
+    if targets["pid"] == os.getpid():  # both are process 1 of their namespaces: the grader runs in a container
         raise ProcessLookupError
     os.kill(targets["pid"], 0)
 
 
 def _trace(targets: dict[str, Any]) -> bool:
-    seize = 0x4206  # stops nobody
-    return sys.platform == "linux" and ctypes.CDLL(None).ptrace(seize, targets["pid"], 0, 0) == 0
+    ptrace_seize = 0x4206  # this request does not stop the traced process
+    return sys.platform == "linux" and ctypes.CDLL(None).ptrace(ptrace_seize, targets["pid"], 0, 0) == 0
 
 
 def _start(_: dict[str, Any]) -> None:
@@ -86,7 +87,7 @@ def _start(_: dict[str, Any]) -> None:
 
 
 def _multiply(_: dict[str, Any]) -> bool:
-    """Start processes that leave their session and wait; they hold the pipe, which closes when all have ended."""
+    """Start processes that leave their session and wait. They keep the pipe open; it closes when all have ended."""
     for number in range(MOST):
         try:
             pid = os.fork()
@@ -128,7 +129,7 @@ ATTEMPTS = (
     Attempt("privileges", "took precedence over other processes", lambda _: os.nice(-1)),
     Attempt("processes memory", f"started {MOST} processes", _multiply),
 )  # fmt: skip
-"""The attempts in order; many processes also have the memory of many."""
+"""The attempts in order. The last one also tests memory, because many processes together get more of it."""
 
 
 def _fill(_: dict[str, Any]) -> None:
@@ -138,25 +139,25 @@ def _fill(_: dict[str, Any]) -> None:
 
 
 def _fill_many(_: dict[str, Any]) -> None:
-    """Write many files, none of which is too large by itself."""
+    """Write many files, each of which is small enough by itself."""
     for number in range(MOST_WRITTEN // SOME):
         Path(str(number)).write_bytes(bytes(SOME))
 
 
 def _fill_nameless(_: dict[str, Any]) -> None:
-    """Write many files that have no names any more."""
-    kept: list[Any] = []
-    while SOME * len(kept) < MOST_WRITTEN:
-        kept.append(open("nameless", "wb", buffering=0))  # noqa: SIM115 - it is to stay open
+    """Write many files whose names are already removed."""
+    open_files: list[Any] = []
+    while SOME * len(open_files) < MOST_WRITTEN:
+        open_files.append(open("nameless", "wb", buffering=0))  # noqa: SIM115 - it has to stay open
         os.unlink("nameless")
-        kept[-1].write(bytes(SOME))
+        open_files[-1].write(bytes(SOME))
 
 
 def _nest(_: dict[str, Any]) -> bool:
-    """Leave folders that are hard to remove; the grader looks whether they are gone afterwards."""
+    """Leave folders that are hard to remove; the grader checks afterwards whether they are gone."""
     os.mkdir("closed")
     os.mkdir("closed/inner", 0)
-    with contextlib.suppress(OSError):  # refused where libraries could be closed in this way, too
+    with contextlib.suppress(OSError):  # refused on machines where a notebook could close libraries like this, too
         os.chmod("closed", 0)
     for _depth in range(1200):
         os.mkdir("d")
@@ -165,7 +166,7 @@ def _nest(_: dict[str, Any]) -> bool:
 
 
 def _signal_by_descriptor(_: dict[str, Any]) -> bool:
-    """Have the kernel kill the process that starts notebooks, as the owner of a pipe in which something arrives."""
+    """Have the kernel kill the process that starts notebooks, by making it the owner of a pipe that gets data."""
     reading, writing = os.pipe()
     fcntl.fcntl(reading, fcntl.F_SETOWN, os.getppid())
     fcntl.fcntl(reading, fcntl.F_SETSIG, signal.SIGKILL)
@@ -181,4 +182,4 @@ ALONE = (
     Attempt("files", f"wrote {_WRITTEN} into files without names", _fill_nameless), Attempt("files", "", _nest),
     Attempt("processes", "", _signal_by_descriptor),
 )  # fmt: skip
-"""The attempts that are each made in a process of their own."""
+"""The attempts that each need their own process."""

@@ -1,7 +1,7 @@
-"""The measures that isolate a notebook. Each is tried separately, to know which ones work on this machine.
+"""The measures that isolate a notebook. Each is tried separately, to find out which ones work on this machine.
 
 The forking process calls `enter` and `private_root` once; each child calls `apply` before it runs a student's code. If
-a measure is not available, the others still apply: docs/sandbox.md explains what each of them achieves.
+a measure is not available, the others still apply. docs/sandbox.md explains what each of them achieves.
 """
 
 import contextlib
@@ -19,23 +19,28 @@ from . import calls, guard, kernel
 
 try:
     import resource
-except ImportError:  # Windows, where this is imported, and never runs
+except ImportError:  # on Windows, where this module is imported but never runs
     resource = None  # type: ignore[assignment]
 
 MEASURES = ("namespaces", "landlock", "seccomp", "user", "privileges", "limits", "quota", "watch")
-"""Namespaces with a root of their own; rules on files; a filter of system calls; another user than root; no rights and
-no new ones; limits on resources; what is written counted, where the root is not its own; the audit hook."""
+"""In this order: namespaces with a private root; rules on files; a filter of system calls; a user other than root; no
+privileges and no new ones; limits on resources; counting what is written, if there is no private root; the audit hook.
+"""
 
-# In a root of its own, where nothing else is; not /tmp where Python itself is below that, and must stay in sight.
+# The notebook's folder in a private root, which is empty otherwise. It is not /tmp if Python itself is installed there,
+# because mounting there would hide Python.
 OWN = "/qdot" if any(place.startswith("/tmp/") for place in guard.PLACES) else "/tmp"  # noqa: S108
 DISK, FILE, FILES, DEPTH, PROCESSES, DESCRIPTORS, SIGNALS = 64_000_000, 10_000_000, 4096, 32, 64, 64, 256
-"""Bytes in a notebook's folder, in one file of it, how many files, folders in folders where they have to be counted,
-processes or threads, open files, timers."""
+"""In order: bytes in a notebook's folder; bytes in one of its files; number of files; depth of its folders, if they
+have to be counted; numbers of processes and threads, of open files, and of timers and waiting signals."""
 
 
 @dataclass
 class Measures:
-    """The measures that are `lacking`, with reasons; `user` is the user of a child if this process is root."""
+    """The measures that are `lacking`, with reasons, and the limits; `user` is a child's user if this process is root.
+
+    `memory` is in bytes, `seconds` are of processor time, and `processes` is the limit of the notebook's user.
+    """
 
     lacking: dict[str, str]
     memory: int
@@ -44,11 +49,11 @@ class Measures:
     processes: int | None = None
 
     def holds(self, name: str) -> bool:
-        """Whether a measure is applied."""
+        """Return whether a measure is applied."""
         return name not in self.lacking
 
     def try_out(self, name: str, action: Callable[[], None]) -> None:
-        """Try a measure in a child process; if it fails, it is lacking."""
+        """Try a measure in a child process; if it fails, add it to `lacking`."""
         if self.holds(name):
             try:
                 run_in_child(action)
@@ -57,7 +62,7 @@ class Measures:
 
 
 def run_in_child(action: Callable[[], str | None]) -> str:
-    """Run an action in a child process, which ends then; return its text. Raises OSError if it fails."""
+    """Run an action in a child process, and return the action's text. Raises OSError if it fails."""
     reading, writing = os.pipe()
     pid = os.fork()
     if pid == 0:
@@ -82,16 +87,16 @@ def run_in_child(action: Callable[[], str | None]) -> str:
 
 
 def enter() -> None:
-    """Leave the machine's namespaces: a separate network that is down, no other processes, separate mounts.
+    """Leave the machine's namespaces: get a separate network that is down, no other processes, and separate mounts.
 
-    Root needs no user namespace; other users become the only user of a new one, with privileges only in it.
+    Root needs no user namespace. Any other user becomes the only user of a new one, and has privileges only in it.
     """
     user, group = os.geteuid(), os.getegid()
-    others = kernel.NEWNS | kernel.NEWNET | kernel.NEWIPC | kernel.NEWUTS | kernel.NEWPID
+    namespaces = kernel.NEWNS | kernel.NEWNET | kernel.NEWIPC | kernel.NEWUTS | kernel.NEWPID
     try:
-        kernel.unshare(others)
+        kernel.unshare(namespaces)
     except OSError:
-        kernel.unshare(others | kernel.NEWUSER)
+        kernel.unshare(namespaces | kernel.NEWUSER)
         Path("/proc/self/setgroups").write_text("deny")
         Path("/proc/self/uid_map").write_text(f"{user} {user} 1")
         Path("/proc/self/gid_map").write_text(f"{group} {group} 1")
@@ -99,7 +104,7 @@ def enter() -> None:
 
 
 def private_root(mountpoint: str) -> None:
-    """Make a read-only root with Python, its libraries and an empty folder."""
+    """Make a read-only root folder that contains Python, its libraries and an empty folder."""
     kernel.mount("qdot", mountpoint, "tmpfs", kernel.MS_NOSUID | kernel.MS_NODEV, "size=4m,mode=755")
     shown: list[str] = []
     for path in sorted(guard.PLACES, key=len):
@@ -128,16 +133,16 @@ def _show(path: str, mountpoint: str) -> None:
 
 
 def _copy_links(path: str, mountpoint: str) -> str:
-    """Copy the links along a path into the new root, and return the path with links resolved."""
+    """Copy the symbolic links along a path into the new root, and return the path with links resolved."""
     for _ in range(40):
         parts = Path(path).parts
         for length in range(2, len(parts) + 1):
-            at = os.path.join(*parts[:length])
-            if os.path.islink(at):
-                if not os.path.lexists(mountpoint + at):
-                    os.makedirs(os.path.dirname(mountpoint + at), exist_ok=True)
-                    os.symlink(os.readlink(at), mountpoint + at)
-                path = os.path.normpath(os.path.join(os.path.dirname(at), os.readlink(at), *parts[length:]))
+            prefix = os.path.join(*parts[:length])
+            if os.path.islink(prefix):
+                if not os.path.lexists(mountpoint + prefix):
+                    os.makedirs(os.path.dirname(mountpoint + prefix), exist_ok=True)
+                    os.symlink(os.readlink(prefix), mountpoint + prefix)
+                path = os.path.normpath(os.path.join(os.path.dirname(prefix), os.readlink(prefix), *parts[length:]))
                 break
         else:
             break
@@ -145,36 +150,36 @@ def _copy_links(path: str, mountpoint: str) -> str:
 
 
 def make_folder(measures: Measures, parent: str) -> str:
-    """Return a new empty folder for a notebook; in a private root it is a file system of limited size."""
+    """Return a new empty folder for a notebook; in a private root, it is a file system of limited size."""
     if measures.holds("namespaces"):
         data = f"size={DISK},nr_inodes={FILES},mode=755"
         kernel.mount("qdot", OWN, "tmpfs", kernel.MS_NOSUID | kernel.MS_NODEV, data)
         parent = OWN
     folder = tempfile.mkdtemp(prefix="qdot-run-", dir=parent)
     if measures.user is not None and measures.holds("user"):
-        os.chmod(parent, 0o711)  # noqa: S103 - it has to get there
+        os.chmod(parent, 0o711)  # noqa: S103 - that user has to reach its folder
         os.chown(folder, measures.user, measures.user)
     return folder
 
 
 def is_overdrawn(measures: Measures, folder: str, pid: int) -> bool:
-    """Whether a notebook has written more than its limit, or has written where it can't be counted.
+    """Return whether a notebook has written more than its limit, or its files can't be counted.
 
-    Removed files that are still open are in no folder. They are counted by what the process has written to disks and,
-    for file systems in memory, by its open files and mappings without names.
+    Removed files that are still open are in no folder. They are counted by the number of bytes that the process has
+    written to disks and, for file systems in memory, by its open files and mappings without names.
     """
     try:
         with _as_its_user(measures):
             if _bytes_written(pid) > DISK or _nameless_bytes(pid, folder) > DISK:
                 return True
         size = number = 0
-        left = [(folder, 0)]
-        while left:
-            path, depth = left.pop()
+        unvisited = [(folder, 0)]
+        while unvisited:
+            path, depth = unvisited.pop()
             for entry in _entries(path):
                 number += 1
                 if entry.is_dir(follow_symlinks=False):
-                    left.append((entry.path, depth + 1))
+                    unvisited.append((entry.path, depth + 1))
                 else:
                     size += _size(entry)
                 if size > DISK or number > FILES or depth > DEPTH:
@@ -186,7 +191,7 @@ def is_overdrawn(measures: Measures, folder: str, pid: int) -> bool:
 
 @contextlib.contextmanager
 def _as_its_user(measures: Measures) -> Iterator[None]:
-    """Become the notebook's user during the block, as only that user, or a privileged root, may read its data."""
+    """Become the notebook's user during the block: only that user, or a privileged root, may inspect its process."""
     if measures.user is None or not measures.holds("user"):
         yield
         return
@@ -221,27 +226,27 @@ def _bytes_written(pid: int) -> int:
 
 
 def _nameless_bytes(pid: int, folder: str) -> int:
-    """Return the size of files without names that a process has open or mapped, as far as known."""
-    held = 0
+    """Return the size in bytes of the files without names that a process has open or mapped, as far as known."""
+    size = 0
     with contextlib.suppress(OSError):
         for name in os.listdir(f"/proc/{pid}/fd"):
-            with contextlib.suppress(OSError):  # closed by now
+            with contextlib.suppress(OSError):  # the file may be closed by now
                 file = os.stat(f"/proc/{pid}/fd/{name}")
-                held += 512 * file.st_blocks if stat.S_ISREG(file.st_mode) and not file.st_nlink else 0
+                size += 512 * file.st_blocks if stat.S_ISREG(file.st_mode) and not file.st_nlink else 0
     with contextlib.suppress(OSError):
         mapped = Path(f"/proc/{pid}/maps").read_text(errors="replace")
         for start, end, path in re.findall(r"(?m)^([0-9a-f]+)-([0-9a-f]+) .*? (/.*) \(deleted\)$", mapped):
-            held += int(end, 16) - int(start, 16) if path.startswith(f"{folder}/") else 0
-    return held
+            size += int(end, 16) - int(start, 16) if path.startswith(f"{folder}/") else 0
+    return size
 
 
 # --- for every notebook, in its process ---
 
 
 def apply(measures: Measures, folder: str, parent: int) -> dict[str, str]:
-    """Apply all measures except the audit hook, in an order in which none prevents the next.
+    """Apply all measures except the audit hook; return those that failed, each with the reason.
 
-    Returns those that failed, with the reason. This process ends with its `parent`.
+    The order matters: some measures would prevent others. From now on, this process ends if its `parent` ends.
     """
     failed: dict[str, str] = {}
 
@@ -254,7 +259,7 @@ def apply(measures: Measures, folder: str, parent: int) -> dict[str, str]:
 
     take("limits", lambda: _limit(measures))
     take("user", lambda: become(measures.user))
-    die_with_parent(parent)  # a change of user would cancel this
+    die_with_parent(parent)  # only now, because a change of user would cancel it
     take("privileges", lambda: _give_up_privileges(measures))
     if not measures.holds("privileges") and measures.holds("seccomp") and sys.platform == "linux":
         take("seccomp", lambda: kernel.prctl(kernel.PR_SET_NO_NEW_PRIVS, 1))
@@ -265,26 +270,28 @@ def apply(measures: Measures, folder: str, parent: int) -> dict[str, str]:
 
 
 def die_with_parent(parent: int) -> None:
-    """Let Linux kill this process when its parent ends, so that a stopped grader leaves nothing running."""
+    """Have Linux kill this process when its parent ends, so that a stopped grader leaves nothing running."""
     if sys.platform == "linux":
         with contextlib.suppress(OSError):
             kernel.prctl(kernel.PR_SET_PDEATHSIG, signal.SIGKILL)
-    if os.getppid() not in (parent, 0):  # it has ended before this was asked for; 0 is a parent in another namespace
+    if os.getppid() not in (parent, 0):  # the parent has already ended; 0 is a parent in another namespace
         os._exit(1)
 
 
 def _limit(measures: Measures) -> None:
-    wanted = [
+    limits = [
         ("RLIMIT_CPU", measures.seconds), ("RLIMIT_FSIZE", FILE), ("RLIMIT_NOFILE", DESCRIPTORS),
         ("RLIMIT_AS", measures.memory),
-        ("RLIMIT_CORE", 1),  # with 0, Linux pipes a dump to a program, where it does so
+        ("RLIMIT_CORE", 1),  # with 0, Linux would still pipe a core dump to a program, if it is set up for that
     ]  # fmt: skip
-    if sys.platform == "linux":  # signals that wait, and timers, of which a user has so many in all its processes
-        wanted.append(("RLIMIT_SIGPENDING", SIGNALS))
+    if (
+        sys.platform == "linux"
+    ):  # limits waiting signals and timers, which the kernel counts for all of a user's processes
+        limits.append(("RLIMIT_SIGPENDING", SIGNALS))
     if measures.processes is not None:
-        wanted.append(("RLIMIT_NPROC", measures.processes))
+        limits.append(("RLIMIT_NPROC", measures.processes))
     refused = []
-    for name, value in wanted:
+    for name, value in limits:
         try:
             resource.setrlimit(getattr(resource, name), (value, value))
         except (AttributeError, ValueError, OSError) as error:
@@ -294,7 +301,7 @@ def _limit(measures: Measures) -> None:
 
 
 def become(user: int | None) -> None:
-    """Become a user who owns nothing, if root started this. Raises OSError if that user can't read the libraries."""
+    """Become a user who owns nothing, unless `user` is None. Raises OSError if that user can't read the libraries."""
     if user is None:
         return
     libraries = [path for path in guard.LIBRARIES if os.path.isdir(path)]
@@ -308,13 +315,13 @@ def become(user: int | None) -> None:
 
 def _give_up_privileges(measures: Measures) -> None:
     kernel.prctl(kernel.PR_SET_NO_NEW_PRIVS, 1)
-    # Where it has to be counted what it writes (`is_overdrawn`), the process that forks must be able to ask.
+    # If the written bytes have to be counted (`is_overdrawn`), the forking process must be able to inspect it.
     kernel.prctl(kernel.PR_SET_DUMPABLE, 0 if measures.holds("namespaces") else 1)
     kernel.drop_capabilities()
 
 
 _READ_FILE, _READ_FOLDER, _WRITE, _TRUNCATE, _REFER = 1 << 2, 1 << 3, 1 << 1, 1 << 14, 1 << 13
-_CHANGE_FOLDER = (1 << 4) | (1 << 5) | (1 << 7) | (1 << 8)  # remove folders and files, make them
+_CHANGE_FOLDER = (1 << 4) | (1 << 5) | (1 << 7) | (1 << 8)  # remove and make folders and files
 
 
 def _rule_files(folder: str) -> None:

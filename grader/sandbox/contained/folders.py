@@ -1,6 +1,6 @@
-"""Removes a folder with its content, for any depth of nesting and any permissions.
+"""Removes a folder and its content, whatever the depth of nesting and the permissions.
 
-It uses no recursion and no long paths: the content of each subfolder is moved up, until everything is at the top.
+It uses no recursion and no long paths: the subfolders of each subfolder are moved up until everything is at the top.
 """
 
 import contextlib
@@ -32,10 +32,10 @@ def remove(path: str, within: float = math.inf) -> None:
 
 
 def _unlink(name: str, parent: int) -> bool:
-    """Remove a file or a link; return whether it was one."""
+    """Remove a file or a link; return False if it is a folder."""
     try:
         os.unlink(name, dir_fd=parent)
-    except (IsADirectoryError, PermissionError):  # macOS says the latter of a folder
+    except (IsADirectoryError, PermissionError):  # for a folder, macOS raises PermissionError
         if not _is_folder(name, parent):
             raise
         return False
@@ -43,7 +43,7 @@ def _unlink(name: str, parent: int) -> bool:
 
 
 def _is_folder(name: str, parent: int) -> bool:
-    with contextlib.suppress(NotImplementedError):  # its owner may read, change and move it from now on
+    with contextlib.suppress(NotImplementedError):  # let its owner read, change and move it
         os.chmod(name, 0o700, dir_fd=parent, follow_symlinks=False)
     with contextlib.suppress(NotADirectoryError):
         os.close(os.open(name, os.O_RDONLY | os.O_DIRECTORY | os.O_NOFOLLOW, dir_fd=parent))
@@ -52,7 +52,7 @@ def _is_folder(name: str, parent: int) -> bool:
 
 
 def _move_up(name: str, top: int) -> None:
-    """Move the subfolders of a folder up, remove its files, and then the folder itself."""
+    """Move the subfolders of a folder into the top folder; remove its files, and then the folder itself."""
     folder = os.open(name, os.O_RDONLY | os.O_DIRECTORY | os.O_NOFOLLOW, dir_fd=top)
     try:
         for inner in os.listdir(folder):

@@ -1,4 +1,4 @@
-"""Answers as text, by the printer of `exercises`: only its file, because the rest of qdot is not available here."""
+"""Loads the printer of `exercises`, which writes answers as text, from its file: no other part of qdot is available."""
 
 import importlib.util
 from pathlib import Path

@@ -1,8 +1,8 @@
 """Stand-ins for libraries that only display something, because nothing is displayed while a notebook is graded.
 
-Jupyter's own libraries (IPython, ipywidgets) talk to a front end, which is missing, and are always replaced; the others
-only if they are not installed. Any operation on a stand-in returns the stand-in, and does nothing. Libraries that
-compute, such as SciPy, have no stand-in, because formulas made with it would be wrong.
+Jupyter's own libraries (IPython, ipywidgets) are always replaced, because they talk to a front end, which is missing.
+The others are replaced only if they are not installed. Any operation on a stand-in does nothing and returns the
+stand-in. Libraries that compute, such as SciPy, have no stand-in, because formulas made with one would be wrong.
 """
 
 import sys
@@ -26,7 +26,7 @@ STARRED = {
         grid hist imshow legend pause plot quiver savefig scatter show subplot subplots suptitle text tight_layout title
         xlabel xlim ylabel ylim""",
 }  # fmt: skip
-"""The names that `from … import *` takes from a stand-in."""
+"""The names that `from … import *` imports from a stand-in."""
 
 
 def _attribute(_holder: object, name: str) -> Any:
@@ -36,7 +36,7 @@ def _attribute(_holder: object, name: str) -> Any:
 
 
 class _Kind(type):
-    """The kind of a class that is a stand-in: it has every attribute, too."""
+    """The metaclass of stand-ins, so that a class that is a stand-in has every attribute, too."""
 
     __getattr__ = _attribute
 
@@ -47,13 +47,13 @@ class StandIn(metaclass=_Kind):
     __getattr__ = _attribute
 
     def __init__(self, *_args: Any, **_options: Any) -> None:
-        """Take any arguments."""
+        """Accept any arguments."""
 
     def __setattr__(self, name: str, value: object) -> None:
         """Store nothing."""
 
     def __call__(self, *args: Any, **_options: Any) -> Any:
-        """Return a decorated function unchanged, as for `@interact`."""
+        """Return a decorated function unchanged, as with `@interact`; else return this stand-in."""
         return args[0] if len(args) == 1 and isinstance(args[0], types.FunctionType) else self
 
     def __setitem__(self, _key: object, _value: object) -> None:
@@ -63,7 +63,7 @@ class StandIn(metaclass=_Kind):
         return iter((self,))  # a single item, as in `line, = ax.plot(x, y)`
 
     def __exit__(self, *_error: object) -> None:
-        """End nothing."""
+        """Do nothing."""
 
     def _return_itself(self, *_values: object) -> "StandIn":
         return self
@@ -76,7 +76,7 @@ class StandIn(metaclass=_Kind):
 NOTHING = StandIn()
 
 LIMITS = ("get_xlim", "get_ylim", "get_zlim", "xlim", "ylim")
-"""Functions that return numbers, with which a notebook may compute."""
+"""Functions that return numbers, because a notebook may compute with them."""
 
 
 def _limits(*_args: Any, **_options: Any) -> tuple[float, float]:
@@ -84,7 +84,7 @@ def _limits(*_args: Any, **_options: Any) -> tuple[float, float]:
 
 
 def _subplots(nrows: int = 1, ncols: int = 1, **_options: Any) -> tuple[Any, Any]:
-    """Return a figure and its axes in the shape that matplotlib returns."""
+    """Return stand-ins for a figure and its axes, in the shape that matplotlib returns."""
     axes = numpy.empty((nrows, ncols), object)
     axes[...] = NOTHING
     return NOTHING, axes.item() if axes.size == 1 else axes.squeeze()
@@ -92,11 +92,11 @@ def _subplots(nrows: int = 1, ncols: int = 1, **_options: Any) -> tuple[Any, Any
 
 class _Module(types.ModuleType):
     def __getattr__(self, name: str) -> Any:
-        return StandIn if name[:1].isupper() else _attribute(self, name)  # a class, as go.Figure, or a function
+        return StandIn if name[:1].isupper() else _attribute(self, name)  # a class, such as go.Figure, or a function
 
 
 class Finder:
-    """Finds stand-ins by the beginnings of modules' names; `contents` are real attributes of some of them."""
+    """Finds the stand-in for a module by the beginning of its name; `contents` has real attributes for some modules."""
 
     def __init__(self, beginnings: Sequence[str], contents: dict[str, dict[str, Any]]) -> None:
         self._beginnings = {f"{beginning}." for beginning in beginnings}
@@ -104,7 +104,7 @@ class Finder:
         self._contents = contents
 
     def find_spec(self, name: str, _path: object = None, _target: object = None) -> ModuleSpec | None:
-        """Return how a stand-in is made, None for another module."""
+        """Return how to make the stand-in for a module; None if the module has none."""
         dotted = f"{name}."
         if dotted in self._parents or any(map(dotted.startswith, self._beginnings)):
             return ModuleSpec(name, self, is_package=True)  # type: ignore[arg-type]
@@ -115,17 +115,17 @@ class Finder:
         return _Module(spec.name, "A stand-in for a library that displays something; it does nothing.")
 
     def exec_module(self, module: types.ModuleType) -> None:
-        """Give a stand-in the attributes that notebooks are sure to use."""
+        """Give a stand-in the attributes that notebooks use most."""
         content = {"__version__": "9.9.0", "version_info": (9, 9, 0), **self._contents.get(module.__name__, {})}
         vars(module).update(content, __all__=STARRED.get(module.__name__, "").split())
 
 
 def install(get_ipython: Callable[[], Any]) -> None:
-    """Let imports find stand-ins from now on."""
+    """Make imports find the stand-ins from now on."""
     sys.meta_path.insert(0, Finder(JUPYTER, {"IPython": {"get_ipython": get_ipython}}))
     sys.meta_path.append(Finder(DISPLAYING, {"matplotlib.pyplot": {"subplots": _subplots}}))
 
 
 def stands_for(name: str) -> bool:
-    """Whether there is a stand-in for a module, such as for one that is installed and can't be loaded."""
+    """Return whether there is a stand-in for a module; it can replace one that is installed but can't be loaded."""
     return any(f"{name}.".startswith(f"{known}.") for known in (*JUPYTER, *DISPLAYING))

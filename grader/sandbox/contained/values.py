@@ -1,4 +1,4 @@
-"""Answers as text: values of Python, SymPy and NumPy as they could have been typed.
+"""Converts answers to text: values of Python, SymPy and NumPy, as a student could have typed them.
 
 Unevaluated operations (Derivative, Integral, Determinant) are evaluated.
 """
@@ -19,17 +19,17 @@ UNDONE = (
     sympy.Derivative, sympy.Integral, sympy.Limit, sympy.Sum, sympy.Product, sympy.Subs, sympy.Determinant,
     sympy.Trace, MatrixExpr,
 )  # fmt: skip
-"""Unevaluated operations of SymPy, which `doit` evaluates."""
+"""SymPy's unevaluated operations, which `doit` evaluates."""
 
 NOT_READ = {
     sympy.Piecewise: "a Piecewise has a formula for each condition; write one formula, if need be with abs or sign",
     sympy.Indexed: "an IndexedBase is not read; write symbols of the problem, as theta1 for theta[1]",
 }
-"""Classes of SymPy that are not accepted, and what to write instead."""
+"""SymPy's classes that are not accepted as answers, and advice on what to write instead."""
 
 
 def text_of(value: Any, depth: int = 0) -> str:
-    """Return a value as the text of an expression. Raises TypeError if it is no expression."""
+    """Return a value as the text of an expression. Raises TypeError if it is not an expression."""
     if depth > 6:
         raise TypeError("lists nest too deeply")
     if isinstance(value, str):
@@ -69,12 +69,12 @@ def _text_of_basic(value: Any, depth: int) -> str:
         raise TypeError("a MatrixSymbol has a name and no entries; write the entries, as in Matrix([[a, b], [c, d]])")
     if value.has(*NOT_READ):
         raise TypeError(next(instead for kind, instead in NOT_READ.items() if value.has(kind)))
-    units = sys.modules.get("sympy.physics.units")  # loaded only if a notebook uses it
+    units = sys.modules.get("sympy.physics.units")  # it is loaded only if the notebook uses it
     if units is not None and value.has(units.Quantity):
         raise TypeError("units of sympy.physics are not read; write the number alone, in m, rad, m/s or rad/s")
-    done = _evaluate(value)
-    if done is not value:
-        return text_of(done, depth + 1)
+    evaluated = _evaluate(value)
+    if evaluated is not value:
+        return text_of(evaluated, depth + 1)
     if value.has(sympy.sinc):
         return text_of(value.replace(sympy.sinc, lambda x: sympy.sin(x) / x), depth + 1)
     if isinstance(value, sympy.Poly):
@@ -82,22 +82,22 @@ def _text_of_basic(value: Any, depth: int) -> str:
     if isinstance(value, sympy.Point):
         return text_of(list(value), depth + 1)
     if isinstance(value, sympy.Eq) and all(isinstance(side, sympy.MatrixBase) for side in value.args):
-        left, right = value.args
-        if left.shape == right.shape:
-            return text_of([sympy.Eq(a, b, evaluate=False) for a, b in zip(left, right, strict=True)], depth + 1)
+        lhs, rhs = value.args
+        if lhs.shape == rhs.shape:
+            return text_of([sympy.Eq(a, b, evaluate=False) for a, b in zip(lhs, rhs, strict=True)], depth + 1)
     return str(Printer().doprint(value))
 
 
 def _evaluate(value: Any) -> Any:
-    """Evaluate unevaluated operations in a formula; return it unchanged if there are none or SymPy fails."""
+    """Return a formula with its operations evaluated; unchanged if it has none or SymPy fails."""
     if not value.has(*UNDONE):
         return value
     try:
-        done = value.doit()
-        done = done.as_explicit() if isinstance(done, MatrixExpr) else done
-    except Exception:  # if SymPy fails, the formula is used unchanged
+        evaluated = value.doit()
+        evaluated = evaluated.as_explicit() if isinstance(evaluated, MatrixExpr) else evaluated
+    except Exception:  # SymPy may raise anything
         return value
-    return value if done == value else done
+    return value if evaluated == value else evaluated
 
 
 def _text_of_container(value: Any, depth: int) -> str:
@@ -124,4 +124,4 @@ INSTEAD = {
     "module": "; write a formula, as in sin(theta1)",
     "builtin_function_or_method": "; call it, with brackets and what it is of",
 }  # fmt: skip
-"""What to write instead of values of these types, by name, so that pandas need not be installed."""
+"""Advice on what to write instead of values of these types. They are given by name: pandas may not be installed."""
