@@ -1,4 +1,4 @@
-"""Grade one notebook: read it, run it, and mark every part, whatever else the student submitted and when."""
+"""Grade one notebook: read it, run it, and mark every part, regardless of the student's other submissions."""
 
 import datetime
 import hashlib
@@ -38,14 +38,14 @@ from qdot.grader.submissions.submission import (
 )
 
 GRADER = 14
-"""Version of the grader: any change of what a submission earns, or of what is kept of it, raises it."""
+"""Version of the grader; increase it when a submission can earn different points, or when other results are stored."""
 
 
 @dataclass(frozen=True)
 class Attempt:
-    """A notebook that a student submitted, and when; if it can't be read, `unreadable` says why.
+    """A notebook that a student submitted, and its time; if it can't be read, `unreadable` says why.
 
-    With `over_limit`, reading it takes more than a limit allows. `notes` name other submitted files that can't be read.
+    `over_limit` is True if reading it exceeds a limit. `notes` name other submitted files that can't be read.
     """
 
     file: Path
@@ -56,27 +56,29 @@ class Attempt:
     over_limit: bool = False
 
     def is_of(self, assignment: Assignment) -> bool:
-        """Tell whether its file's name or its metadata name the assignment."""
+        """Return whether the name of the file or its metadata name the assignment."""
         claims = {} if self.submission is None else self.submission.claims
         return self.file.name == f"{assignment.key}.ipynb" or claims.get("assignment") == assignment.key
 
     @property
     def fingerprint(self) -> str:
-        """A short text that changes whenever what was handed in does."""
+        """A short text that changes whenever the submission changes."""
         if self.submission is None:
             return self.unreadable
-        read = self.submission
-        return repr((read.sha256, read.notes, read.late, self.notes, *sorted(read.modules.items())))
+        submission = self.submission
+        return repr(
+            (submission.sha256, submission.notes, submission.late, self.notes, *sorted(submission.modules.items()))
+        )
 
 
 class NotFoundOut(Exception):
-    """Say to the student why it is not known what they submitted."""
+    """The search for a student's submission failed; the message tells the student why."""
 
 
 def read_attempts(student_files: StudentFiles, key: str) -> list[Attempt]:
-    """Read a student's files, the best first. If any can be read, those that can't are no attempts.
+    """Return a student's attempts, the most likely first. If any file can be read, unreadable ones are left out.
 
-    Raises NotFoundOut if the search for them failed.
+    Raises NotFoundOut if the search for the files failed.
     """
     if student_files.failure:
         raise NotFoundOut(student_files.failure)
@@ -88,8 +90,8 @@ def read_attempts(student_files: StudentFiles, key: str) -> list[Attempt]:
     student_files = replace(student_files, notes=(*student_files.notes, note)) if note else student_files
     attempts = [_read(student_files, path, key) for path in likely]
     if not any(attempt.submission for attempt in attempts):
-        unlikely = (_read(student_files, path, key) for path in student_files.files[:MOST_TRIED] if path not in likely)
-        attempts += [attempt for attempt in unlikely if attempt.submission][:1]
+        others = (_read(student_files, path, key) for path in student_files.files[:MOST_TRIED] if path not in likely)
+        attempts += [attempt for attempt in others if attempt.submission][:1]
     readable = [attempt for attempt in attempts if attempt.submission]
     failed = [attempt.unreadable for attempt in attempts if not attempt.submission]
     if not readable:
@@ -103,15 +105,15 @@ def read_attempts(student_files: StudentFiles, key: str) -> list[Attempt]:
 
 
 MOST_TRIED = 10
-"""Files that are tried if none that looks like a notebook can be read."""
+"""Maximum number of files that are tried if no likely notebook can be read."""
 
 
 def _read(student_files: StudentFiles, path: Path, key: str) -> Attempt:
     try:
-        read = read_submission(path, key, student_files.files)
+        content = read_submission(path, key, student_files.files)
     except Unreadable as error:
         return replace(_unreadable(path, str(error)), over_limit=isinstance(error, OverLimit))
-    submission = replace(read, notes=(*student_files.notes, *read.notes), late=student_files.late)
+    submission = replace(content, notes=(*student_files.notes, *content.notes), late=student_files.late)
     if student_files.received is not None:
         submission = replace(submission, received=student_files.received, received_from=student_files.platform)
     return Attempt(path, submission.received, submission)
@@ -126,14 +128,14 @@ def _unreadable(path: Path, why: str) -> Attempt:
 
 
 def marking_versions(assignment: Assignment, student: str) -> MadeFrom:
-    """Return what decides the points beside the submission: the versions of qdot's parts, and the assignment."""
+    """Return what decides the points besides the submission: the versions of qdot's parts, and the assignment."""
     content = f"{assignment.edition_of(student)}/{assignment.marking}"
     return MadeFrom(ENGINE, GRADER, hashlib.sha256(content.encode()).hexdigest()[:16])
 
 
 @dataclass(frozen=True)
 class Grader:
-    """What a process needs to grade the notebooks of an assignment: a sandbox, and what other students' answers are."""
+    """Everything a process needs to grade an assignment's notebooks: a sandbox, and the other students' answers."""
 
     assignment: Assignment
     sandbox: Sandbox
@@ -141,9 +143,9 @@ class Grader:
 
 
 def grade_safely(grader: Grader, student: str, attempt: Attempt | None) -> Marked:
-    """Grade one notebook as `grade_attempt` does; whatever fails leaves this notebook alone UNGRADED.
+    """Grade one notebook as `grade_attempt` does; if qdot fails, only this notebook is UNGRADED.
 
-    Raises QdotError if the machine can't run any notebook at all, which is nobody's submission and is reported once.
+    Raises QdotError if the machine can't run any notebook at all, so that this is reported once and not per student.
     """
     started = time.process_time()
     try:
@@ -153,7 +155,7 @@ def grade_safely(grader: Grader, student: str, attempt: Attempt | None) -> Marke
         return replace(marked, seconds=round(seconds, 3), megabytes=round(memory / 1e6, 1))
     except OverLimit as error:
         return mark_ungraded(grader.assignment, student, attempt, str(error), over_limit=True)
-    except Exception as error:  # our own failure must neither become a mark nor stop the class
+    except Exception as error:  # an error in qdot must neither become a mark nor stop the grading of the class
         if isinstance(error, QdotError):
             grader.sandbox.run((), ())
         if (cause := of_machine(error)) is not None:
@@ -162,16 +164,13 @@ def grade_safely(grader: Grader, student: str, attempt: Attempt | None) -> Marke
 
 
 def describe_error(error: Exception) -> str:
-    """Return an exception in words, on one line of no great length."""
+    """Return an exception's message on one line of at most 300 characters."""
     message = str(error) if isinstance(error, (QdotError, NotFoundOut)) else f"{type(error).__name__}: {error}"
     return " ".join(message.split())[:300]
 
 
 def grade_attempt(grader: Grader, student: str, attempt: Attempt | None) -> Marked:
-    """Grade one notebook: regenerate the problems from the assignment, run the cells, mark every part.
-
-    Raises OverLimit.
-    """
+    """Grade one notebook: load the student's problems, run the cells, mark every part. Raises OverLimit."""
     assignment, problems = grader.assignment, load_stored_problems(grader.assignment, student).problems
     submission = None if attempt is None else attempt.submission
     obstacle: str | None = "nothing was handed in"
@@ -201,7 +200,7 @@ def grade_attempt(grader: Grader, student: str, attempt: Attempt | None) -> Mark
             problem, answers.of(slot, problem), reasons, secret=assignment.secret, points_seed=seed, rules=rules,
             allowance=allowance,
         )  # fmt: skip
-        results.append(ProblemResult(str(problem.id), slot, tuple(part_result(slot, each) for each in verdicts)))
+        results.append(ProblemResult(str(problem.id), slot, tuple(part_result(slot, verdict) for verdict in verdicts)))
     return Marked(
         sha256=None if submission is None else submission.sha256,
         obstacle=obstacle,
@@ -215,9 +214,9 @@ def grade_attempt(grader: Grader, student: str, attempt: Attempt | None) -> Mark
 def run_notebook(
     sandbox: Sandbox, submission: Submission, problems: Sequence[tuple[str, Problem]], seed: str
 ) -> Answers:
-    """Run a notebook in the sandbox and return its answers to problems, which come with their slots.
+    """Run a notebook in the sandbox and return its answers; `problems` are pairs of a slot and its problem.
 
-    `seed` selects the points at which functions are called. Raises OverLimit.
+    `seed` selects the configurations at which functions are called. Raises OverLimit.
     """
     parts = [f"{slot}.{part.name}" for slot, problem in problems for part in problem.parts]
     calls = {slot: calls_of(problem, problem.domain(), seed) for slot, problem in problems}
@@ -230,27 +229,27 @@ def run_notebook(
 
 
 def _run_or_try_again(sandbox: Sandbox, run: Callable[[], Run]) -> Run:
-    """Run a notebook. If the process that runs it dies, the notebook is to blame only if that happens twice."""
-    result, lost = Run(end="unbegun"), 0
+    """Run a notebook, again if its process dies; the notebook is blamed only if its process dies twice."""
+    result, crash_count = Run(end="unbegun"), 0
     for _ in range(TRIES):
         result = run()
         if result.end not in ("lost", "unbegun"):
             return result
-        lost += result.end == "lost"
-        if lost == 2:
+        crash_count += result.end == "lost"
+        if crash_count == 2:
             break
-    if lost < 2 or sandbox.run((), ()).end != "done":  # out of memory or disk space, whatever the notebook does
+    if crash_count < 2 or sandbox.run((), ()).end != "done":  # out of memory or disk space, whatever the notebook does
         why = f" ({sandbox.unbegun})" if sandbox.unbegun else "; is there memory, and room on the disk?"
         raise RuntimeError(f"the process that runs notebooks ends by itself{why}")
     return result
 
 
 TRIES = 5
-"""How often a notebook is begun on a machine that ends its process before it has."""
+"""Maximum number of times that a notebook is started if the machine ends its process before the notebook runs."""
 
 
 def part_result(slot: str, verdict: Verdict) -> PartResult:
-    """Return the result of a part from its verdict; `slot` is in the key of its group, too."""
+    """Return the result of a part from its verdict; the key of its group begins with `slot`."""
     judgement, diagnosis = verdict.judgement, verdict.diagnosis
     return PartResult(
         name=verdict.part,
@@ -274,7 +273,7 @@ def part_result(slot: str, verdict: Verdict) -> PartResult:
 def mark_ungraded(
     assignment: Assignment, student: str, attempt: Attempt | None, why: str, over_limit: bool = False
 ) -> Marked:  # fmt: skip
-    """Return the marks of a notebook that exceeded a limit, or on which qdot itself failed: none."""
+    """Return the result without points of a notebook that exceeded a limit or on which qdot failed."""
     for_staff = (why if over_limit else f"qdot could not grade this ({why})") + "; it has no mark yet"
     reason = f"{for_staff}, tell your instructor"
 

@@ -1,7 +1,7 @@
-"""Grade a class: every notebook run, read, compared and marked, on several processes; or one student alone.
+"""Grade a class on several processes, or one student alone: run and mark every notebook.
 
-What the grader gives for a notebook is stored in graded/.cache as soon as it is there, under a key made of the
-submission, the assignment, and the versions of problems and grader. A rerun takes from there whatever has not changed.
+The marks of a notebook are stored in graded/.cache as soon as they are computed. Their key depends on the submission,
+the assignment, and the versions of problems and grader. A rerun uses the stored marks of everything unchanged.
 """
 
 import contextlib
@@ -53,7 +53,7 @@ DIED = "its process was ended twice by the system, probably for want of memory"
 
 @dataclass(frozen=True)
 class Task:
-    """One student to grade."""
+    """A student to grade, and the files that the student submitted; None if there are none."""
 
     student: str
     files: StudentFiles | None
@@ -68,11 +68,12 @@ def grade_class(
     students: Sequence[Student] | None = None,
     executor: str = "",
 ) -> list[Result]:
-    """Grade the roster, or only these `students` of it; return the results in that order and call `each` with each.
+    """Grade the roster, or only these `students` of it, and return the results in that order.
 
-    With 0 jobs, everything is done in this process, and whatever kills it ends the grading. Otherwise a notebook that
-    kills its process twice leaves its student UNGRADED until the next run. With `executor`, the address of a Dask
-    scheduler, its workers grade. Raises QdotError, also for a mistake in overrides.csv.
+    `each` is called with every result. With 0 jobs, everything is done in this process, and a notebook that kills it
+    ends the grading. Otherwise a notebook that kills its process twice leaves its student UNGRADED until the next run.
+    `executor` is the address of a Dask scheduler whose workers grade. Raises QdotError, also for a mistake in
+    overrides.csv.
     """
     overrides = read_overrides(assignment)
     chosen = assignment.roster if students is None else students
@@ -80,20 +81,20 @@ def grade_class(
     cache = cache_folder(assignment.folder)
     make_folder(cache)
     results, costs = [], [("student", "seconds", "megabytes")]
-    stored = [
+    cache_paths = [
         stored_path(cache, task.student, file)
         for task in tasks
         for file in (task.files.files if task.files else [None])
     ]
-    lost = partial(_mark_failed, assignment) if jobs else None
-    with clean_up_after(stored), flush_disks_after():
+    mark_lost = partial(_mark_failed, assignment) if jobs else None
+    with clean_up_after(cache_paths), flush_disks_after():
         graded = (
             _grade_on_cluster(executor, tasks, assignment, limits, cache)
             if executor
-            else ordered_map(_grade_or_mark_failed, tasks, jobs, _Worker, (assignment, limits, cache), lost)
+            else ordered_map(_grade_or_mark_failed, tasks, jobs, _Worker, (assignment, limits, cache), mark_lost)
         )
-        with contextlib.closing(graded) as every:
-            for student, handed_in in zip(chosen, every, strict=True):
+        with contextlib.closing(graded) as submitted_notebooks:
+            for student, handed_in in zip(chosen, submitted_notebooks, strict=True):
                 results.append(_settle(assignment, student, handed_in, overrides))
                 costs.append((student.id, *_cost(handed_in)))
                 each(results[-1])
@@ -105,16 +106,19 @@ def grade_class(
 
 
 def _cost(handed_in: Sequence[Graded]) -> tuple[str, str]:
-    """Return the processor time that grading a student took, in seconds, and the largest memory, in megabytes."""
+    """Return the processor time for grading a student in seconds, and the peak memory in megabytes, as text."""
     marks = [graded.marked for graded in handed_in if graded.marked is not None]
-    seconds, megabytes = sum(each.seconds for each in marks), max((each.megabytes for each in marks), default=0.0)
+    seconds, megabytes = (
+        sum(marked.seconds for marked in marks),
+        max((marked.megabytes for marked in marks), default=0.0),
+    )
     return f"{seconds:.2f}", f"{megabytes:.0f}"
 
 
 def _grade_on_cluster(
     address: str, tasks: Sequence[Task], assignment: Assignment, limits: Limits, cache: Path
 ) -> Generator[list[Graded], None, None]:
-    """Yield everything that each student handed in; each thread here waits for a notebook on the cluster."""
+    """Yield the graded notebooks of each student; each thread of this process waits for one notebook on the cluster."""
     with connect(address, assignment, limits) as cluster:
         worker = _Worker(assignment, limits, cache, cluster)
         pool = ThreadPoolExecutor(cluster.threads)
@@ -125,26 +129,26 @@ def _grade_on_cluster(
 
 
 def cache_folder(folder: Path) -> Path:
-    """Return the folder in which an assignment's folder has what was graded."""
+    """Return the folder that stores the marks of notebooks, inside an assignment's folder."""
     return folder / "graded" / ".cache"
 
 
 @contextlib.contextmanager
 def lock_folder(folder: Path) -> Iterator[None]:
-    """Be the only one who grades in an assignment's folder. Raises QdotError if another grader is at work there.
+    """Lock an assignment's folder for grading. Raises QdotError if another process is grading it.
 
-    The system releases the lock when this process ends, however it ends.
+    The operating system releases the lock when this process ends, even if it crashes.
     """
     path = cache_folder(folder) / "lock"
     make_folder(path.parent)
     try:
-        file = path.open("a+")  # NFS gives no lock for several to who does not read
+        file = path.open("a+")  # NFS gives no shared lock on a file that isn't opened for reading
     except OSError as error:
         raise cannot_write(path, error) from None
     with file:
         _locked_files.add(file.fileno())
         try:
-            with contextlib.suppress(OSError):  # a disk that knows no locks: files are written whole all the same
+            with contextlib.suppress(OSError):  # a disk without locks: files are still written atomically
                 try:
                     lock(file.fileno(), wait=False)
                 except BlockingIOError:
@@ -158,7 +162,7 @@ def lock_folder(folder: Path) -> Iterator[None]:
 
 
 _locked_files: set[int] = set()
-"""Open files that no process forked from this one may keep, because its lock would then outlive this process."""
+"""Open lock files, which forked processes must close: otherwise the lock would outlive this process."""
 
 
 def _close_locked_files() -> None:
@@ -175,14 +179,14 @@ if hasattr(os, "register_at_fork"):  # other systems don't fork
 
 @dataclass(frozen=True)
 class _Stored:
-    """A file of graded/.cache: what a notebook was given, and the key of all that this depends on."""
+    """A file of graded/.cache: the marks of a notebook, and the key of everything they depend on."""
 
     key: str
     marked: Marked
 
 
 class _Worker:
-    """Grades students' notebooks, here in a sandbox or on a cluster, and stores what it graded in the cache folder."""
+    """Grades students' notebooks in a local sandbox or on a cluster, and stores their marks in the cache folder."""
 
     def __init__(self, assignment: Assignment, limits: Limits, cache: Path, cluster: Cluster | None = None) -> None:
         self.assignment, self._limits, self._cache, self._cluster = assignment, limits, cache, cluster
@@ -194,7 +198,7 @@ class _Worker:
         self._grader.sandbox.close()
 
     def grade(self, task: Task) -> list[Graded]:
-        """Return everything that a student handed in, in the order received; the attempts that count are marked."""
+        """Return a student's notebooks in the order received; only the attempts that may count are marked."""
         if task.files is None:
             return [Graded(marked=self._mark(task.student, None))]
         attempts = read_attempts(task.files, self.assignment.key)
@@ -203,12 +207,12 @@ class _Worker:
         for attempt in sorted(attempts, key=lambda attempt: attempt.received):
             submission = attempt.submission
             marked = self._mark(task.student, attempt) if attempt in counting else None
-            told_by = ("file", None) if submission is None else (submission.received_from, submission.late)
-            handed_in.append(Graded(printable_name(attempt.file.name), attempt.received, marked, *told_by))
+            lateness = ("file", None) if submission is None else (submission.received_from, submission.late)
+            handed_in.append(Graded(printable_name(attempt.file.name), attempt.received, marked, *lateness))
         return handed_in
 
     def _mark(self, student: str, attempt: Attempt | None) -> Marked:
-        """Return what the grader gives for a notebook, from the cache if it is there and nothing has changed."""
+        """Return the marks of a notebook, from the cache if nothing has changed since they were stored."""
         if (stored := self.take(student, attempt)) is not None:
             return stored
         if self._cluster is None:
@@ -219,7 +223,7 @@ class _Worker:
         return marked
 
     def take(self, student: str, attempt: Attempt | None) -> Marked | None:
-        """Return what is stored for a notebook, None if it is not there or may not be right any more."""
+        """Return the stored marks of a notebook; None if there are none or they may be out of date."""
         try:
             stored = from_json(_Stored, self._path(student, attempt).read_bytes())
         except (OSError, ValueError):
@@ -227,7 +231,7 @@ class _Worker:
         return stored.marked if stored.key == self._key(student, attempt) else None
 
     def put(self, student: str, attempt: Attempt | None, marked: Marked) -> None:
-        """Store what the grader gives for a notebook, unless qdot failed on it: then the next run tries again."""
+        """Store the marks of a notebook, unless qdot failed to grade it, so that the next run tries again."""
         if marked.is_graded:
             stored = _Stored(self._key(student, attempt), replace(marked, seconds=0.0, megabytes=0.0))
             write_atomically(self._path(student, attempt), json.dumps(as_json(stored)), lasting=False)
@@ -236,16 +240,16 @@ class _Worker:
         return stored_path(self._cache, student, None if attempt is None else attempt.file)
 
     def _key(self, student: str, attempt: Attempt | None) -> str:
-        """Return a text that changes whenever what a notebook earns may change; also when it may take longer."""
+        """Return a text that changes whenever the notebook's points may change, and when the limits change."""
         handed_in = "" if attempt is None else f"{attempt.file.name}/{attempt.fingerprint}/{self._limits}"
         content = f"{json.dumps(as_json(marking_versions(self.assignment, student)))}/{student}/{handed_in}"
         return hashlib.sha256(content.encode("utf-8", "replace")).hexdigest()
 
 
 def _grade_or_mark_failed(worker: _Worker, task: Task) -> list[Graded]:
-    """Return everything that a student handed in, as `_Worker.grade` does; what fails here fails for this student only.
+    """Return a student's notebooks as `_Worker.grade` does; an error leaves only this student UNGRADED.
 
-    Only what concerns the whole class, such as a full disk, is a QdotError.
+    Raises QdotError for a problem that concerns the whole class, such as a full disk.
     """
     try:
         return worker.grade(task)
@@ -260,15 +264,15 @@ def _grade_or_mark_failed(worker: _Worker, task: Task) -> list[Graded]:
 def _settle(assignment: Assignment, student: Student, handed_in: Sequence[Graded], overrides: Overrides) -> Result:
     try:
         return settle(assignment, student, handed_in, overrides)
-    except Exception as error:  # one student's failure must not stop the class here, either
+    except Exception as error:  # an error for one student must not stop the class
         marked = mark_ungraded(assignment, student.id, None, describe_error(error))
         return settle(assignment, student, [Graded(handed_in[0].file, marked=marked)])
 
 
 def _counting_attempts(assignment: Assignment, attempts: list[Attempt]) -> list[Attempt]:
-    """Return the notebooks to grade; `attempts` come as `find_submissions` orders them.
+    """Return the notebooks to grade; `attempts` are in the order of `find_submissions`.
 
-    If any has the assignment's name, or names it in its metadata, the others are no attempts.
+    If the names or the metadata of some notebooks name the assignment, the other notebooks are ignored.
     """
     of_assignment = [attempt for attempt in attempts if attempt.is_of(assignment)] or attempts
     counting = assignment.attempts.select_counting([attempt.received for attempt in of_assignment])
@@ -276,13 +280,13 @@ def _counting_attempts(assignment: Assignment, attempts: list[Attempt]) -> list[
 
 
 def _mark_failed(assignment: Assignment, task: Task, why: str = DIED) -> list[Graded]:
-    """Return what stands for a student on whom qdot failed, or on whom every process that was to grade them died."""
+    """Return an UNGRADED notebook for a student whom qdot failed to grade, or whose processes all crashed."""
     file = printable_name(task.files.files[0].name) if task.files and task.files.files else ""
     return [Graded(file, marked=mark_ungraded(assignment, task.student, None, why))]
 
 
 def stored_path(cache: Path, student: str, file: Path | None) -> Path:
-    """Return where the result of a student's notebook is stored."""
+    """Return the path of the file that stores the marks of a student's notebook."""
     name = f"{student}/{'' if file is None else f'{file.name}/{file.parent.name == student}'}"
     return cache / f"{hashlib.sha256(name.encode('utf-8', 'surrogateescape')).hexdigest()[:24]}.json"
 
@@ -291,12 +295,12 @@ def stored_path(cache: Path, student: str, file: Path | None) -> Path:
 
 
 def make_limits(seconds: float) -> Limits:
-    """Return the limits of a notebook that may take so long; each of its cells may take half of that."""
+    """Return the limits for a notebook that may run for `seconds`; each of its cells may run for half of that."""
     return Limits(seconds=seconds, cell_seconds=max(1.0, seconds / 2))
 
 
 def find_student(assignment: Assignment, identifier: str) -> Student:
-    """Return a student of the roster. Raises QdotError."""
+    """Return the student with an identifier. Raises QdotError if it isn't in the roster."""
     for student in assignment.roster:
         if student.id == identifier:
             return student
@@ -304,7 +308,7 @@ def find_student(assignment: Assignment, identifier: str) -> Student:
 
 
 def read_time(text: str) -> datetime.datetime:
-    """Return a time as ISO 8601 writes it; without a zone, it is the machine's. Raises QdotError."""
+    """Return the time that a text gives in ISO 8601; the default zone is the machine's. Raises QdotError."""
     try:
         return with_zone(datetime.datetime.fromisoformat(text))
     except ValueError:
@@ -314,16 +318,16 @@ def read_time(text: str) -> datetime.datetime:
 def find_student_files(
     assignment: Assignment, path: Path, received: datetime.datetime | None = None, time_source: str = "option"
 ) -> StudentFiles | None:
-    """Return what a student handed in: a notebook, or a folder with it. Raises QdotError if there is neither."""
+    """Return the files of a student, from a notebook or a folder that contains it. Raises QdotError without either."""
     if not path.exists():
         raise QdotError(f"{path} does not exist; with one student, it is their notebook, or a folder with it")
     return find_files_of_student(path, assignment.key, time_source if received else "", received)
 
 
 def grade_one(assignment: Assignment, student: Student, files: StudentFiles | None, limits: Limits) -> Result:
-    """Return a student's result, from graded/.cache if nothing has changed; nothing else is written.
+    """Return a student's result, from graded/.cache if nothing has changed. Write only to this cache.
 
-    Files in the cache are written whole, so several processes may do this at once.
+    Files in the cache are written atomically, so several processes may do this at the same time.
     """
     submissions = {} if files is None else {student.id: files}
     return grade_class(assignment, submissions, 1, limits, students=[student])[0]

@@ -1,4 +1,4 @@
-"""Check a notebook before it is submitted: which answers are found, and how they are read (`qdot check`)."""
+"""Check a notebook before it is submitted: find its answers and report how they are parsed (`qdot check`)."""
 
 import keyword
 import re
@@ -27,12 +27,12 @@ from qdot.grader.submissions.cells import OverLimit, Unreadable
 from qdot.grader.submissions.submission import Submission, find_python_files, read_submission
 
 STATEMENTS = ("eq", "and", "or", "in", "pair", "dict", "set")
-"""Kinds of nodes that are conditions, and no entries of a matrix."""
+"""Kinds of nodes that are conditions and can't be entries of a matrix."""
 
 
 @dataclass(frozen=True)
 class CheckedAnswer:
-    """One answer cell: the part, whether it can be read, and a message for the student."""
+    """One answer cell: the part, whether its answer can be parsed, and a message for the student."""
 
     part: str
     readable: bool
@@ -41,7 +41,7 @@ class CheckedAnswer:
 
 @dataclass(frozen=True)
 class CheckedNotebook:
-    """What will be read of a notebook, and the notes of `qdot grade` on how it was found."""
+    """The answers that `qdot grade` will find in a notebook, and its notes on how it found them."""
 
     rows: tuple[CheckedAnswer, ...]
     notes: tuple[str, ...]
@@ -86,32 +86,32 @@ def check_notebook(path: Path) -> CheckedNotebook:
 
 
 def _claim(claims: Mapping[str, object], key: str, slot: str) -> object:
-    """Return what a notebook's metadata claim about its problem; a student can write anything there."""
+    """Return a value that a notebook's metadata claim for a slot; it is untrusted, as a student can edit it."""
     claim = claims.get(key)
     return claim.get(slot) if isinstance(claim, dict) else None
 
 
 def _claimed_symbols(submission: Submission) -> list[str]:
-    """Return the symbols that a notebook claims its problems have; what is no name is left out."""
+    """Return the symbols that a notebook claims for its problems, without strings that aren't valid names."""
     claim = submission.claims.get("symbols")
-    listed = [names for names in claim.values() if isinstance(names, list)] if isinstance(claim, dict) else []
-    named = {
+    name_lists = [names for names in claim.values() if isinstance(names, list)] if isinstance(claim, dict) else []
+    valid_names = {
         name
-        for names in listed
+        for names in name_lists
         for name in names
         if isinstance(name, str) and re.fullmatch(r"[a-z]{1,20}\d{0,3}", name)
     }
-    return sorted(name for name in named if not keyword.iskeyword(name))[:MOST_SYMBOLS]
+    return sorted(name for name in valid_names if not keyword.iskeyword(name))[:MOST_SYMBOLS]
 
 
 MOST_SYMBOLS = 100
-"""Names that are taken from a notebook's claims."""
+"""Maximum number of names that are taken from a notebook's claims."""
 
 
 def claimed_form(claims: Mapping[str, object], slot: str, part: str) -> ExpectedForm | None:
-    """Return the form of the expected answer as the notebook claims it; None if it does not, as older ones don't.
+    """Return the form of the expected answer that the notebook claims; None without a claim, as in older notebooks.
 
-    A notebook does not claim which options there are to choose from.
+    A notebook never claims the options of a choice question.
     """
     forms, symbols, joints = (_claim(claims, key, slot) for key in ("answers", "symbols", "joints"))
     form = forms.get(part) if isinstance(forms, dict) else None
@@ -127,18 +127,18 @@ def claimed_form(claims: Mapping[str, object], slot: str, part: str) -> Expected
 
 
 LARGEST_SHAPE = 100
-"""Rows or columns of an answer that a notebook may claim is expected; arms have fewer joints."""
+"""Bound for the rows and columns that a notebook may claim for an answer; arms have fewer joints."""
 
 
 def _example_answer(kind: object, shape: object, units: object) -> Answer | None:
-    """Return an answer of the form that a notebook claims; None for options, and if no form is claimed."""
+    """Return an example answer of the form that a notebook claims; None for options or without a valid claim."""
     if kind == Expression.type:
         return Expression(sp.S.Zero)
     if kind == ConditionSet.type:
         return ConditionSet(())
     if not isinstance(shape, list) or len(shape) != 2 or any(n not in range(1, LARGEST_SHAPE) for n in shape):
         return None
-    zeros = sp.zeros(*map(int, shape))  # numbers of a notebook come as 3.0
+    zeros = sp.zeros(*map(int, shape))  # a notebook's numbers may be floats such as 3.0
     if kind == Number.type and _are_names(units) and len(units) == len(zeros):
         return Number(zeros, tuple(units), 0, 0)
     return {Matrix.type: Matrix(zeros), Direction.type: Direction(zeros)}.get(str(kind))
@@ -149,7 +149,7 @@ def _are_names(claim: object) -> TypeGuard[list[str]]:
 
 
 def is_readable(text: str, expected: ExpectedForm) -> bool:
-    """Tell whether a text can be read as the expected answer."""
+    """Return whether a text can be parsed as the expected answer."""
     return _check_answer("", text, expected).readable
 
 
@@ -162,8 +162,8 @@ def _check_answer(part: str, text: str, expected: ExpectedForm | None) -> Checke
         return CheckedAnswer(part, True, text.strip())
     parsed = read_any(text) if expected is None else read_as(expected, text)
     if parsed.refusal is not None:
-        left = parsed.refusal.outcome is Outcome.MISSING
-        return CheckedAnswer(part, False, "left blank" if left else parsed.refusal.reason)
+        is_blank = parsed.refusal.outcome is Outcome.MISSING
+        return CheckedAnswer(part, False, "left blank" if is_blank else parsed.refusal.reason)
     if unknown := _describe_unknown_symbols(parsed, expected):
         return CheckedAnswer(part, False, unknown)
     shown = text if len(text) <= 300 else text[:300] + " …"
@@ -175,20 +175,23 @@ def _check_answer(part: str, text: str, expected: ExpectedForm | None) -> Checke
 
 
 def _may_mean_and(parsed: ParsedAnswer, expected: ExpectedForm) -> bool:
-    """Tell whether commas in a text stand between conditions on different joints; in a list they stand for "or"."""
+    """Return whether the commas in a text may mean "and": they separate conditions on different joints.
+
+    In a list, commas mean "or".
+    """
     is_list = parsed.text.strip()[:1] in ("[", "{")
     return not is_list and parsed.tree is not None and combine_with_and(parsed.tree, expected.joints) is not None
 
 
 def _describe_unknown_symbols(parsed: ParsedAnswer, expected: ExpectedForm | None) -> str:
-    """Name the symbols that the problem does not have; conditions may bring their own."""
+    """Return a message on the symbols that the problem doesn't have; conditions may introduce their own."""
     if expected is None or not expected.answer.takes_symbols or expected.answer.is_a_set:
         return ""
     return unknown_symbols(parsed, expected.domain)
 
 
 def _describe_shape(parsed: ParsedAnswer) -> str:
-    """Return the shape of a matrix of expressions in words; a list of conditions has none."""
+    """Return the shape of a matrix of expressions as text; the text is empty for a list of conditions."""
     if parsed.tree is None or parsed.tree.kind != "list" or parsed.rows is None or len(parsed.entries) < 2:
         return ""
     if any(entry.kind in STATEMENTS for entry in parsed.entries):

@@ -1,4 +1,4 @@
-"""Find out whether an answer is right for another student's problem: nothing may follow from a copied answer."""
+"""Find out whether an answer is correct for another student's problem; follow-through gives no points for a copy."""
 
 import hashlib
 from collections.abc import Iterable, Mapping, Sequence
@@ -23,9 +23,9 @@ DIGITS = 1e6
 
 
 class ClassAnswers:
-    """The right answers to the problems of a whole class, as fingerprints of their values at configurations.
+    """The correct answers to the problems of a whole class, as fingerprints of their values at configurations.
 
-    They are computed for a part of the assignment when it is first needed, in some milliseconds a student.
+    They are computed for a part of the assignment when it is first needed, in a few milliseconds per student.
     """
 
     def __init__(self, assignment: Assignment) -> None:
@@ -36,7 +36,7 @@ class ClassAnswers:
     def is_right_for_another(
         self, problem: Problem, slot_name: str, part: Part, rows: Sequence[Sequence[Node]]
     ) -> bool:
-        """Tell whether a wrong answer to a part is right for another student's problem in the same slot."""
+        """Return whether a wrong answer to a part is correct for another student's problem in the same slot."""
         if not is_derived(part):
             return False
         slot = next(slot for slot in self._assignment.slots if slot.name == slot_name)
@@ -48,22 +48,24 @@ class ClassAnswers:
         symbols = problem.symbols().items()
         given_values = {name: float(info.value) for name, info in symbols if name in used and info.value is not None}
         program = compile_program(entries)
-        # A length that is given here may be open in the other problem, whose answer holds its symbol then.
-        as_read = (evaluate(program, self._shared_values(used, known), POINTS)[0].real for known in (given_values, {}))
-        return any(_fingerprint(values) in self._fingerprints[key] for values in as_read)
+        # A length with a value here may be symbolic in the other problem, whose answer then contains its symbol.
+        candidates = (
+            evaluate(program, self._shared_values(used, known), POINTS)[0].real for known in (given_values, {})
+        )
+        return any(_fingerprint(values) in self._fingerprints[key] for values in candidates)
 
     def _chains(self, slot: Slot) -> list[Chain]:
         chains = []
         for student in self._assignment.roster:
-            with suppress(QdotError, RuntimeError):  # who has no such problem has no answer that could be copied
+            with suppress(QdotError, RuntimeError):  # a student without this problem has no answer to copy
                 chains.append(self._chain(slot, student.id))
         return chains
 
     def _chain(self, slot: Slot, student: str) -> Chain:
-        of = self._assignment
+        assignment = self._assignment
         if slot.family.varied:
-            return slot.problem(of.secret, student, of.draw_of(slot, student)).chain
-        return sample_chain(of.identity(slot, student), slot.family)
+            return slot.problem(assignment.secret, student, assignment.draw_of(slot, student)).chain
+        return sample_chain(assignment.identity(slot, student), slot.family)
 
     def _fingerprint_of(self, chain: Chain, part: Part) -> bytes:
         symbols = [*chain.q, *chain.rates, *chain.parameters, *part.symbols, *chain.task]
@@ -71,7 +73,7 @@ class ClassAnswers:
         return _fingerprint(values.reshape(-1, POINTS))
 
     def _shared_values(self, used: Iterable[str], given_values: Mapping[str, float]) -> dict[str, np.ndarray]:
-        """Return values of names that are the same for the whole class."""
+        """Return values for symbols: the given ones, and sampled ones that are the same for the whole class."""
         return {
             name: np.full(POINTS, given_values[name]) if name in given_values else self._shared_value(name)
             for name in used
@@ -79,13 +81,15 @@ class ClassAnswers:
 
     def _shared_value(self, name: str) -> np.ndarray:
         if name not in self._sampled_values:
-            drawn = Domain({name: "angle"}).sample({name}, 10, Stream(f"{self._assignment.secret}/copies/{name}"))[name]
-            self._sampled_values[name] = drawn[-POINTS:]
+            samples = Domain({name: "angle"}).sample({name}, 10, Stream(f"{self._assignment.secret}/copies/{name}"))[
+                name
+            ]
+            self._sampled_values[name] = samples[-POINTS:]
         return self._sampled_values[name]
 
 
 def _fingerprint(values: np.ndarray) -> bytes:
-    """Return a digest of values, rounded so that rounding errors don't change it."""
+    """Return a digest of values, which are rounded first so that rounding errors don't change it."""
     with np.errstate(all="ignore"):
-        whole = np.nan_to_num(np.round(values * DIGITS), nan=0.0, posinf=0.0, neginf=0.0) + 0.0
-    return hashlib.sha256(whole.astype(np.int64).tobytes()).digest()
+        rounded = np.nan_to_num(np.round(values * DIGITS), nan=0.0, posinf=0.0, neginf=0.0) + 0.0
+    return hashlib.sha256(rounded.astype(np.int64).tobytes()).digest()

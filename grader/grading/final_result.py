@@ -1,7 +1,7 @@
-"""Turn what the grader gave for notebooks into a student's result: overrides, lateness, and which attempt counts.
+"""Compute a student's result from the graded notebooks: choose the attempt, apply overrides and the late penalty.
 
-Nothing is marked here, so that a changed override or late rule takes effect at once. The score is the sum of the
-parts' points, as the grader gave them or a person set them, less the late penalty; or a total that a person set.
+No answer is judged here, so a changed override or late rule takes effect at once. The score is the sum of the parts'
+points minus the late penalty. A person can override the points of a part or the total.
 """
 
 import datetime
@@ -17,15 +17,15 @@ from qdot.grader.grading.overrides import NO_OVERRIDES, TOTAL, Overrides
 from qdot.grader.grading.result import CountingSubmission, Lateness, Marked, PartResult, ReadNotebook, Result
 
 MOST_NAMED = 5
-"""Files that are named in a sentence."""
+"""Maximum number of file names listed in a note."""
 
 
 @dataclass(frozen=True)
 class Graded:
-    """What the grader gave for a notebook of a student; `marked` is None if the notebook doesn't count.
+    """A student's notebook and its marks; `marked` is None if the notebook was not graded.
 
-    `file` is empty if nothing was handed in. `received_from` is the source of the time: a platform, or "file". `late`
-    is a platform's own mark, if it makes one.
+    `file` is empty if nothing was submitted. `received_from` is the source of the time: a platform, or "file".
+    `late` is whether the platform flagged the work as late; None if it doesn't say.
     """
 
     file: str = ""
@@ -38,28 +38,28 @@ class Graded:
 def settle(
     assignment: Assignment, student: Student, handed_in: Sequence[Graded], overrides: Overrides = NO_OVERRIDES
 ) -> Result:
-    """Return a student's result from everything that was handed in, in the order in which it was received.
+    """Return a student's result from all submitted notebooks, in the order in which they were received.
 
-    Of several graded notebooks, the one that earns most counts; of equal ones, the first. A part on which qdot failed
-    counts in full here, so that the failure is reported and not passed over.
+    The graded notebook with the most points counts; if there is a tie, the first of them. For this choice, a part that
+    qdot failed to grade counts as full marks, so that another attempt doesn't hide the failure.
     """
     results = {
         i: _result_if_counting(assignment, student, graded, graded.marked, overrides)
         for i, graded in enumerate(handed_in)
         if graded.marked
     }
-    counts = max(results, key=lambda i: _greatest_worth(results[i]))
-    result = results[counts]
+    chosen = max(results, key=lambda i: _greatest_worth(results[i]))
+    result = results[chosen]
     if len(handed_in) == 1:
         return result
-    not_counting = [graded.file for i, graded in enumerate(handed_in) if i != counts]
+    not_counting = [graded.file for i, graded in enumerate(handed_in) if i != chosen]
     more = f" and {len(not_counting) - MOST_NAMED} more" if len(not_counting) > MOST_NAMED else ""
-    rank = f", the {assignment.attempts}" if len(results) > 1 else ""
+    why = f", the {assignment.attempts}" if len(results) > 1 else ""
     if not assignment.attempts.best_of:
-        last = sum(graded.received == handed_in[counts].received for graded in handed_in)
-        rank = ", the last" if last == 1 else f", of the last {last}, received at the same time, the likeliest by name"
+        tied = sum(graded.received == handed_in[chosen].received for graded in handed_in)
+        why = ", the last" if tied == 1 else f", of the last {tied}, received at the same time, the likeliest by name"
     note = (
-        f"{len(handed_in)} notebooks were read; {handed_in[counts].file} counts{rank}, "
+        f"{len(handed_in)} notebooks were read; {handed_in[chosen].file} counts{why}, "
         f"not {', '.join(not_counting[:MOST_NAMED])}{more}"
     )
     if assignment.attempts.best_of is not None and len(results) < len(handed_in):
@@ -73,7 +73,7 @@ def settle(
 
 
 def ungraded_result(assignment: Assignment, result: Result, why: str) -> Result:
-    """Return a result without a mark in place of one on which qdot itself failed."""
+    """Return a result without marks that replaces one on which qdot itself failed."""
     student = next(student for student in assignment.roster if student.id == result.student)
     file = "" if result.submission is None else result.submission.file
     return settle(assignment, student, [Graded(file, marked=mark_ungraded(assignment, student.id, None, why))])
@@ -82,12 +82,12 @@ def ungraded_result(assignment: Assignment, result: Result, why: str) -> Result:
 def _result_if_counting(
     assignment: Assignment, student: Student, graded: Graded, marked: Marked, overrides: Overrides
 ) -> Result:
-    """Return the student's result if this notebook is the one that counts."""
-    of_student = overrides.of_students.get(student.id, {})
+    """Return the result that the student gets if this notebook counts."""
+    student_overrides = overrides.of_students.get(student.id, {})
 
     def apply_override(slot: str, part: PartResult) -> PartResult:
-        """Return a part with the points that a person set and the grader's own; its outcome and reason stay."""
-        override = of_student.get(f"{slot}.{part.name}") or overrides.of_groups.get(part.group or "")
+        """Return a part with its override, which also records the grader's points; outcome and reason stay."""
+        override = student_overrides.get(f"{slot}.{part.name}") or overrides.of_groups.get(part.group or "")
         if override is None:
             return part
         points = part.points if override.points is None else override.points
@@ -98,19 +98,19 @@ def _result_if_counting(
         for problem in marked.problems
     )
     parts = [part for problem in problems for part in problem.parts]
-    before = sum_points(part.points for part in parts)
-    late = None if graded.late is False else _lateness(assignment, student, graded.received, before)
-    score = before if late is None else _subtract_share(before, Fraction(str(late.penalty)))
-    of_total = of_student.get(TOTAL)
+    unpenalized = sum_points(part.points for part in parts)
+    late = None if graded.late is False else _lateness(assignment, student, graded.received, unpenalized)
+    score = unpenalized if late is None else _subtract_share(unpenalized, Fraction(str(late.penalty)))
+    total_override = student_overrides.get(TOTAL)
     submission = CountingSubmission(graded.file, marked.sha256, _iso_time(graded.received), graded.received_from)
     return Result(
         student=student.id,
         assignment=assignment.key,
         submission=submission if graded.file else None,
-        score=score if of_total is None or of_total.points is None else of_total.points,
+        score=score if total_override is None or total_override.points is None else total_override.points,
         max_score=sum_points(part.max_points for part in parts),
         late=late,
-        override=None if of_total is None else of_total.applied_to(score),
+        override=None if total_override is None else total_override.applied_to(score),
         obstacle=marked.obstacle,
         notes=marked.notes,
         staff_notes=marked.staff_notes,
@@ -122,7 +122,7 @@ def _result_if_counting(
 def _lateness(
     assignment: Assignment, student: Student, received: datetime.datetime | None, points: float
 ) -> Lateness | None:
-    """Return by how much work is late and the share of its points that this costs; None if it is on time."""
+    """Return how late the work is and which share of its points is deducted; None if it is on time."""
     deadline = assignment.due_of(student)
     if deadline is None or received is None:
         return None
@@ -136,7 +136,7 @@ def _lateness(
 
 
 def _subtract_share(points: float, share: Fraction) -> float:
-    """Return points less a share of them, which is rounded to four decimals.
+    """Return the points minus the given share of them; the deduction is rounded to four decimals.
 
     >>> _subtract_share(0.7, Fraction(1, 10))
     0.63
@@ -146,7 +146,7 @@ def _subtract_share(points: float, share: Fraction) -> float:
 
 
 def _greatest_worth(result: Result) -> Fraction:
-    """Return a result's points, with full marks for what qdot failed on."""
+    """Return a result's points, counting the parts that qdot failed to grade as full marks."""
     without_points = [part.max_points for part in result.parts.values() if part.points is None]
     return Fraction(str(result.score)) + sum(Fraction(str(points)) for points in without_points)
 

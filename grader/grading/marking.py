@@ -1,4 +1,4 @@
-"""Mark a student's answers to a problem: each part against its reference, points by the judgement's share."""
+"""Mark a student's answers to a problem: compare each part with its reference, and give points for its share."""
 
 import secrets
 from collections.abc import Callable, Iterable, Mapping
@@ -26,8 +26,7 @@ from qdot.grader.judging.verdict import Diagnosis, Judgement, Outcome, Verdict, 
 from qdot.grader.sandbox.clock import Allowance, Budget, Overlong
 
 CREDIT = Fraction(4, 5)
-"""The share of its points that a part earns for following from a wrong earlier answer, unless the assignment says
-otherwise."""
+"""The default share of its points that a part earns for following from a wrong earlier answer."""
 NOT_RIGHT = (Outcome.WRONG, Outcome.PARTIAL)
 
 
@@ -84,7 +83,7 @@ def mark(
 
 
 def compute_earned_share(problem: Problem, part: Part, text: str) -> Fraction:
-    """Return the share of a part's points that an answer earns by itself, as it is typed; the same at every call."""
+    """Return the share of a part's points that a typed answer earns by itself; every call gives the same share."""
     seed = f"{problem.id}/{part.name}"
     parsed = read_answer(problem, part, text, seed)
     judgement = give_partial_credit(
@@ -95,10 +94,10 @@ def compute_earned_share(problem: Problem, part: Part, text: str) -> Fraction:
 
 @dataclass
 class _ProblemMarking:
-    """The state of marking one problem: its parsed answers and judgements so far, from the first part to the last.
+    """The state of marking one problem, part by part: the answers parsed and the judgements made so far.
 
-    `causes` are the mistakes found so far, `attempts` the parts answered by an attempt at this arm. `undecided` are
-    wrong answers for which there was no time to find out whether they are attempts.
+    `causes` are the mistakes found so far. `attempts` are the parts whose answers are attempts at this arm. `undecided`
+    are the wrong answers for which there was no time to decide whether they are attempts.
     """
 
     problem: Problem
@@ -113,7 +112,7 @@ class _ProblemMarking:
     undecided: list[str] = field(default_factory=list)
 
     def judge(self, part: Part, text: str, points_seed: str) -> Judgement:
-        """Return the judgement on an answer against the reference."""
+        """Return the judgement on an answer, compared with the reference."""
         seed = self.seeds[part.name]
         try:
             with self.time.judging.spend():
@@ -123,11 +122,11 @@ class _ProblemMarking:
                 return give_partial_credit(answer, judgement, self.rules.is_copied)
         except Overlong:
             return _out_of_time(self.time.judging)
-        except Exception as error:  # an error of qdot, whatever it is, must not become a mark
+        except Exception as error:  # no error in qdot may become a mark
             return _failed(error)
 
     def verdict(self, part: Part, text: str | None) -> Verdict:
-        """Return the verdict on a part, after all parts are judged and the parts before it have their verdicts."""
+        """Return the verdict on a part. Call it in the order of the parts, after all of them are judged."""
         followed = self._follow(part)
         judgement = self.judgements[part.name]
         shown = SHOWN if text is not None and is_table(text) else text
@@ -140,22 +139,24 @@ class _ProblemMarking:
         return Verdict(part.name, judgement, points, part.points, shown, attempt=True if is_attempt else None)
 
     def _follow(self, part: Part) -> Followed | None:
-        """Return the judgement on a wrong answer against what follows from earlier wrong answers.
+        """Return the judgement on a wrong answer, compared with what follows from earlier wrong answers.
 
-        If that can't be found out, the answer has no mark, because it may have earned more.
+        If the comparison fails, the answer becomes UNGRADED, because it might have earned more.
         """
-        names = [each.name for each in self.problem.parts]
-        wrong = [name for name in names if self.judgements[name].outcome in NOT_RIGHT]
-        before = [name for name in wrong if names.index(name) < names.index(part.name)]
-        if part.name not in wrong or not self.rules.credit or not before:
+        names = [other.name for other in self.problem.parts]
+        wrong_parts = [name for name in names if self.judgements[name].outcome in NOT_RIGHT]
+        earlier_parts = [name for name in wrong_parts if names.index(name) < names.index(part.name)]
+        if part.name not in wrong_parts or not self.rules.credit or not earlier_parts:
             return None
         followed, seed = None, self.seeds[part.name]
         try:
             with self.time.judging.spend():
-                followed = follow(self.problem, part, self.parsed, before, seed, self.rules.is_copied, self.attempts)
+                followed = follow(
+                    self.problem, part, self.parsed, earlier_parts, seed, self.rules.is_copied, self.attempts
+                )
         except Overlong:
             self.judgements[part.name] = _out_of_time(self.time.judging)
-        except RecursionError:  # formulas nested deeper than anybody writes them
+        except RecursionError:  # formulas nested deeper than in any real answer
             return None
         except Exception as error:
             self.judgements[part.name] = _failed(error)
@@ -165,12 +166,12 @@ class _ProblemMarking:
 
     def _explain(self, part: Part, followed: Followed | None) -> tuple[Diagnosis | None, str | None, bool | None]:
         """Return the diagnosis of a wrong answer, the key of its group, and whether it is an attempt at this arm."""
-        about, looking = (self.problem, part, self.parsed[part.name], self.seeds[part.name]), self.time.looking
+        answer, budget = (self.problem, part, self.parsed[part.name], self.seeds[part.name]), self.time.looking
         follows = followed is not None and followed.judgement.outcome is Outcome.CORRECT
         follows_from_attempt = follows and followed is not None and followed.idle is None
         causes = () if follows_from_attempt else tuple(self.causes)
-        known = _search(looking, diagnose, *about, causes)
-        diagnosis = None if follows_from_attempt else known or _search(looking, advise, *about)
+        mistake = _search(budget, diagnose, *answer, causes)
+        diagnosis = None if follows_from_attempt else mistake or _search(budget, advise, *answer)
         if diagnosis is not None and diagnosis.cause is not None:
             self.causes.append(Cause(*diagnosis.cause, part.name, ASKED[part.kind].title))
         attempt = None
@@ -178,18 +179,21 @@ class _ProblemMarking:
             attempt = (
                 follows_from_attempt
                 or _is_half_right(self.judgements[part.name])
-                or (known is not None and known.is_one)
-                or bool(_search(looking, has_terms, *about))
+                or (mistake is not None and mistake.is_one)
+                or bool(_search(budget, has_terms, *answer))
             )
             attempt = attempt and (follows_from_attempt or not follows)
             self.attempts += [part.name] if attempt else []
-            self.undecided += [part.name] if not attempt and looking.left <= 0 else []
-        group = None if self.secret is None else _search(looking, group_of, *about[:3], known, self.secret)
+            self.undecided += [part.name] if not attempt and budget.left <= 0 else []
+        group = None if self.secret is None else _search(budget, group_of, *answer[:3], mistake, self.secret)
         return diagnosis, group, attempt
 
 
 def _is_half_right(judgement: Judgement) -> bool:
-    """Tell whether half of an answer is right; of a single formula more than half, as a factor may match by chance."""
+    """Return whether at least half of an answer is correct.
+
+    A single formula must be more than half correct, because one of its factors may match by chance.
+    """
     return judgement.share >= HALF if judgement.entries is not None else judgement.share > HALF
 
 
@@ -197,13 +201,13 @@ def _verdict_by_points(
     part: Part, judgement: Judgement, answer: str | None, diagnosis: Diagnosis | None, followed: Followed | None,
     credit: Fraction,
 ) -> Verdict:  # fmt: skip
-    """Return the verdict on a wrong answer: its points by the judgement, or by what follows where that is more."""
+    """Return the verdict on a wrong answer, with the points of the judgement or of follow-through if they are more."""
     points = share_of_points(part.points, judgement.share)
-    more = 0.0 if followed is None else share_of_points(part.points, followed.judgement.share, credit)
+    followed_points = 0.0 if followed is None else share_of_points(part.points, followed.judgement.share, credit)
     if followed is not None and followed.idle is not None:
         if followed.judgement.outcome is Outcome.CORRECT:
             judgement = replace(judgement, reason=f"{judgement.reason}; {_no_attempt(followed.idle)}")
-    elif followed is not None and more > points:
+    elif followed is not None and followed_points > points:
         how_far = "follows" if followed.judgement.outcome is Outcome.CORRECT else "follows in part"
         reason = (
             f"this {how_far} from your own answer to {followed.earlier!r}, which is not right, and earns "
@@ -213,7 +217,9 @@ def _verdict_by_points(
             replace(judgement, outcome=Outcome.PARTIAL, reason=reason),
             _entries(part, followed.judgement),
         )
-        return Verdict(part.name, judgement, more, part.points, answer, diagnosis, followed.earlier, follows=follows)
+        return Verdict(
+            part.name, judgement, followed_points, part.points, answer, diagnosis, followed.earlier, follows=follows
+        )
     return Verdict(part.name, judgement, points, part.points, answer, diagnosis)
 
 
@@ -225,7 +231,7 @@ def _no_attempt(earlier: str) -> str:
 
 
 def _entries(part: Part, judgement: Judgement) -> tuple[tuple[bool, ...], ...] | None:
-    """Return which entries are as they should be, of an answer that has several."""
+    """Return for each entry of an answer whether it is correct; None if the answer has no separate entries."""
     if judgement.entries is not None or judgement.outcome is not Outcome.CORRECT:
         return judgement.entries
     rows, columns = part.shape or (0, 0)
@@ -233,14 +239,14 @@ def _entries(part: Part, judgement: Judgement) -> tuple[tuple[bool, ...], ...] |
 
 
 def list_max_points(assignment: Assignment) -> dict[str, float]:
-    """Return the most points of every part, by its name in the assignment, as in "p1.jacobian"."""
+    """Return the maximum points of every part by its name in the assignment, for example "p1.jacobian"."""
     slots = assignment.slots
     names = [f"{slot.name}.{question}" for slot in slots for question in slot.questions]
     return dict(zip(names, (points for slot in slots for points in slot.max_points), strict=True))
 
 
 def share_of_points(points: float, share: float, credit: Fraction = Fraction(1)) -> float:
-    """Return a share of the points, exactly, to four decimals.
+    """Return a share of the points, computed exactly and rounded to four decimals.
 
     >>> share_of_points(0.3, 1 / 3), share_of_points(2, 1.0, Fraction(4, 5))
     (0.1, 1.6)
@@ -249,12 +255,12 @@ def share_of_points(points: float, share: float, credit: Fraction = Fraction(1))
 
 
 def sum_points(points: Iterable[float | None]) -> float:
-    """Return the sum of points of four decimals, exactly: 0.1 and 0.2 are 0.3."""
+    """Return the exact sum of points given to four decimals: 0.1 and 0.2 are 0.3."""
     return float(sum((Fraction(str(number)) for number in points if number is not None), Fraction(0)))
 
 
 def format_points(value: float) -> str:
-    """Return points as they are, to four decimals.
+    """Return points as text, with up to four decimals and without trailing zeros.
 
     >>> format_points(2.0), format_points(123.4567), format_points(0.25)
     ('2', '123.4567', '0.25')
@@ -266,7 +272,10 @@ Result = TypeVar("Result")
 
 
 def _search(budget: Budget, search: Callable[..., Result], *about: object) -> Result | None:
-    """Return what a search finds out about a wrong answer; None if it fails or takes too long: the verdict holds."""
+    """Return what a search finds out about a wrong answer; None if it fails or takes too long.
+
+    The verdict doesn't depend on it.
+    """
     try:
         with budget.spend():
             return search(*about)

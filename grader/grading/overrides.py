@@ -1,7 +1,7 @@
-"""Read overrides.csv: points and comments that a person sets, and that every later run keeps.
+"""Read overrides.csv: points and comments that a person sets, and that apply to every later run.
 
 Its columns are student, part (`p1.jacobian`; empty for the student's total), points and comment. The optional column
-group names a group of equal wrong answers in place of a student: the line is for all students who give them.
+group names a group of equal wrong answers instead of a student; the line applies to all students in that group.
 """
 
 import difflib
@@ -22,17 +22,17 @@ OVERRIDES = "overrides.csv"
 COLUMNS = ("student", "part", "points", "comment")
 HEADER = ",".join(COLUMNS)
 GROUP = "group"
-"""The column that may follow."""
+"""The optional column."""
 TOTAL = ""
-"""The part that stands for a student's total."""
+"""The value of the column part that means a student's total."""
 
 
 @dataclass(frozen=True)
 class Override:
-    """The points that a person sets for a part or in total, and the comment for the student.
+    """The points that a person sets for a part or for the total, and a comment for the student.
 
-    `points` are None if the grader's stay and there is only a comment. `group` is the key of the group of answers that
-    it is for, None if it is for one student.
+    `points` is None if there is only a comment and the grader's points remain. `group` is the key of the group of
+    answers to which the override applies; it is None if the override is for one student.
     """
 
     points: float | None
@@ -40,13 +40,16 @@ class Override:
     group: str | None = None
 
     def applied_to(self, points: float | None) -> AppliedOverride:
-        """Return the override as results have it; `points` are what the grader gave, None if it failed."""
+        """Return the override as results store it; `points` are the grader's, None if qdot failed to grade."""
         return AppliedOverride(self.points, self.comment, points, self.group)
 
 
 @dataclass(frozen=True)
 class Overrides:
-    """The contents of overrides.csv by student and part, and by the key of a group, with the number of its line."""
+    """The contents of overrides.csv: overrides by student and part, and by the key of a group.
+
+    `lines` has the line number of each group's override.
+    """
 
     of_students: Mapping[str, Mapping[str, Override]] = field(default_factory=dict)
     of_groups: Mapping[str, Override] = field(default_factory=dict)
@@ -57,10 +60,10 @@ NO_OVERRIDES = Overrides()
 
 
 def read_overrides(assignment: Assignment) -> Overrides:
-    """Return what overrides.csv of an assignment's folder says; nothing if there is no such file. Raises QdotError.
+    """Return the overrides of an assignment from its overrides.csv; none if the file is missing. Raises QdotError.
 
-    Every line is checked against the roster and the assignment, so that none is without effect. Who is in a group is
-    known only when everybody is graded (`without_answers`).
+    Every line is checked against the roster and the assignment, so that no line is silently ignored. The members of a
+    group are known only after everybody is graded; `note_unused_groups` reports groups without members.
     """
     path = assignment.folder / OVERRIDES
     if not path.exists():
@@ -68,8 +71,8 @@ def read_overrides(assignment: Assignment) -> Overrides:
     max_points = list_max_points(assignment)
     max_points[TOTAL] = sum_points(max_points.values())
     students = [student.id for student in assignment.roster]
-    of_students: dict[str, dict[str, Override]] = {}
-    of_groups: dict[str, Override] = {}
+    by_student: dict[str, dict[str, Override]] = {}
+    by_group: dict[str, Override] = {}
     lines: dict[tuple[str, str], int] = {}
     for number, cells in read_table(path, COLUMNS[0], HEADER):
         where = f"{path}: line {number}"
@@ -96,28 +99,28 @@ def read_overrides(assignment: Assignment) -> Overrides:
             if not points and not comment:
                 raise QdotError(f"{where}: neither points nor a comment is given for {whose}; give one, or both")
             worth = _parse_points(where, part, points, max_points[part]) if points else None
-            of_groups[group] = Override(worth, comment, group)
+            by_group[group] = Override(worth, comment, group)
         else:
             worth = _parse_points(where, part, points, max_points[part])
-            of_students.setdefault(student, {})[part] = Override(worth, comment)
-    return Overrides(
-        of_students, of_groups, {group: number for (student, group), number in lines.items() if not student}
-    )
+            by_student.setdefault(student, {})[part] = Override(worth, comment)
+    return Overrides(by_student, by_group, {group: number for (student, group), number in lines.items() if not student})
 
 
 def note_unused_groups(assignment: Assignment, overrides: Overrides, groups: Sequence[str]) -> list[str]:
-    """Return a note on each line for a group in which there is no answer; `groups` are those of the class."""
+    """Return a note on each line whose group contains no answer; `groups` are the groups of the class."""
     notes = []
     for group in overrides.of_groups:
         if group in groups:
             continue
         part, letters = group.split("/")
-        of_part = [each for each in groups if each.split("/")[0] == part]
-        close = difflib.get_close_matches(letters, [each.split("/")[1] for each in of_part], n=1, cutoff=0.7)
+        part_groups = [key for key in groups if key.split("/")[0] == part]
+        close = difflib.get_close_matches(letters, [key.split("/")[1] for key in part_groups], n=1, cutoff=0.7)
         hint = f" (did you mean {group_key(part, close[0])!r}?)" if close else ""
-        more = len(of_part) - MOST_LISTED
-        listed = ", ".join(of_part[:MOST_LISTED]) + (f" and {more} more, which `qdot report` shows" if more > 0 else "")
-        known = f"groups of {part}: {listed}" if of_part else f"no answer to {part} is in a group"
+        more = len(part_groups) - MOST_LISTED
+        keys = ", ".join(part_groups[:MOST_LISTED]) + (
+            f" and {more} more, which `qdot report` shows" if more > 0 else ""
+        )
+        known = f"groups of {part}: {keys}" if part_groups else f"no answer to {part} is in a group"
         notes.append(
             f"{assignment.folder / OVERRIDES}: line {overrides.lines[group]}: no answer of this class is in the "
             f"group {group!r}{hint}, so the line does nothing yet; {known}"
@@ -129,7 +132,7 @@ MOST_LISTED = 8
 
 
 def _part_and_key(where: str, part: str, group: str, known: Sequence[str]) -> tuple[str, str]:
-    """Return the part that a group belongs to, and its key; its letters suffice if the line names the part."""
+    """Return a group's part and key; if the line names the part, `group` may be only the letters of the key."""
     part_of_group, _, letters = group.rpartition("/")
     if not re.fullmatch(f"[{LETTERS}]{{{LENGTH}}}", letters.lower()) or not (part_of_group or part):
         raise QdotError(
@@ -152,8 +155,8 @@ def _unknown_part(where: str, part: str, known: Sequence[str]) -> QdotError:
 
 
 def _parse_points(where: str, part: str, text: str, most: float) -> float:
-    """Return the points of a line, a number or a share of the most points. Raises QdotError."""
-    number = text.replace(",", ".")  # a spreadsheet that separates by semicolons may write it so
+    """Return the points of a line, which are a number or a percentage of `most`, the maximum. Raises QdotError."""
+    number = text.replace(",", ".")  # a spreadsheet that separates cells by semicolons may write a decimal comma
     share = re.fullmatch(r"(\d+(?:\.\d{1,4})?) ?%", number)
     if share and Fraction(share[1]) <= 100:
         return share_of_points(most, 1.0, Fraction(share[1]) / 100)

@@ -1,6 +1,6 @@
-"""What a student gets, from the marks of a notebook to a line of results.jsonl; docs/schemas/result.json has its keys.
+"""Define a student's result, from the marks of a notebook to a line of results.jsonl (docs/schemas/result.json).
 
-Points are those of the assignment, to four decimals. Moments are texts of ISO 8601 with the offset from UTC.
+Points are those of the assignment, to four decimals. Times are ISO 8601 strings with the offset from UTC.
 """
 
 from dataclasses import dataclass, field
@@ -10,14 +10,14 @@ from qdot.exercises.formula.identity import Certificate
 from qdot.grader.judging.verdict import Outcome
 
 Entries = tuple[tuple[bool, ...], ...]
-"""The rows of an answer's entries."""
+"""For each entry of an answer, row by row, whether it is true (for example correct)."""
 
 
 @dataclass(frozen=True)
 class MadeFrom:
-    """What else than the submission decides the points: versions of the engine and the grader, and the assignment.
+    """Everything besides the submission that decides the points: the versions of qdot's parts, and the assignment.
 
-    An older version of qdot may not have written all of it.
+    Results from an older version of qdot may lack some of the fields.
     """
 
     engine: int = 0
@@ -27,9 +27,10 @@ class MadeFrom:
 
 @dataclass(frozen=True)
 class AppliedOverride:
-    """What a person set or said: points (None: the grader's stay), and what the grader gave (None where it failed).
+    """An override with the grader's points: `points` replace `was`; if `points` is None, there is only a comment.
 
-    `group` is the key of the group of equal wrong answers that it is for, None where it is for one student.
+    `was` is None if qdot failed to grade the part. `group` is the key of the group of equal wrong answers to which the
+    override applies; it is None if the override is for one student.
     """
 
     points: float | None
@@ -40,11 +41,11 @@ class AppliedOverride:
 
 @dataclass(frozen=True, kw_only=True)
 class PartResult:
-    """What came of a part: points out of `max_points`, None where it has no mark, and what is known of the answer.
+    """The result of a part: `points` out of `max_points` (None if it has no mark), and the findings on the answer.
 
-    `mistake` names those of the catalogue that give the answer. `followed_from` is the earlier part from whose wrong
-    answer this one follows, `follows` says of each entry whether it does. `attempt` tells whether the answer is an
-    attempt at this arm, where that is known; `group` is the key of all equal wrong answers.
+    `mistake` names the catalogued mistakes that give the answer. If the answer follows from a wrong answer to an
+    earlier part, `followed_from` is that part, and `follows` says which entries follow. `attempt` is whether the answer
+    is an attempt at this arm, if that is known. `group` is the key of all equal wrong answers.
     """
 
     name: str
@@ -67,7 +68,7 @@ class PartResult:
 
 @dataclass(frozen=True)
 class ProblemResult:
-    """A problem of a student: its id, its place in the assignment, and its parts."""
+    """The result of a student's problem: the problem's id, its slot in the assignment, and its parts."""
 
     id: str
     slot: str
@@ -76,9 +77,9 @@ class ProblemResult:
 
 @dataclass(frozen=True, kw_only=True)
 class Marked:
-    """What the grader gives for a notebook, or for none; `final_result` makes a student's result of it.
+    """The grader's marks for a notebook, or for a missing one; `final_result` computes the student's result from them.
 
-    `obstacle` says why nothing of it could be used. `notes` are for the student, `staff_notes` for the staff.
+    `obstacle` says why the notebook could not be graded. `notes` are for the student, `staff_notes` for the staff.
     """
 
     sha256: str | None
@@ -88,19 +89,19 @@ class Marked:
     made_from: MadeFrom
     problems: tuple[ProblemResult, ...]
     seconds: float = 0.0
-    """Processor time that grading it took."""
+    """Processor time that the grading took."""
     megabytes: float = 0.0
-    """Largest memory of the process that ran it."""
+    """Peak memory of the process that ran the notebook."""
 
     @property
     def is_graded(self) -> bool:
-        """Whether every part has its points: qdot failed on one that has none, or a limit was exceeded."""
+        """Whether every part has points; a part has none if qdot failed on it or a limit was exceeded."""
         return all(part.points is not None for problem in self.problems for part in problem.parts)
 
 
 @dataclass(frozen=True)
 class CountingSubmission:
-    """The notebook that counts. `received_from` is what tells the time: a platform, or "file"."""
+    """The notebook that counts. `received_from` is the source of the time: a platform, or "file"."""
 
     file: str
     sha256: str | None
@@ -110,7 +111,7 @@ class CountingSubmission:
 
 @dataclass(frozen=True)
 class Lateness:
-    """By how many seconds work is late, and which share of the points before (0 to 1) that costs."""
+    """How late work is, in seconds, and the `penalty`: the share (0 to 1) that is deducted from `points_before`."""
 
     due: str
     received: str
@@ -121,7 +122,7 @@ class Lateness:
 
 @dataclass(frozen=True)
 class ReadNotebook:
-    """One of several notebooks that were read; its score is None if it was not graded."""
+    """One of several notebooks that a student submitted; `score` is None if it was not graded."""
 
     file: str
     received: str | None
@@ -130,9 +131,9 @@ class ReadNotebook:
 
 @dataclass(frozen=True, kw_only=True)
 class Result:
-    """A student's result, a line of results.jsonl: the score out of `max_score`, and what it is made up of.
+    """A student's result, one line of results.jsonl: the score out of `max_score`, and how it came about.
 
-    `submission` is None if nothing was submitted. `attempts` are all notebooks that were read if there were several.
+    `submission` is None if nothing was submitted. `attempts` lists all the student's notebooks if there were several.
     """
 
     student: str
@@ -151,16 +152,16 @@ class Result:
 
     @property
     def parts(self) -> dict[str, PartResult]:
-        """All parts by their names in the assignment, as in "p1.jacobian"."""
+        """All parts by their names in the assignment, for example "p1.jacobian"."""
         return {f"{problem.slot}.{part.name}": part for problem in self.problems for part in problem.parts}
 
     @property
     def overrides(self) -> dict[str, AppliedOverride]:
-        """What a person set or said, by the names of the parts, and of the "total"."""
-        every = {**{name: part.override for name, part in self.parts.items()}, "total": self.override}
-        return {name: override for name, override in every.items() if override is not None}
+        """The overrides by name: the part's name in the assignment, or "total"."""
+        overrides = {**{name: part.override for name, part in self.parts.items()}, "total": self.override}
+        return {name: override for name, override in overrides.items() if override is not None}
 
     @property
     def percent(self) -> float:
-        """The score in per cent of all points."""
+        """The score as a percentage of `max_score`."""
         return 100 * self.score / self.max_score
