@@ -87,7 +87,7 @@ test("the path is played, and the arm runs into its limits", async () => {
   const place = page.getByLabel("Place on the path");
   const at = async () => Number(await place.inputValue());
   assert.equal(await at(), 0);
-  await page.locator(".arm-verdict", { hasText: /cannot go on|would have to turn faster/ }).waitFor();
+  await page.locator(".arm-verdict", { hasText: /can.t continue|would have to rotate faster/ }).waitFor();
   const before = await pose(page);
   await page.getByRole("button", { name: "Play" }).click();
   await page.waitForFunction(() => Number(document.querySelector(".arm-play input").value) > 0.02);
