@@ -1,7 +1,7 @@
-"""What `qdot solve` says about singular configurations: only what passes the test of a problem's certificate.
+"""Describe the singular configurations of a user's own arm for `qdot solve`.
 
-A user's own arm has no certificate. What its configurations look like is tested in the same way before it is reported;
-if the test fails, only what is true of all singular configurations is said.
+A user's own arm has no certificate. Its descriptions pass the same test as those of a certified problem before they are
+reported. If the test fails, only what is true of all singular configurations is reported.
 """
 
 from collections.abc import Sequence
@@ -19,7 +19,7 @@ from qdot.exercises.writing.solution_steps import SingularComponent
 
 
 def certified_components(chain: Chain) -> tuple[SingularComponent, ...]:
-    """Return the certified components of the singular set, and let the arm's worked steps use them from then on.
+    """Return the certified components of the singular set, and store them in the arm's worked steps.
 
     Raises TooLong.
     """
@@ -29,14 +29,14 @@ def certified_components(chain: Chain) -> tuple[SingularComponent, ...]:
 
 
 def certified_component(chain: Chain, component: Component) -> SingularComponent:
-    """Return one component certified, however it was found, with its conditions unchanged."""
+    """Return a component with its certified kind and description; its conditions stay unchanged."""
     return replace(
         _certify_component(chain, solution_steps(chain).classify_component(component)), conditions=component.conditions
     )
 
 
 def certified_words(chain: Chain, words: str, samples: Sequence[Sample]) -> str:
-    """Return words about singular configurations; nothing if they are false of a sample, or there are no samples."""
+    """Return a description of singular configurations; empty if it is false for a sample, or there are no samples."""
     return words if samples and all(holds(chain, words, sample) for sample in samples) else ""
 
 
@@ -48,6 +48,6 @@ def _certify_component(chain: Chain, singular: SingularComponent) -> SingularCom
 
 
 def _certify_kind(chain: Chain, component: Component, kind: Kind) -> Kind:
-    plain, samples = normalize_arm(chain), places_on(chain, component)
-    meaning = certified_words(plain, kind.meaning, samples) or convention_of(chain).true_of_all
-    return replace(kind, meaning=meaning, uniform=kind.uniform and is_of_kind(plain, kind, samples))
+    normalized, samples = normalize_arm(chain), places_on(chain, component)
+    meaning = certified_words(normalized, kind.meaning, samples) or convention_of(chain).true_of_all
+    return replace(kind, meaning=meaning, uniform=kind.uniform and is_of_kind(normalized, kind, samples))

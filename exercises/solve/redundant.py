@@ -1,4 +1,4 @@
-"""Find for `qdot solve` where a redundant arm is singular: by elimination, then checked numerically."""
+"""Find the singular configurations of a redundant arm for `qdot solve`, by elimination with a numerical check."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
@@ -19,17 +19,18 @@ from qdot.exercises.verify.appearance import is_of_kind
 from qdot.exercises.writing.solution_steps import SingularComponent
 
 MOST_SHOWN = 700
-"""Operations in all entries of a matrix, up to which it is shown."""
+"""A matrix is shown if its entries have fewer operations than this."""
 MOST_READ = 40
-"""Terms of an equation, up to which anyone would read it."""
+"""Maximum number of terms of an equation that a person would read."""
 _LOOKED_AT = 20
 
 
 @dataclass(frozen=True)
 class RemainingMatrix:
-    """A matrix whose rank decides in some cases: the conditions of each case, and the joints of its columns.
+    """A matrix whose rank decides whether the arm is singular in some cases.
 
-    `minors` are its maximal minors, if they vanish together only where each is stated to be zero.
+    `cases` has the conditions of each case, and `joints` the joints of the columns. `minors` are its maximal minors, if
+    they vanish simultaneously only under conditions that state that each of them is zero.
     """
 
     cases: tuple[tuple[sp.Expr, ...], ...]
@@ -39,17 +40,17 @@ class RemainingMatrix:
 
     @property
     def has_mixed_columns(self) -> bool:
-        """Whether some column combines two joints."""
+        """Whether any column combines two joints."""
         return 0 in self.joints
 
 
 @dataclass(frozen=True)
 class Redundant:
-    """Where such an arm is singular, in its own numbers: the elimination, what it leads to, and the numerical check.
+    """The singular set of a redundant arm with its own numbers: the elimination, its results, and the numerical check.
 
-    Conditions that failed the check are `doubtful`, those for which it found no configuration `undecided`: neither are
-    reported as singular. `ranks` has for each component the number of the matrix (in `rests`) whose minors are its
-    conditions, None for others.
+    Conditions that failed the check are `doubtful`; those for which it found no configuration are `undecided`. Neither
+    are reported as singular. `ranks` has for each component the index of the matrix (in `rests`) whose minors are its
+    conditions, or None.
     """
 
     reciprocal: ReciprocalSet
@@ -62,37 +63,37 @@ class Redundant:
     undecided: tuple[tuple[sp.Expr, ...], ...] = ()
     ranks: tuple[int | None, ...] = ()
     described: bool = True
-    """Whether it is known what the configurations of its components look like."""
+    """Whether the configurations of its components have been described."""
 
     most_terms: int = MOST_READ
-    """Terms up to which an equation is written out in a text."""
+    """Maximum number of terms of an equation that is written out in a text."""
 
     def is_long(self, condition: sp.Expr) -> bool:
-        """Tell whether a condition is too long to be read."""
+        """Return whether a condition is too long to be read."""
         return bool(condition.is_Add) and len(condition.args) > self.most_terms
 
     @property
     def is_cut(self) -> bool:
-        """Whether some condition is not written out."""
+        """Whether any condition is not written out."""
         written_out = (component for component, rank in zip(self.components, self.ranks, strict=True) if rank is None)
         return any(self.is_long(condition) for component in written_out for condition in component.conditions)
 
     @property
     def is_never_singular(self) -> bool:
-        """Whether the derivation found that J keeps its rank everywhere."""
+        """Whether the derivation found that J has full rank everywhere."""
         return not (self.always or self.components or self.doubtful or self.undecided)
 
     @property
     def search_counts(self) -> dict[str, int]:
-        """The number of searches for lost rank, of those that found it, and of finds that no condition explains."""
+        """The number of searches for rank loss, of those that converged, and of results that no condition explains."""
         if self.check is None:
             return {}
-        out = self.check
-        return {"searches": out.searches, "ended": out.ended, "unexplained": len(out.unexplained)}
+        check = self.check
+        return {"searches": check.searches, "ended": check.ended, "unexplained": len(check.unexplained)}
 
 
 def redundant_stages(chain: Chain) -> Iterator[str | Redundant]:
-    """Yield in words what is derived next, then the result without the look of its configurations, then all of it.
+    """Yield descriptions of the next step, then the result without descriptions of its configurations, then with them.
 
     Raises TooLong.
     """
@@ -100,31 +101,31 @@ def redundant_stages(chain: Chain) -> Iterator[str | Redundant]:
     plain, values = plain_chain(chain)
     twists = tuple((symbol, value) for symbol, value in values.items() if symbol not in plain.q)
     reciprocal = reciprocal_set(plain, twists)
-    rests = _remaining_matrices([left for left in reciprocal.left if _is_shown(left)], values)
+    rests = _remaining_matrices([reduced_case for reduced_case in reciprocal.left if _is_shown(reduced_case)], values)
     matrix = _substitute_values(reciprocal.reduction.matrix, values)
     if () in reciprocal.ways:
         yield Redundant(reciprocal, matrix, rests, (), True, None, ())
         return
-    ways = [tuple(_scale(substitute(condition, values)) for condition in way) for way in reciprocal.ways]
-    solved = [(way, component) for way in ways if (component := solve_conjunction(way, chain)) is not None]
+    branches = [tuple(_scale(substitute(condition, values)) for condition in branch) for branch in reciprocal.ways]
+    solved = [(branch, component) for branch in branches if (component := solve_conjunction(branch, chain)) is not None]
     yield "the test of these conditions in numbers"
     check = check_rank_loss(chain, [component.conditions for _, component in solved])
-    held, doubtful, undecided = [], [], []
-    for k, (way, component) in enumerate(solved):
+    confirmed, doubtful, undecided = [], [], []
+    for k, (branch, component) in enumerate(solved):
         if k in check.wrong:
-            doubtful.append(way)
+            doubtful.append(branch)
         elif check.samples[k] or not check.arms:
-            held.append((component, [Sample(check.arms[a], q) for a, q in check.samples[k]]))
+            confirmed.append((component, [Sample(check.arms[a], q) for a, q in check.samples[k]]))
         else:
             undecided.append(component.conditions)
-    ranks = tuple(_minors_of(rests, component.conditions) for component, _ in held)
-    plain_ones = tuple(_component_with_meaning(component, "") for component, _ in held)
-    of_test = tuple(doubtful), tuple(undecided), ranks
-    known = Redundant(reciprocal, matrix, rests, plain_ones, False, check, *of_test, described=False)
-    yield known
+    ranks = tuple(_minors_of(rests, component.conditions) for component, _ in confirmed)
+    undescribed = tuple(_component_with_meaning(component, "") for component, _ in confirmed)
+    check_results = tuple(doubtful), tuple(undecided), ranks
+    partial_result = Redundant(reciprocal, matrix, rests, undescribed, False, check, *check_results, described=False)
+    yield partial_result
     yield "what the configurations look like in which J loses rank"
-    components = tuple(_describe_component(chain, component, samples) for component, samples in held)
-    yield replace(known, components=components, described=True)
+    components = tuple(_describe_component(chain, component, samples) for component, samples in confirmed)
+    yield replace(partial_result, components=components, described=True)
 
 
 def _component_with_meaning(component: Component, meaning: str) -> SingularComponent:
@@ -132,16 +133,16 @@ def _component_with_meaning(component: Component, meaning: str) -> SingularCompo
 
 
 def _describe_component(chain: Chain, component: Component, samples: list[Sample]) -> SingularComponent:
-    """Return a component with what its configurations look like, and their kind if it can be established."""
+    """Return a component with a description of its configurations, and their kind if it can be established."""
     if kind_is_sure(chain):
         singular = certified_component(chain, component)
-        is_so = is_of_kind(chain, singular.kind, samples)  # found by another search, with other lengths
-        return singular if is_so else replace(singular, kind=replace(singular.kind, uniform=False))
+        is_confirmed = is_of_kind(chain, singular.kind, samples)  # the samples come from another search and lengths
+        return singular if is_confirmed else replace(singular, kind=replace(singular.kind, uniform=False))
     return _component_with_meaning(component, _describe_appearance(chain, samples))
 
 
 def _describe_appearance(chain: Chain, samples: list[Sample]) -> str:
-    """Return in words what configurations look like, or nothing."""
+    """Return a description of configurations; empty if none passes the test."""
     statement = reason_of(chain, samples[:: max(1, len(samples) // _LOOKED_AT)])
     return certified_words(chain, statement.words, samples) if statement else ""
 
@@ -153,21 +154,21 @@ def _is_shown(left: ReducedCase) -> bool:
 
 
 def _remaining_matrices(shown: list[ReducedCase], values: dict[sp.Symbol, sp.Expr]) -> tuple[RemainingMatrix, ...]:
-    """Return the remaining matrices in the arm's numbers; cases with the same matrix are grouped."""
+    """Return the remaining matrices with the arm's numbers; cases with the same matrix are grouped."""
     cases: dict[tuple[sp.ImmutableMatrix, tuple[int, ...], frozenset[sp.Expr]], list[tuple[sp.Expr, ...]]] = {}
-    for left in shown:
-        case = tuple(substitute(condition, values) for condition in left.case)
-        (only,) = left.ways if len(left.ways) == 1 else ((),)
-        minors = frozenset(_scale(substitute(minor, values)) for minor in only)
-        cases.setdefault((_substitute_values(left.matrix, values), left.joints, minors), []).append(case)
-    return tuple(RemainingMatrix(tuple(where), *rest) for rest, where in cases.items())
+    for reduced in shown:
+        case = tuple(substitute(condition, values) for condition in reduced.case)
+        (only_branch,) = reduced.ways if len(reduced.ways) == 1 else ((),)
+        minors = frozenset(_scale(substitute(minor, values)) for minor in only_branch)
+        cases.setdefault((_substitute_values(reduced.matrix, values), reduced.joints, minors), []).append(case)
+    return tuple(RemainingMatrix(tuple(matrix_cases), *key) for key, matrix_cases in cases.items())
 
 
 def _minors_of(rests: tuple[RemainingMatrix, ...], conditions: tuple[sp.Expr, ...]) -> int | None:
-    """Return the number of the matrix without a case whose minors include some long conditions, or None."""
-    for number, rest in enumerate(rests):
+    """Return the index of the matrix without case conditions whose minors include all `conditions`, or None."""
+    for index, rest in enumerate(rests):
         if len(conditions) > 2 and rest.cases == ((),) and set(conditions) <= rest.minors:
-            return number
+            return index
     return None
 
 
@@ -176,7 +177,7 @@ def _substitute_values(matrix: sp.ImmutableMatrix, values: dict[sp.Symbol, sp.Ex
 
 
 def _scale(condition: sp.Expr) -> sp.Expr:
-    """Return a sum scaled by a power of ten, so that its integer coefficients become exact decimals of size one."""
+    """Scale a sum by a power of ten, so that its integer coefficients become exact decimals of magnitude about one."""
     plain = sp.expand(condition)
     numbers = [term.as_coeff_Mul()[0] for term in sp.Add.make_args(plain)]
     largest = max(map(abs, numbers))

@@ -38,7 +38,7 @@ SECTIONS = (
     "home-screws", "position", "jacobian", "velocity", "joint-axes", "position-vectors", "geometric-jacobian", "twist",
     "space-jacobian", "body-jacobian", "determinant", "inverse-jacobian", "inverse-velocity", "singular-angles",
 )  # fmt: skip
-"""What is derived, in the chapter's order."""
+"""The sections of a derivation, in the chapter's order."""
 ALWAYS_SINGULAR = (
     "The Jacobian for this task has less than full rank in every configuration, so that no configuration stands out as "
     "singular. Count other rows (`task`), or look at another point (`point`)."
@@ -66,9 +66,10 @@ NEVER_SINGULAR = (
 class Solution:
     """The results for a chain.
 
-    `determinant` is None if J is not square, `singular` if it never has full rank; both if they would be too long, as
-    `note` then says. `robot` is the file that the arm was read from, if any; `redundant` is how the singular set of an
-    arm of more than six joints was found, and `special` what differs for special lengths.
+    `determinant` is None if J is not square. `singular` is None if J never has full rank. Both are None if they would
+    be too long; `note` then says so. `robot` is the robot described in the file, if there is one. `redundant` describes
+    how the singular set of an arm with more than six joints was found. `special` holds what differs for special
+    lengths.
     """
 
     chain: Chain
@@ -87,17 +88,17 @@ class Solution:
 
 
 MEANING, TESTED, SPECIAL = "meaning", "tested", "special_lengths"
-"""What remains to be computed for a singular set whose conditions are known, in that order."""
+"""The results that are still missing if only the conditions of a singular set are known, in this order."""
 WHERE = "singular"
-"""The set itself, if only the functions are known whose zeros it consists of."""
+"""The name of the singular set itself, if only the functions whose zeros form it are known."""
 
 
 @dataclass(frozen=True)
 class Singularities:
-    """Determinant and singular set, None as in a Solution, with remarks.
+    """The determinant and the singular set, None as in a Solution, with remarks.
 
-    `remarks` are about the set itself, `lengths` says which conditions hold together for special lengths only. `left`
-    are those of MEANING, TESTED and SPECIAL that have not been computed yet.
+    `remarks` are about the set itself. `lengths` states which conditions can hold simultaneously for special lengths
+    only. `left` lists which of MEANING, TESTED and SPECIAL have not been computed yet.
     """
 
     determinant: sp.Expr | None
@@ -110,15 +111,15 @@ class Singularities:
 
     @property
     def note(self) -> str | None:
-        """All remarks together, None if there are none."""
+        """All remarks as one text; None if there are none."""
         return " ".join(filter(None, (self.remarks, self.lengths))) or None
 
 
 def solve(chain: Chain) -> Solution:
-    """Return what the chapter would derive for `chain`; base frame, metres, radians.
+    """Return the results that the chapter derives for a chain: base frame, metres, radians.
 
-    The position is 3 x 1, the Jacobian of the point 3 x n, the geometric one 6 x n (linear rows first, (6.6)). Results
-    that would be too long are left out, as `note` then says.
+    The position is 3 x 1, the Jacobian of the point 3 x n, the geometric Jacobian 6 x n (linear rows first, (6.6)).
+    Results that would be too long are omitted; `note` then says so.
 
     >>> from qdot import Chain, Joint
     >>> arm = Chain("mine", (Joint("R", "theta1", 0, "a1", 0), Joint("R", "theta2", 0, "a2", 0)), ("vx", "vy"))
@@ -134,9 +135,9 @@ def solve(chain: Chain) -> Solution:
 
 @dataclass(frozen=True)
 class PartialResult:
-    """What is known about the singular set so far, and what is `left`.
+    """What is known about the singular set so far, and which results are missing (`left`).
 
-    If the derivation is stopped here, `block` writes what is known in Markdown, `data` as plain data.
+    If the derivation stops here, `block` returns the known results in Markdown, and `data` returns them as plain data.
     """
 
     block: Callable[[], str]
@@ -145,15 +146,15 @@ class PartialResult:
 
 
 def singular_stages(chain: Chain) -> Iterator[str | PartialResult | Singularities]:
-    """Yield in words what is derived next, what is known so far, and the results as they become available.
+    """Yield descriptions of the next step, partial results, and results as they become available.
 
-    The last results are complete.
+    A description is a string. The last `Singularities` is complete.
     """
     yield "the determinant of J" if derive(chain).is_square else "the minors of J"
-    ways = [_solve_by_elimination, _solve_by_minors] if applies(chain) else [_solve_by_minors]
-    for way in ways:
+    methods = [_solve_by_elimination, _solve_by_minors] if applies(chain) else [_solve_by_minors]
+    for method in methods:
         try:
-            singularities = yield from way(chain)
+            singularities = yield from method(chain)
             break
         except TooLong as error:
             failed = error
@@ -165,13 +166,13 @@ def singular_stages(chain: Chain) -> Iterator[str | PartialResult | Singularitie
 
 
 SingularStages = Generator[str | PartialResult | Singularities, None, Singularities]
-"""Stages of the singular set, and the final result for generic lengths."""
+"""A generator of the stages of the singular set; it returns the final result for generic lengths."""
 
 
 def _solve_by_minors(chain: Chain) -> SingularStages:
     """Yield the stages of finding the common zeros of all minors (the determinant of a square J). Raises TooLong."""
     d = derive(chain)
-    what = "the determinant of J" if d.is_square else "the minors of J"
+    functions = "the determinant of J" if d.is_square else "the minors of J"
     later = (TESTED, SPECIAL) if chain.parameters else (TESTED,)
     determinant = d.determinant if d.is_square else None
     if all(minor.is_zero for minor in d.generic_minors):
@@ -179,29 +180,29 @@ def _solve_by_minors(chain: Chain) -> SingularStages:
         yield singularities
         return singularities
     yield PartialResult(partial(_render_so_far, chain, True), dict, (WHERE,))
-    yield f"where {what} {'is' if d.is_square else 'are all'} zero"
+    yield f"where {functions} {'is' if d.is_square else 'are all'} zero"
     singular_set(chain)
     yield PartialResult(partial(_render_so_far, chain, False), partial(_conditions_json, chain), (MEANING, *later))
     yield "what the configurations look like in which J loses rank"
     singular = certified_components(chain)
     lengths = "" if singular else _describe_special_conditions(chain)
-    never = "" if singular else NEVER_IN_GENERAL if lengths else NEVER_SINGULAR
-    singularities = Singularities(determinant, singular, never, lengths=lengths, left=later)
+    no_singularity = "" if singular else NEVER_IN_GENERAL if lengths else NEVER_SINGULAR
+    singularities = Singularities(determinant, singular, no_singularity, lengths=lengths, left=later)
     yield singularities
     yield "the test of these conditions in numbers"
-    remarks = " ".join(filter(None, (never, _describe_doubts(chain, singular))))
+    remarks = " ".join(filter(None, (no_singularity, _describe_doubts(chain, singular))))
     singularities = replace(singularities, remarks=remarks, left=later[1:])
     yield singularities
     return singularities
 
 
 def _solve_special_lengths(chain: Chain, singularities: Singularities) -> Iterator[str | Singularities]:
-    """Yield in words what is examined, then the results with what differs for related open lengths."""
+    """Yield descriptions of what is examined, then the results with what differs for related symbolic lengths."""
     yield "lengths of a special relation to each other"
-    wanted = [f"{need}." for need in length_needs(chain, singularities.singular or ())]
+    sentences = [f"{need}." for need in length_needs(chain, singularities.singular or ())]
     if singularities.redundant is None:
-        wanted.append(_describe_special_conditions(chain))
-    singularities = replace(singularities, lengths=" ".join(filter(None, wanted)))
+        sentences.append(_describe_special_conditions(chain))
+    singularities = replace(singularities, lengths=" ".join(filter(None, sentences)))
     special = []
     for stage in special_lengths(chain, singularities.singular or ()):
         if isinstance(stage, Special):
@@ -212,7 +213,7 @@ def _solve_special_lengths(chain: Chain, singularities: Singularities) -> Iterat
 
 
 def _describe_doubts(chain: Chain, singular: tuple[SingularComponent, ...]) -> str:
-    """Return what a numerical check finds wrong: conditions that never seem to hold, are false, or are missing."""
+    """Return remarks on conditions that a numerical check finds to be false, never satisfied, or missing."""
     check, remarks = check_rank_loss(chain, [component.conditions for component in singular]), []
     if not check.arms:
         return ""
@@ -245,7 +246,7 @@ def _describe_undecided(conditions: Iterable[sp.Expr], searches: int) -> str:
 
 
 def _solve_by_elimination(chain: Chain) -> SingularStages:
-    """Yield the same stages for an arm with more joints than rows whose minors are long. Raises TooLong."""
+    """Yield the stages of finding the singular set of a redundant arm with long minors. Raises TooLong."""
     later = (SPECIAL,) if chain.parameters else ()
     singularities = Singularities(None, None, ALWAYS_SINGULAR)
     for stage in redundant_stages(chain):
@@ -273,7 +274,7 @@ def _redundant_json(chain: Chain, stage: Redundant) -> dict[str, Any]:
 
 
 def _describe_test(chain: Chain, stage: Redundant) -> str:
-    """Return the outcome of the numerical check, and for which lengths the set holds."""
+    """Return a description of the numerical check's result, and of the lengths for which the set holds."""
     check, sentences = stage.check, []
     assert check is not None
     count = sum(map(len, check.samples)) - sum(len(check.samples[k]) for k in check.wrong)
@@ -281,9 +282,9 @@ def _describe_test(chain: Chain, stage: Redundant) -> str:
         sentences.append(f"In numbers, J was found to lose rank at each of {count} configurations in which they hold.")
     elif stage.is_never_singular:
         sentences.append(NEVER_SINGULAR)
-    drawn = f", with {check.choices} choices of the open lengths" if chain.parameters else ""
+    sampled = f", with {check.choices} choices of the open lengths" if chain.parameters else ""
     sentences.append(
-        f"Of {check.searches} searches for lost rank from random starts{drawn}, {check.ended} came to an end"
+        f"Of {check.searches} searches for lost rank from random starts{sampled}, {check.ended} came to an end"
     )
     if check.unexplained:
         sentences[-1] += (
@@ -307,7 +308,7 @@ def _render_so_far(chain: Chain, minors_only: bool) -> str:
 
 
 def _describe_special_conditions(chain: Chain) -> str:
-    """Return in words which conditions hold together only for specially related lengths."""
+    """Return a sentence on the conditions that hold simultaneously only for specially related lengths."""
     special = special_length_components(chain) if chain.parameters else ()
     cases = "; or ".join(_conditions_in_words(component.conditions) for component in special)
     return f"{FOR_SPECIAL_LENGTHS} {cases}." if cases else ""
@@ -369,14 +370,14 @@ TWISTS = "space_jacobian", "body_jacobian"
 
 
 def twists_of(chain: Chain) -> tuple[str, ...]:
-    """Return which of TWISTS an arm has: those of screws."""
+    """Return the names of the further results (TWISTS) that an arm has; none unless its convention has screws."""
     return TWISTS if SCREWS in convention_of(chain).has else ()
 
 
 def _screw_parts(chain: Chain) -> tuple[Callable[[], dict[str, Any]], ...]:
-    """Return functions that compute the Jacobians of TWISTS as plain data; none if an arm is described by a table.
+    """Return functions that compute the Jacobians of TWISTS as plain data; none for an arm described by a table.
 
-    There is no body frame if P is not a point of the last link.
+    There is no body frame if P is not fixed to the last link.
     """
     if not twists_of(chain):
         return ()
@@ -411,7 +412,7 @@ def _component_json(component: SingularComponent | Component) -> dict[str, Any]:
 
 
 def _conditions_json(chain: Chain) -> dict[str, Any]:
-    """Return the singular set while it is not known yet what its configurations look like."""
+    """Return the singular set as plain data before its configurations have been described."""
     return {"singular": [_component_json(component) for component in solution_steps(chain).components]}
 
 
@@ -449,7 +450,7 @@ def _blocks(chain: Chain, robot: Robot | None) -> list[str]:
 class Ready:
     """A result that is ready: its name, and its content, which may be empty.
 
-    `left` is what remains to be computed for the singular set, None for other results.
+    `left` lists which results of the singular set are still missing; it is None for other results.
     """
 
     name: str
@@ -458,11 +459,11 @@ class Ready:
 
 
 Stages = Iterator[str | PartialResult | Ready]
-"""What is derived next, in words, results as they become ready, and partial results."""
+"""An iterator of descriptions of the next step, results that are ready, and partial results."""
 
 
 def text_stages(chain: Chain, robot: Robot | None = None) -> Stages:
-    """Yield the derivation in Markdown, block by block: the arm, then each section by its name, then remarks."""
+    """Yield the derivation in Markdown, block by block: the arm, each section under its name, and remarks."""
     yield "its transformations"
     w, steps = Wording(chain), solution_steps(chain)
     description = _describe_arm(robot)
@@ -482,7 +483,7 @@ def text_stages(chain: Chain, robot: Robot | None = None) -> Stages:
 
 
 def _singular_text(chain: Chain, robot: Robot | None, parts: list[Part], explained: set[str]) -> Stages:
-    """Yield the section on the singular set with its remarks, the outcome of its check, and special lengths."""
+    """Yield the section on the singular set, with its remarks, the result of its check, and special lengths."""
     names, number, earlier_remarks = iter((SECTIONS[-1], "test", "special lengths")), len(parts) + 3, ""
     for stage in singular_stages(chain):
         if not isinstance(stage, Singularities):
@@ -490,7 +491,7 @@ def _singular_text(chain: Chain, robot: Robot | None, parts: list[Part], explain
             continue
         name, blocks, title = next(names), [], "Remarks"
         if name == SECTIONS[-1]:
-            if stage.redundant is not None:  # its test comes with it
+            if stage.redundant is not None:  # its test is part of this stage
                 names = iter(("special lengths",))
             yield "the singular configurations, step by step"
             blocks.append(_singular_section(chain, robot, stage, parts, explained))
@@ -498,10 +499,10 @@ def _singular_text(chain: Chain, robot: Robot | None, parts: list[Part], explain
             if not blocks[0]:
                 title = "Singular configurations"
             elif stage.singular is not None:
-                title = "Test in numbers"  # of more than six joints: of others, it comes later
-        new, earlier_remarks = stage.remarks.removeprefix(earlier_remarks).strip(), stage.remarks
-        if new:
-            blocks.append(f"## {number}. {title}\n\n{new}\n")
+                title = "Test in numbers"  # for more than six joints; for other arms, the test comes later
+        new_remarks, earlier_remarks = stage.remarks.removeprefix(earlier_remarks).strip(), stage.remarks
+        if new_remarks:
+            blocks.append(f"## {number}. {title}\n\n{new_remarks}\n")
             number += 1
         if not stage.left and (stage.lengths or stage.special):
             blocks.append(_special_block(chain, stage, number))
@@ -511,7 +512,7 @@ def _singular_text(chain: Chain, robot: Robot | None, parts: list[Part], explain
 def _singular_section(
     chain: Chain, robot: Robot | None, singularities: Singularities, parts: list[Part], explained: set[str]
 ) -> str:
-    """Return the section on the singular set with what limits of joints rule out, or nothing."""
+    """Return the section on the singular set, with the joint values that limits exclude; empty if it has no section."""
     if singularities.redundant is not None:
         text = _redundant_block(chain, singularities.redundant, len(parts) + 3)
     else:
@@ -533,7 +534,7 @@ def _special_block(chain: Chain, singularities: Singularities, number: int) -> s
 
 
 def _section(chain: Chain, name: str, parts: list[Part], explained: set[str]) -> str:
-    """Return the section of a question, and append it to the parts; nothing if the question does not suit the arm."""
+    """Return the section of a question, and append the part; empty if the question does not apply to the arm."""
     question = QUESTIONS[name]
     unreadable = chain.n > BY_HAND and name in ("inverse-jacobian", "inverse-velocity")
     if unreadable or question.objects(chain) is not None:
@@ -545,7 +546,7 @@ def _section(chain: Chain, name: str, parts: list[Part], explained: set[str]) ->
 
 
 def _redundant_block(chain: Chain, redundant: Redundant, number: int | None = None) -> str:
-    """Return the section on the singular set of a redundant arm, without a number if it is not complete."""
+    """Return the section on the singular set of a redundant arm; it has no number while it is incomplete."""
     w, steps = Wording(chain), solution_steps(chain)
     return render("solve/redundant.md.j2", chain=chain, w=w, steps=steps, found=redundant, number=number)
 
@@ -573,7 +574,7 @@ def data_stages(chain: Chain) -> Stages:
 
 @dataclass(frozen=True)
 class _ArmDescription:
-    """The arm as its file describes it, for the template: convention, cells of its rows, and its base in words."""
+    """The arm as described in its file, for the template: convention, cells of its rows, and its base in words."""
 
     convention: type[Convention]
     rows: list[list[str]]
@@ -581,15 +582,15 @@ class _ArmDescription:
 
 
 def _describe_arm(robot: Robot | None) -> _ArmDescription | None:
-    """Return the arm as its file describes it, None if that is the standard table."""
+    """Return the arm as described in its file; None if the file has the standard table."""
     written_arm = robot.written_arm if robot else None
     if written_arm is None:
         return None
     base = ""
     if written_arm.base is not None:
         position, rpy = written_arm.base
-        turned = ", ".join(f"${tex_angle(angle)}$" for angle in rpy)
-        base = f"at ${triple(position)}$" + (f", turned by roll, pitch and yaw of {turned}" if any(rpy) else "")
+        angles = ", ".join(f"${tex_angle(angle)}$" for angle in rpy)
+        base = f"at ${triple(position)}$" + (f", turned by roll, pitch and yaw of {angles}" if any(rpy) else "")
     return _ArmDescription(
         written_arm.convention, [_cells(written_arm.convention, row) for row in written_arm.rows], base
     )
@@ -603,7 +604,7 @@ def _cells(convention: type[Convention], row: tuple[Any, ...]) -> list[str]:
 
 
 def _values_beyond_limits(chain: Chain, robot: Robot | None, singular: Iterable[SingularComponent]) -> list[str]:
-    """Return in words the joint values of singular configurations that are outside the limits of the joints."""
+    """Return texts for the joint values of singular configurations that lie outside the joint limits."""
     limits = dict(zip(chain.q, robot.limits, strict=False)) if robot else {}
     excluded = []
     for component in singular:
@@ -613,8 +614,8 @@ def _values_beyond_limits(chain: Chain, robot: Robot | None, singular: Iterable[
                 continue
             low, high = (tex_value(end, joint) for end in ends)
             turns = (0,) if joint.name.startswith("d") else (-2 * sp.pi, 0, 2 * sp.pi)
-            out = [v for v in values if v.is_number and not any(ends[0] <= v + turn <= ends[1] for turn in turns)]
-            excluded += [f"${tex(joint)} = {tex_value(value, joint)}$ (from ${low}$ to ${high}$)" for value in out]
+            outside = [v for v in values if v.is_number and not any(ends[0] <= v + turn <= ends[1] for turn in turns)]
+            excluded += [f"${tex(joint)} = {tex_value(value, joint)}$ (from ${low}$ to ${high}$)" for value in outside]
     return list(dict.fromkeys(excluded))
 
 

@@ -1,8 +1,9 @@
-"""What is singular, or of another kind, only if open lengths of an arm are related in special ways.
+"""Find singular configurations that exist, or change their kind, only for special relations between lengths.
 
-Results for open lengths hold for generic lengths: a planar arm of two links that is folded back is at the boundary of
-its reach, but not if the links are equally long. The relations examined are lengths at which a condition begins to
-hold, lengths that are equal to each other or to a fixed one, and a length that is the sum of two others.
+Results for symbolic lengths hold for generic lengths. For example, a planar arm of two links that is folded back is at
+the boundary of its workspace, but not if the links are equally long. The relations examined are lengths at which a
+condition begins to hold, lengths that are equal to each other or to a fixed one, and a length that is the sum of two
+others.
 """
 
 from collections.abc import Iterator
@@ -24,12 +25,12 @@ from qdot.exercises.solve.redundant import Redundant, redundant_stages
 from qdot.exercises.writing.solution_steps import SingularComponent
 
 MOST = 8
-"""Relations that are examined at most."""
+"""Maximum number of relations that are examined."""
 
 
 @dataclass(frozen=True)
 class Special:
-    """What differs if a length has a certain value: the components that are new then, or of another kind."""
+    """What differs if a length has a certain value: the components that are new, or have a different kind."""
 
     length: sp.Symbol
     value: sp.Expr
@@ -43,7 +44,7 @@ class Special:
 
 
 def length_needs(chain: Chain, general: tuple[SingularComponent, ...]) -> list[Need]:
-    """Return what open lengths have to satisfy for the conditions of a singular set to hold anywhere."""
+    """Return what symbolic lengths must satisfy so that the conditions of a singular set hold anywhere."""
     candidates = (need_of(condition, chain) for component in general for condition in component.conditions)
     return [need for need in candidates if need is not None]
 
@@ -61,7 +62,7 @@ def _threshold_relation(need: Need) -> tuple[sp.Symbol, sp.Expr] | None:
 
 
 def relations(chain: Chain, general: tuple[SingularComponent, ...] = ()) -> list[tuple[sp.Symbol, sp.Expr]]:
-    """Return the relations to examine: an open length that J of the task depends on, and its value.
+    """Return the relations to examine: pairs of a symbolic length in the task Jacobian and its value.
 
     >>> from qdot.exercises.arm.chain import Joint
     >>> rows = [Joint("R", f"theta{i}", 0, f"a{i}", 0) for i in (1, 2)]
@@ -71,37 +72,39 @@ def relations(chain: Chain, general: tuple[SingularComponent, ...] = ()) -> list
     rows = [value for joint in chain.joints for value in (joint.a, joint.d if joint.kind == "R" else sp.S.Zero)]
     sizes = [-value if value.as_coeff_Mul()[0].is_negative else value for value in (*rows, *chain.point.offset)]
     lengths = list(dict.fromkeys(size for size in sizes if size != 0 and (size.is_Symbol or size.is_number)))
-    counted = derive(chain).jacobian.free_symbols
+    jacobian_symbols = derive(chain).jacobian.free_symbols
     fixed = [size for size in lengths if size.is_number]
-    is_open = [size for size in lengths if size.is_Symbol and size in counted]
-    equal = [*combinations(is_open, 2), *((length, value) for length in is_open for value in fixed)]
+    symbolic = [size for size in lengths if size.is_Symbol and size in jacobian_symbols]
+    equal = [*combinations(symbolic, 2), *((length, value) for length in symbolic for value in fixed)]
     sums = [
         (length, first + second)
-        for length in is_open
-        for first, second in combinations([size for size in (*is_open, *fixed) if size != length], 2)
+        for length in symbolic
+        for first, second in combinations([size for size in (*symbolic, *fixed) if size != length], 2)
         if first.is_Symbol or second.is_Symbol
     ]
-    begins = [relation for need in length_needs(chain, general) if (relation := _threshold_relation(need)) is not None]
-    return list(dict.fromkeys([*begins, *equal, *sums]))[:MOST]
+    thresholds = [
+        relation for need in length_needs(chain, general) if (relation := _threshold_relation(need)) is not None
+    ]
+    return list(dict.fromkeys([*thresholds, *equal, *sums]))[:MOST]
 
 
 def special_lengths(chain: Chain, general: tuple[SingularComponent, ...]) -> Iterator[str | Special]:
-    """Yield in words what is examined, and each relation for which something differs from the generic result."""
+    """Yield descriptions of what is examined, and each relation whose result differs from the generic one."""
     for length, value in relations(chain, general):
         yield f"whether anything differs where {length} = {value}"
-        there = with_lengths(chain, {length: value})
+        special_chain = with_lengths(chain, {length: value})
         known = [_substitute_lengths(component, {length: value}) for component in general]
         try:
-            components = _components(there)
+            components = _components(special_chain)
         except TooLong:
             continue
-        others = tuple(component for component in components if not _is_known(component, known, there))
-        if others:
-            yield Special(length, value, there, others)
+        new_components = tuple(component for component in components if not _is_known(component, known, special_chain))
+        if new_components:
+            yield Special(length, value, special_chain, new_components)
 
 
 def _components(chain: Chain) -> tuple[SingularComponent, ...]:
-    """Return the singular set of an arm by the method that suits it. Raises TooLong."""
+    """Return the singular set of an arm, by elimination if that applies, else by minors. Raises TooLong."""
     if not applies(chain):
         return certified_components(chain)
     *_, last = redundant_stages(chain)
@@ -110,9 +113,9 @@ def _components(chain: Chain) -> tuple[SingularComponent, ...]:
 
 
 def _is_known(component: SingularComponent, known: list[SingularComponent], there: Chain) -> bool:
-    """Tell whether a component for special lengths is a generic one with these lengths substituted.
+    """Return whether a component for special lengths is a generic one with these lengths substituted.
 
-    Elimination may state the same component by other conditions; then its configurations decide.
+    Elimination may state the same component by different conditions; then sampled configurations are compared.
     """
     conditions = _conditions(component, there)
     if any(conditions == _conditions(earlier, there) and _adds_nothing(component, earlier, there) for earlier in known):
@@ -124,7 +127,7 @@ def _is_known(component: SingularComponent, known: list[SingularComponent], ther
 
 
 def _adds_nothing(component: SingularComponent, general: SingularComponent, chain: Chain) -> bool:
-    """Tell whether a component has the generic kind; a component of both kinds agrees with either."""
+    """Return whether a component has the generic kind; a component of both kinds agrees with either."""
     if not kind_is_sure(chain):
         return True
     for at, kind in _kinds(component, chain).items():
@@ -143,11 +146,11 @@ def _adds_nothing(component: SingularComponent, general: SingularComponent, chai
 
 def _kinds(component: SingularComponent, chain: Chain) -> dict[tuple[str, ...], Kind]:
     """Return the kind of a component for each of its joint values if these are distinguished, else for all of it."""
-    turning = {q.name for q in chain.q} - {slide.name for slide in _slides(chain)}
+    revolute = {q.name for q in chain.q} - {prismatic.name for prismatic in _slides(chain)}
     if not component.cases:
         return {(): component.kind}
     return {
-        tuple(str(_normalize_angle(value) if joint.name in turning else value) for joint, value in at): kind
+        tuple(str(_normalize_angle(value) if joint.name in revolute else value) for joint, value in at): kind
         for at, kind in component.cases
     }
 
@@ -160,17 +163,17 @@ def _substitute_lengths(component: SingularComponent, values: dict[sp.Symbol, sp
 
 
 def _conditions(component: SingularComponent, chain: Chain) -> frozenset[sp.Expr]:
-    """Return the conditions of a component up to factors."""
+    """Return the conditions of a component without constant factors."""
     return frozenset(_normalize_condition(condition, chain) for condition in component.conditions)
 
 
 def _normalize_angle(angle: sp.Expr) -> sp.Expr:
-    """Return an angle from 0 to below a full turn: -135 degrees become 225."""
+    """Return the equivalent angle in [0, 2 pi): -135 degrees becomes 225."""
     return angle % (2 * sp.pi) if angle.is_number else angle
 
 
 def _normalize_condition(condition: sp.Expr, chain: Chain) -> sp.Expr:
-    """Return a condition without the numbers, lengths and signs that all its terms share."""
+    """Return a condition without the numbers, lengths and signs that all its terms have in common."""
     factors = sp.Mul.make_args(sp.factor_terms(sp.expand(condition)))
     plain = sp.expand(sp.Mul(*(factor for factor in factors if factor.free_symbols & set(chain.q))))
     _, plain = plain.as_content_primitive()

@@ -1,4 +1,4 @@
-"""Run `qdot solve` within a time limit: print results as they are ready, and in the end what is missing."""
+"""Run `qdot solve` within a time limit: print results as they become ready, and finally what is missing."""
 
 import itertools
 from collections.abc import Callable
@@ -32,30 +32,30 @@ from qdot.exercises.solve.solver import (
 from qdot.exercises.writing.markup import to_text
 
 ShowProgress = Callable[[str], AbstractContextManager[object]]
-"""Shows what a block is working on while it lasts."""
+"""A function that returns a context manager; it displays the given text while its block runs."""
 
 
 @dataclass
 class _Progress:
-    """What is ready, by name and in order, and what is being derived."""
+    """The results that are ready, by name and in order, and what is being derived now."""
 
     ready: dict[str, Any] = field(default_factory=dict)
     now: str = "the arm itself"
     partial_result: PartialResult | None = None
-    """What is known about the singular set until it is ready."""
+    """What is known about the singular set before it is ready."""
     left: tuple[str, ...] | None = None
-    """What remains to be computed for that set, None if nothing is known about it."""
+    """The results that are still missing for that set; None if nothing is known about it."""
     ended: str = ""
-    """Why results are missing; empty if none are."""
+    """The reason why results are missing; empty if none are."""
 
 
 def write_solution(
     robot: Robot, form: str, seconds: float, say: Callable[[str], None], show_progress: ShowProgress
 ) -> None:
-    """Print the derivation of an arm as text, latex or json; text section by section, as they are ready.
+    """Print the derivation of an arm as text, LaTeX or JSON; text is printed section by section.
 
-    It ends once it has taken `seconds` of processor time. Raises KeyboardInterrupt if that ended it, after printing all
-    that was ready.
+    The derivation stops after `seconds` of processor time. If Ctrl+C stops it, print all that is ready, then raise
+    KeyboardInterrupt.
     """
     chain, progress = robot.chain, _Progress()
     stages = data_stages(chain) if form == "json" else text_stages(chain, robot)
@@ -85,7 +85,7 @@ def write_solution(
 def _run_stages(
     stages: Stages, progress: _Progress, say: Callable[[str], None] | None, show_progress: ShowProgress
 ) -> None:
-    """Run the stages, and store what is ready."""
+    """Run the stages, and store the results as they become ready."""
     while True:
         with show_progress(progress.now):
             stage = next(stages, None)
@@ -94,7 +94,7 @@ def _run_stages(
         if isinstance(stage, Ready):
             if say is not None and stage.content:
                 say(stage.content)
-            progress.ready[stage.name] = stage.content  # only now: a section stopped while it was printed is missing
+            progress.ready[stage.name] = stage.content  # after printing: a partly printed section counts as missing
             if stage.left is not None:
                 progress.partial_result, progress.left = None, stage.left
         elif isinstance(stage, PartialResult):
@@ -104,7 +104,7 @@ def _run_stages(
 
 
 def _data(robot: Robot, progress: _Progress) -> dict[str, Any]:
-    """Return what is ready as plain data; missing results are null, and listed."""
+    """Return the available results as plain data; missing results are null, and listed."""
     chain = robot.chain
     content: dict[str, Any] = {"name": chain.title} | ({"rounded": True} if robot.rounded else {})
     content |= {"position": None, "jacobian": None, "geometric_jacobian": None}
@@ -128,9 +128,9 @@ def _missing_keys(chain: Chain, progress: _Progress) -> list[str]:
     keys = [("position", "position"), ("jacobian", "jacobian"), ("jacobian", "geometric_jacobian")]
     keys += [(name, name) for name in twists_of(chain)]
     keys += [("determinant", "determinant")] if _is_square(chain) else []
-    left = progress.left or (WHERE,)
-    of_each = [("type", "uniform", MEANING) if key == MEANING and kind_is_sure(chain) else (key,) for key in left]
-    return [*(key for name, key in keys if name not in progress.ready), *itertools.chain(*of_each)]
+    remaining = progress.left or (WHERE,)
+    names = [("type", "uniform", MEANING) if key == MEANING and kind_is_sure(chain) else (key,) for key in remaining]
+    return [*(key for name, key in keys if name not in progress.ready), *itertools.chain(*names)]
 
 
 def _is_square(chain: Chain) -> bool:
@@ -146,7 +146,7 @@ _IN_WORDS = {
 
 
 def _missing_block(chain: Chain, progress: _Progress) -> list[str]:
-    """Return the closing remark if something is missing."""
+    """Return the closing remark if results are missing, else nothing."""
     if not progress.ended or progress.left == ():
         return []
     missing = [
@@ -160,7 +160,7 @@ def _missing_block(chain: Chain, progress: _Progress) -> list[str]:
 
 
 def _explain_end(progress: _Progress) -> str:
-    """Return why results are missing, and what that means."""
+    """Return a sentence on why results are missing, and what that means."""
     return (
         f"This ended because {progress.ended}, at work on {progress.now}. What is told was worked out to its "
         "end, and holds; of what is missing, nothing is claimed."
@@ -168,13 +168,13 @@ def _explain_end(progress: _Progress) -> str:
 
 
 def _expected_sections(chain: Chain) -> list[str]:
-    """Return the names of all sections that an arm of this shape has."""
+    """Return the names of all sections that an arm with this number of joints and rows has."""
     inverse = ("inverse-jacobian", "inverse-velocity")
-    left_out = () if _is_square(chain) else ("determinant", *inverse)
+    omitted = () if _is_square(chain) else ("determinant", *inverse)
     if chain.n > BY_HAND:
-        left_out = (*left_out, *inverse)
-    of_some_conventions = [  # only for these: for others, the answer may take minutes
+        omitted = (*omitted, *inverse)
+    convention_sections = [  # `objects` is asked only for these: for other sections, it may take minutes
         name for name in SECTIONS if QUESTIONS[name].speaks_of
     ]
-    left_out = (*left_out, *(name for name in of_some_conventions if QUESTIONS[name].objects(chain) is not None))
-    return [name for name in SECTIONS if name not in left_out]
+    omitted = (*omitted, *(name for name in convention_sections if QUESTIONS[name].objects(chain) is not None))
+    return [name for name in SECTIONS if name not in omitted]
