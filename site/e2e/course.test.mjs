@@ -325,7 +325,7 @@ test("links are made by choosing, with a preview that shows what is sent", async
     await page.getByLabel("How many questions").fill("99");
     await page.getByLabel("How many questions").blur();
     await page.getByLabel("Origin of the page around it").fill("moodle");
-    await page.getByText("“moodle” is no origin").waitFor();
+    await page.getByText("“moodle” is not an origin").waitFor();
     await page.getByLabel("Origin of the page around it").fill("https://moodle.example.org");
     const link = await page.getByLabel("A link", { exact: true }).inputValue();
     const code = await page.getByLabel("A frame for a page of your course").inputValue();
