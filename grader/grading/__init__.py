@@ -1,17 +1,17 @@
-"""Turn what a class submitted into results: marked, stored, overridden, certified.
+"""Grade the submissions of a class: mark them, store the results, apply overrides, check certificates.
 
-It imports submissions, judging and diagnosis; reports are above it.
+This package imports submissions, judging and diagnosis; the package reports imports this one.
 
-    result                      a student's result: the fields of a line of results.jsonl
-    partial_credit, marking     the share that an answer earns; a student's answers to a problem
-    attempt                     one notebook of a class graded; a notebook without a class
-    copied_answers, overrides   whether an answer is right for another student; points that a person sets
-    final_result                from notebooks to a student's result: overrides, lateness, which attempt counts
-    cluster                     notebooks graded by the workers of a Dask cluster
-    batch                       a class graded, which can be resumed; one student graded
-    history                     results that a later run replaced, and whose mark moved
-    check                       `qdot check`: what a student can know before submitting
-    certificates, certify       a student's certificate; `qdot verify`
-    forgetting                  everything about one student, removed
-    class_check                 a run that can't be right, stopped before it writes
+    result                      define a student's result: the fields of a line of results.jsonl
+    partial_credit, marking     compute the share that an answer earns; mark a student's answers to a problem
+    attempt                     grade one notebook of a class, or a notebook without a class
+    copied_answers, overrides   find answers that are correct for another student; read points that a person sets
+    final_result                compute a student's result: the attempt that counts, overrides, late penalty
+    cluster                     grade notebooks on the workers of a Dask cluster
+    batch                       grade a class, resuming an interrupted run; grade one student
+    history                     store results that a later run replaced; report changed marks
+    check                       check a notebook before it is submitted (`qdot check`)
+    certificates, certify       read and write a student's certificate; verify problems (`qdot verify`)
+    forgetting                  remove everything about one student
+    class_check                 stop a run with wrong inputs before it writes anything
 """

@@ -1,10 +1,11 @@
-"""Read and compare certificates/STUDENT/KEY.json, which records a student's problems as they were handed out.
+"""Read and compare certificates/STUDENT/KEY.json, which records a student's problems as they were released.
 
-It has one record for each problem: its identity, the engine and version that made it, digests of arm and parts,
+It has one record for each problem: its identity, the engine and version that generated it, digests of arm and parts,
 difficulty, and the names of the checks it passed. Rounding errors differ between machines and are not recorded.
 
-It also has a digest of each cell of the notebook as it was handed out. A later version may word a problem differently,
-so its own text says nothing about whether a notebook was altered. Answers and outputs are not in the digests.
+It also has a digest of each cell of the released notebook. The digests are necessary because a later version of qdot
+may word a problem differently, so regenerating it doesn't show whether a notebook was altered. Answers and outputs are
+not in the digests.
 """
 
 import hashlib
@@ -22,7 +23,7 @@ from qdot.exercises.common.errors import QdotError
 
 
 class Kind(StrEnum):
-    """Why a problem can't be vouched for, in the words of the summary: "3 failed: 1 changed, 2 without …"."""
+    """The reason why a problem fails, as the summary words it: "3 failed: 1 changed, 2 without …"."""
 
     CHANGED = "changed"
     UNSOUND = "not passing the checks"
@@ -35,7 +36,7 @@ class Kind(StrEnum):
 
 @dataclass(frozen=True)
 class Failure:
-    """A failure in words, with the student's name; `slot` is the problem concerned, empty for all of them."""
+    """A failure; `message` names the student, and `slot` is the slot of the problem, empty if it concerns all."""
 
     kind: Kind
     message: str
@@ -43,7 +44,7 @@ class Failure:
 
 
 class Record(pydantic.BaseModel):
-    """The record of one problem; fields that a later version adds are ignored."""
+    """The record of one problem; fields added by a later version are ignored."""
 
     model_config = pydantic.ConfigDict(strict=True, frozen=True)
     problem: str = pydantic.Field(pattern=r"^[a-z0-9-]+/[0-9]{1,19}(@[a-z+-]+){0,2}$")
@@ -70,14 +71,14 @@ class Certificate(pydantic.BaseModel):
 
     @property
     def text(self) -> str:
-        """The file's text."""
+        """The content of the file."""
         return self.model_dump_json(indent=1) + "\n"
 
 
 def read_certificate(path: Path, assignment: str, student: str) -> Certificate | None:
-    """Return a student's certificate, None where there is no file. Raises QdotError: what is wrong, and what to do.
+    """Return a student's certificate; None if there is no file. Raises QdotError, which says what is wrong.
 
-    It never sends the reader to 'qdot generate' alone, which would vouch for whatever the problems have become.
+    The error never recommends only 'qdot generate', which would certify problems that may have changed.
     """
     try:
         certificate = Certificate.model_validate_json(path.read_text(encoding="utf-8-sig"))
@@ -102,7 +103,7 @@ def _unreadable_certificate(path: Path, why: str) -> QdotError:
 
 
 def describe_missing(path: Path, notebook: Path) -> str:
-    """Return the message on a certificate that isn't there, with or without a notebook."""
+    """Return the message on a missing certificate, depending on whether the notebook exists."""
     if not notebook.is_file():
         return (
             f"neither {path} nor {notebook} is there. If nothing was handed out yet, 'qdot generate' writes both; if "
@@ -118,11 +119,11 @@ def describe_missing(path: Path, notebook: Path) -> str:
 
 
 def cell_digests(notebook: Mapping[str, Any]) -> list[tuple[str, str]]:
-    """Return name and SHA-256 of what qdot wrote in a notebook, in order: its own metadata, then every cell.
+    """Return name and SHA-256 of everything that qdot wrote in a notebook: its metadata, then every cell in order.
 
-    For an answer cell, the part counts and not its content. Outputs, empty cells and names do not count, so a program
-    that drops the ids of cells, or runs them, alters nothing. Certificates of earlier versions are compared with these
-    digests, so this function must not change.
+    An answer cell's digest covers its part and not its content. Outputs, empty cells and ids are not covered, so a
+    program that drops the ids of cells, or runs them, changes no digest. Certificates of earlier versions are compared
+    with these digests, so this function must not change.
     """
     metadata = _dict(notebook.get("metadata")).get("qdot")
     digests = [("metadata", _digest(metadata))]
@@ -145,7 +146,7 @@ def _digest(content: Any) -> str:
 
 
 def find_notebook_failures(path: Path, certificate: Certificate) -> list[Failure]:
-    """Return how a released notebook differs from the one handed out, one failure for each problem concerned."""
+    """Return how a notebook in released/ differs from its certificate, one failure for each problem concerned."""
     student = certificate.student
     try:
         notebook = json.loads(path.read_text(encoding="utf-8-sig"))
@@ -167,14 +168,16 @@ def find_notebook_failures(path: Path, certificate: Certificate) -> list[Failure
 
 
 def find_alterations(recorded: Mapping[str, str], present: Sequence[tuple[str, str]]) -> list[tuple[str, str]]:
-    """Return the cells in which a notebook differs from its digests, each with what happened to it."""
-    there = dict(present)
+    """Return the cells that differ from the recorded digests, each with how it differs."""
+    present_cells = dict(present)
     digests = Counter(digest for _, digest in present)
-    changed = {name: "changed" if name in there else "gone" for name, digest in recorded.items() if not digests[digest]}
-    unknown = Counter(recorded.values())
+    changed = {
+        name: "changed" if name in present_cells else "gone" for name, digest in recorded.items() if not digests[digest]
+    }
+    unmatched = Counter(recorded.values())
     for name, digest in present:
-        unknown[digest] -= 1
-        if unknown[digest] < 0:
+        unmatched[digest] -= 1
+        if unmatched[digest] < 0:
             changed.setdefault(name, "added")
     if not changed and [digest for _, digest in present] != list(recorded.values()):
         return [("cells", "in another order")]

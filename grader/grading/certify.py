@@ -1,7 +1,7 @@
-"""Certify problems from the grader's side: the reference earns full marks.
+"""Certify problems on the grader's side: check that the reference answers earn full marks.
 
-The certificates of a class are stored as certificates/STUDENT/KEY.json. From them `qdot verify DIR` knows whether the
-problems of a folder are still those that were handed out. A problem without a valid certificate fails.
+The certificates of a class are stored as certificates/STUDENT/KEY.json. `qdot verify DIR` uses them to check that the
+problems of a folder are still those that were released. A problem without a valid certificate fails.
 """
 
 import unicodedata
@@ -41,7 +41,8 @@ from qdot.grader.judging.verdict import Outcome
 class Task:
     """A problem to verify: its identity, its family if that is an instructor's robot, and its record.
 
-    `against` are failures found in its student's files. One that is not in the assignment any more can't be `made`.
+    `against` are failures found in its student's files. `made` is False if the problem is no longer in the assignment,
+    so that it can't be generated.
     """
 
     identity: ProblemId
@@ -53,19 +54,19 @@ class Task:
 
     @property
     def name(self) -> str:
-        """The problem in words, with its student."""
-        asked = ", ".join(self.identity.questions) or "all questions"
-        return f"{self.owner + ': ' if self.owner else ''}{self.identity} ({asked})"
+        """A description of the problem, with its student."""
+        questions = ", ".join(self.identity.questions) or "all questions"
+        return f"{self.owner + ': ' if self.owner else ''}{self.identity} ({questions})"
 
     def failure(self, kind: Kind, message: str) -> Failure:
-        """Return a failure of this problem."""
+        """Return a failure whose message begins with the name of this problem."""
         return Failure(kind, f"{self.name}: {message}")
 
 
 def find_failures(problem: Problem, certificate: ProblemCertificate | None = None) -> list[str]:
-    """Return what is wrong with a problem: failed checks, and references that do not get full marks."""
-    checked = certificate or certify(problem)
-    failed = [f"{check.name}: {check.detail}" for check in checked.failures]
+    """Return the failures of a problem: failed checks, and reference answers that do not earn full marks."""
+    result = certificate or certify(problem)
+    failed = [f"{check.name}: {check.detail}" for check in result.failures]
     for part in problem.parts:
         judgement = judge(problem, part, part.answer.as_typed(), f"certify/{problem.id}/{part.name}")
         if judgement.outcome is not Outcome.CORRECT:
@@ -74,7 +75,7 @@ def find_failures(problem: Problem, certificate: ProblemCertificate | None = Non
 
 
 def make_record(problem: Problem) -> Record:
-    """Return the record of a problem. Raises Uncertified if it does not pass."""
+    """Return the record of a problem. Raises Uncertified if the problem fails a check."""
     certificate = certify(problem)
     check(problem, find_failures(problem, certificate))
     return Record(
@@ -103,16 +104,16 @@ def certificate_text(
 
 
 CERTIFIER = Certifier(make_record, certificate_text)
-"""What certifies the problems of a class."""
+"""The functions that certify the problems of a class."""
 
 
 # --- a folder, years later ---
 
 
 def list_tasks(assignment: Assignment) -> list[Task]:
-    """Return every problem of a class with its record, and the failures found in the files of its student.
+    """Return every problem of a class with its record, and the failures found in its student's files.
 
-    Students who have left the roster are included, because their problems were handed out, too.
+    Students who have left the roster are included, because their problems were released, too.
     """
     students = [student.id for student in assignment.roster]
     students += find_former_students(assignment)
@@ -120,7 +121,7 @@ def list_tasks(assignment: Assignment) -> list[Task]:
 
 
 def find_former_students(assignment: Assignment) -> list[str]:
-    """Return the students who have a notebook or a certificate and are not on the roster."""
+    """Return the students who have a notebook or a certificate but are not on the roster."""
     patterns = [notebook_path(assignment, "*"), certificate_path(assignment, "*")]
     paths = [path for pattern in patterns for path in pattern.parent.parent.glob(f"*/{pattern.name}")]
     names = {unicodedata.normalize("NFC", path.parent.name) for path in paths}
@@ -129,7 +130,7 @@ def find_former_students(assignment: Assignment) -> list[str]:
 
 
 def list_tasks_of_student(assignment: Assignment, student: str) -> list[Task]:
-    """Return a student's problems: those in the assignment's slots first, then those in slots that it has no more."""
+    """Return a student's problems: first those in the assignment's slots, then those in slots since removed."""
     certificate, failures = _read_certificate(assignment, student)
     records = dict(certificate.problems) if certificate else {}
     against = {
@@ -153,7 +154,7 @@ def list_tasks_of_student(assignment: Assignment, student: str) -> list[Task]:
 
 
 def _read_certificate(assignment: Assignment, student: str) -> tuple[Certificate | None, list[Failure]]:
-    """Return a student's certificate, None if none can be read, and what is wrong with it or the notebook."""
+    """Return a student's certificate (None if it can't be read), and the failures of it and of the notebook."""
     path, notebook = certificate_path(assignment, student), notebook_path(assignment, student)
     try:
         certificate = read_certificate(path, assignment.key, student)
@@ -165,7 +166,7 @@ def _read_certificate(assignment: Assignment, student: str) -> tuple[Certificate
 
 
 def _changes_of(task: Task, problem: Problem, record: Record) -> list[Failure]:
-    """Return how a problem differs from the record that was kept of it."""
+    """Return a failure for each difference between a problem and its record."""
     now = digests(problem)
     if record.problem != str(problem.id):
         message = f"another problem than was handed out, {record.problem}: the assignment or secret was changed"
@@ -173,8 +174,8 @@ def _changes_of(task: Task, problem: Problem, record: Record) -> list[Failure]:
     if record.sha256 != now.sha256:
         changed = [name for name, digest in now.parts.items() if record.parts.get(name) != digest]
         changed += [name for name in record.parts if name not in now.parts]
-        what = "the arm" if record.arm != now.arm else ", ".join(changed) or "its digest"
-        message = f"no longer the problem that was handed out: {what} changed since qdot {record.qdot}"
+        difference = "the arm" if record.arm != now.arm else ", ".join(changed) or "its digest"
+        message = f"no longer the problem that was handed out: {difference} changed since qdot {record.qdot}"
         return [task.failure(Kind.CHANGED, message)]
     if (record.arm, record.parts, set(record.questions)) != (now.arm, now.parts, set(now.parts)):
         message = "its certificate contradicts itself: it was altered; restore it from a backup"
@@ -198,17 +199,17 @@ def _failures(_: None, task: Task) -> list[Failure]:
         failures += [task.failure(Kind.UNSOUND, message) for message in find_failures(problem)]
     except (RuntimeError, QdotError) as error:
         failures = [task.failure(Kind.UNSOUND, str(error))]
-    except Exception as error:  # whatever it is, it is one problem's, and the others are verified
+    except Exception as error:  # an error in one problem must not stop the verification of the others
         message = f"qdot itself failed: {type(error).__name__}: {error}; please report it"
         failures = [task.failure(Kind.UNSOUND, message)]
     return [*failures, *task.against]
 
 
 def certify_all(tasks: Sequence[Task], jobs: int) -> Generator[tuple[Task, list[Failure]], None, None]:
-    """Yield every problem with what is wrong with it, the gravest first, in order."""
+    """Yield every problem, in order, with its failures, the most serious first."""
     with closing(ordered_map(_failures, tasks, jobs, _nothing, ())) as failures:
         yield from zip(tasks, failures, strict=True)
 
 
 def _nothing() -> None:
-    """Prepare nothing."""
+    """Do nothing: the processes that verify need no preparation."""

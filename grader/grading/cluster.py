@@ -1,6 +1,7 @@
-"""Grade notebooks on a Dask cluster, whose workers need no shared disk and may come, go and die at any moment.
+"""Grade notebooks on a Dask cluster, whose workers need no shared disk and may join, leave or crash at any time.
 
-A worker receives the assignment without names, and one notebook at a time. A worker with other code than here refuses.
+A worker receives the assignment without students' names, and one notebook at a time. It refuses to grade if its code
+differs from the code of this machine.
 """
 
 import hashlib
@@ -40,14 +41,14 @@ CONNECTING, STARTING, RETURNING = 10.0, 10.0, 60.0
 IDLE = 300.0
 """Seconds after which a worker without work forgets the assignment."""
 LOGGERS = ("distributed", "distributed.client", "tornado", "tornado.application")
-"""Dask's loggers, which would print with a traceback what is reported in one line here."""
+"""Dask's loggers, which are silenced: they would print a traceback for errors that qdot reports in one line."""
 GO_ON = "what has been graded is stored: run the same command again to go on"
 SAME = "install the same qdot, Python, SymPy and NumPy everywhere"
 
 
 @dataclass(frozen=True)
 class Brief:
-    """What a worker has to know of an assignment: no names, no folder. `name` changes with its content."""
+    """What a worker needs of an assignment, without students' names and folder; `name` is a digest of the content."""
 
     name: str
     code: str
@@ -65,9 +66,9 @@ def connect(address: str, assignment: Assignment, limits: Limits) -> Iterator["C
         from distributed.versions import VersionMismatchWarning
     except ImportError:
         need("cluster", "--executor")
-        raise  # it is installed, and does not work
+        raise  # distributed is installed, but broken
     with _quiet(), warnings.catch_warnings():
-        warnings.simplefilter("ignore", VersionMismatchWarning)  # the workers compare what matters
+        warnings.simplefilter("ignore", VersionMismatchWarning)  # the workers compare the versions that matter
         try:
             client = Client(address, timeout=CONNECTING, set_as_default=False)
         except (OSError, ValueError, TypeError, ImportError) as error:
@@ -77,7 +78,7 @@ def connect(address: str, assignment: Assignment, limits: Limits) -> Iterator["C
 
 
 def brief_of(assignment: Assignment, limits: Limits) -> Brief:
-    """Return what workers have to know of an assignment."""
+    """Return what workers need of an assignment."""
     roster = tuple(Student(student.id) for student in assignment.roster)
     redrawn = sorted((*place, redraw.draw) for place, redraw in assignment.redrawn.items())
     content = (
@@ -99,12 +100,12 @@ class Cluster:
             self._look_for_workers()
             time.sleep(0.1)
         self.threads = max(32, 2 * sum(client.nthreads().values()))
-        self._brief = client.submit(_pass_on, brief, pure=False)  # the scheduler makes it again if its worker dies
+        self._brief = client.submit(_pass_on, brief, pure=False)  # the scheduler recreates it if its worker dies
 
     def mark(self, student: str, attempt: Attempt | None) -> Marked | None:
-        """Return the marks of a notebook, None if it ends its workers twice. Raises QdotError if none grades it."""
+        """Return the marks of a notebook; None if it crashes its workers twice. Raises QdotError if none grades it."""
         if attempt is not None and attempt.submission is not None:
-            # What a notebook claims may be nested too deep to be sent; only its texts are ever looked at.
+            # A notebook's claims may be nested too deeply to be sent; only claims that are texts are ever used.
             claims = {
                 name: claim if isinstance(claim, str | None) else True
                 for name, claim in attempt.submission.claims.items()
@@ -143,7 +144,7 @@ class Cluster:
                 self._look_for_workers()
 
     def _look_for_workers(self) -> None:
-        """Raise QdotError if there has been no worker for a while; the scheduler is asked once a second at most."""
+        """Raise QdotError if there has been no worker for a while; ask the scheduler at most once a second."""
         with self._lock:
             now = time.monotonic()
             if now < self._asked + 1:
@@ -166,13 +167,13 @@ class Cluster:
 
 @contextmanager
 def _quiet() -> Iterator[None]:
-    before = {name: logging.getLogger(name).level for name in LOGGERS}
+    levels = {name: logging.getLogger(name).level for name in LOGGERS}
     try:
         for name in LOGGERS:
             logging.getLogger(name).setLevel(logging.CRITICAL + 1)
         yield
     finally:
-        for name, level in before.items():
+        for name, level in levels.items():
             logging.getLogger(name).setLevel(level)
 
 
@@ -188,21 +189,21 @@ def _pass_on(brief: Brief) -> Brief:
 
 
 _state: dict[str, Any] = {}
-"""The name of the assignment that this process grades, its Grader, a warning, and the timer that ends it."""
+"""The name of the assignment that this process grades, its Grader, a warning, and the timer that drops it."""
 _one_at_a_time = threading.Lock()
-"""A worker may have several threads, but mpmath has one precision for all of them."""
+"""Lock that lets one thread grade at a time, because mpmath has one precision for all threads of a worker."""
 
 
 def mark_on_worker(brief: Brief, student: str, attempt: Attempt | None) -> tuple[Marked, str, str]:
-    """Grade a notebook in this process; return its marks, this machine's name, and what the machine doesn't enforce.
+    """Grade a notebook in this process; return its marks, this machine's name, and a warning on its sandbox.
 
-    Raises QdotError, which names the machine, if it must not or can't grade.
+    Raises QdotError, which names the machine, if it can't grade or must not.
     """
     machine = platform.node()
     if brief.code != code():
-        has = f"it has qdot {qdot_version()} on Python {platform.python_version()}"
+        versions = f"it has qdot {qdot_version()} on Python {platform.python_version()}"
         raise QdotError(
-            f"worker {machine}: its code or its libraries are not those of the grading machine ({has}); {SAME}"
+            f"worker {machine}: its code or its libraries are not those of the grading machine ({versions}); {SAME}"
         )
     with _one_at_a_time:
         try:
@@ -217,7 +218,10 @@ def mark_on_worker(brief: Brief, student: str, attempt: Attempt | None) -> tuple
 
 
 def _prepare(brief: Brief) -> None:
-    """Get ready to grade an assignment. Raises QdotError if it demands more than this machine enforces."""
+    """Prepare this process to grade an assignment.
+
+    Raises QdotError if the assignment requires a stricter sandbox than this machine can enforce.
+    """
     _forget_at_exit()
     strict = brief.assignment.sandbox == "strict"
     findings = guarantees.probe(quick=not strict)
@@ -236,7 +240,7 @@ def _start_timer() -> None:
 
 
 def _forget_unless_busy() -> None:
-    if _one_at_a_time.acquire(blocking=False):  # otherwise a notebook has come, and with it another timer
+    if _one_at_a_time.acquire(blocking=False):  # otherwise a notebook is being graded, which started another timer
         try:
             forget()
         finally:
@@ -245,11 +249,11 @@ def _forget_unless_busy() -> None:
 
 @cache
 def _forget_at_exit() -> None:
-    Finalize(None, forget, exitpriority=10)  # unlike atexit, it is called in multiprocessing's processes, too
+    Finalize(None, forget, exitpriority=10)  # unlike atexit, Finalize also works in multiprocessing's processes
 
 
 def forget() -> None:
-    """End the sandbox of this process, and drop the assignment with its secret."""
+    """Close the sandbox of this process, and drop the assignment with its secret."""
     if "timer" in _state:
         _state["timer"].cancel()
     if "grader" in _state:
@@ -259,7 +263,7 @@ def forget() -> None:
 
 @cache
 def code() -> str:
-    """Return a digest of everything that decides what a notebook earns: all code, and the versions of libraries."""
+    """Return a digest of everything that decides a notebook's points: all code, and the versions of libraries."""
     digest = hashlib.sha256(f"{code_digest()}/{qdot_version()}/{mpmath.__version__}".encode())
     for path in sorted(Path(__file__).parents[1].rglob("*.py")):
         digest.update(path.name.encode() + b"\0" + path.read_bytes())

@@ -1,7 +1,7 @@
-"""Find and remove everything that an assignment's folder has of one student (`qdot forget`).
+"""Find and remove everything about one student in an assignment's folder (`qdot forget`).
 
-Files of the student are removed; tables about the class lose the student's lines. The roster's line goes last, so that
-the same command finishes what was interrupted.
+Files of the student are removed, and the student's lines are removed from tables of the class. The roster's line is
+removed last, so that the same command can finish an interrupted run.
 """
 
 import contextlib
@@ -27,16 +27,16 @@ from qdot.grader.submissions.submission import NOT_FETCHED, find_paths_of_studen
 
 ROSTER = "roster.csv"
 PACKED = (".zip", ".mbz", ".xlsx", ".tar", ".gz", ".tgz", ".pdf")
-"""Files that are not searched for a name."""
+"""Endings of files that are not searched for a student's name."""
 LARGEST = 200_000_000
-"""Bytes of the largest file that is searched."""
+"""Size in bytes of the largest file that is searched."""
 
 
 @dataclass(frozen=True)
 class Plan:
-    """What happens to an assignment's folder: files and folders to remove, and tables with their new bytes.
+    """The changes to an assignment's folder: files and folders to remove, and tables with their new content.
 
-    `mentions` are other files that name the student or can't be searched, each with what to do about it.
+    `mentions` are other files that name the student or can't be searched, each with advice.
     """
 
     folder: Path
@@ -46,7 +46,7 @@ class Plan:
     mentions: tuple[tuple[str, str], ...]
 
     def describe(self) -> Iterator[str]:
-        """Yield the plan, line by line."""
+        """Yield a description of the plan, line by line."""
         name = f" ({self.student.name})" if self.student.name else ""
         yield f"{self.folder}: {self.student.id}{name}"
         for path in self.removed:
@@ -58,7 +58,7 @@ class Plan:
             yield f"  stays    {shown}: {advice}"
 
     def carry_out(self) -> None:
-        """Remove and shorten. Raises QdotError; the same command then continues."""
+        """Remove the files and shorten the tables. Raises QdotError; running the command again then continues."""
         with lock_folder(self.folder) if (self.folder / "graded").is_dir() else contextlib.nullcontext():
             for path in self.removed:
                 try:
@@ -75,18 +75,18 @@ class Plan:
 
 
 def plan_forgetting(folder: Path, name: str) -> list[Plan]:
-    """Return what is to be done in an assignment's folder, or in each assignment of a course. Raises QdotError.
+    """Return the plans for an assignment's folder, or for each assignment of a course. Raises QdotError.
 
-    `name` is the roster's identifier, or a name or e-mail address that only one student has.
+    `name` is an identifier of the roster, or a name or e-mail address that only one student has.
     """
     assignments = [folder] if (folder / "assignment.toml").is_file() else sorted(
         path.parent for path in folder.glob("*/assignment.toml")
     )  # fmt: skip
     if not assignments:
         raise QdotError(f"{folder} is not an assignment's folder and contains none; 'qdot init' makes one")
-    rosters = {each: _roster(each) for each in assignments}
+    rosters = {assignment: _roster(assignment) for assignment in assignments}
     student = _find_student([student for roster in rosters.values() for student in roster], name)
-    plans = [plan for each in assignments if (plan := _plan(each, rosters[each], student))]
+    plans = [plan for assignment in assignments if (plan := _plan(assignment, rosters[assignment], student))]
     if not plans:
         known = sorted({student.id for roster in rosters.values() for student in roster})
         raise QdotError(f"{folder} has nothing of this student: {unknown('student', name, known[:50])}")
@@ -98,29 +98,32 @@ def _roster(folder: Path) -> Sequence[Student]:
 
 
 def _find_student(roster: Sequence[Student], name: str) -> Student:
-    """Return the student with a name; one who has left the roster has only an identifier. Raises QdotError."""
-    wanted = identifier_of(name)
-    matching = {student.id: student for student in roster if student.id == wanted}
+    """Return the student with an identifier, name or e-mail address. Raises QdotError.
+
+    A student who has left the roster can be found only by the identifier.
+    """
+    identifier = identifier_of(name)
+    matching = {student.id: student for student in roster if student.id == identifier}
     if not matching:
         names = ((student, {student.name.casefold(), student.email.casefold()}) for student in roster)
-        matching = {student.id: student for student, called in names if wanted.casefold() in called}
+        matching = {student.id: student for student, aliases in names if identifier.casefold() in aliases}
     if len(matching) > 1:
         raise QdotError(f"{name!r} may be {' or '.join(sorted(matching))}; give the identifier")
     if matching:
         return next(iter(matching.values()))
-    if not wanted or {"/", "\\"} & set(wanted) or wanted.startswith("."):
+    if not identifier or {"/", "\\"} & set(identifier) or identifier.startswith("."):
         raise unknown("student", name, sorted(student.id for student in roster)[:50])
-    return Student(wanted)
+    return Student(identifier)
 
 
 def _plan(folder: Path, roster: Sequence[Student], student: Student) -> Plan | None:
-    known = [*roster, *([] if any(each.id == student.id for each in roster) else [student])]
+    known = [*roster, *([] if any(other.id == student.id for other in roster) else [student])]
     root = folder / "submitted"
     certain, doubtful = find_paths_of_student(known, root, student.id) if root.is_dir() else ([], [])
     removed, shortened = [*certain, *_files_named_after(folder, student.id)], dict(_shortened(folder, student.id))
     if not removed and not shortened:
         return None
-    # The cache has no names; qdot makes it and the report again.
+    # Files in the cache don't name their student; qdot can recreate both the cache and the report.
     removed += [path for path in (folder / "graded" / ".cache", folder / "graded" / "report.html") if path.exists()]
     handled = {path for top in removed for path in (top, *(top.rglob("*") if top.is_dir() else ()))} | set(shortened)
     mentions = [(path.relative_to(folder).as_posix(), "it may belong to this student or another") for path in doubtful]
@@ -129,7 +132,7 @@ def _plan(folder: Path, roster: Sequence[Student], student: Student) -> Plan | N
 
 
 def _files_named_after(folder: Path, student: str) -> list[Path]:
-    """Return the files and folders whose names say that they belong to a student."""
+    """Return the files and folders that are named after a student."""
     paths = [folder / kind / student for kind in ("released", "solutions", "certificates")]
     paths += [folder / "graded" / "feedback" / f"{student}.html", folder / "graded" / "history" / f"{student}.jsonl"]
     paths.append(folder / STORE / "problems" / hashlib.sha256(student.encode()).hexdigest()[:24])
@@ -139,7 +142,7 @@ def _files_named_after(folder: Path, student: str) -> list[Path]:
 
 
 def _shortened(folder: Path, student: str) -> Iterator[tuple[Path, bytes]]:
-    """Yield every table with lines of a student, and its bytes without them; the roster last."""
+    """Yield every table that has lines of a student, with its content without them; the roster comes last."""
     results = folder / "graded" / "results.jsonl"
     if results.is_file():
         lines = results.read_bytes().splitlines(keepends=True)
@@ -161,7 +164,7 @@ def _shortened(folder: Path, student: str) -> Iterator[tuple[Path, bytes]]:
 
 @dataclass(frozen=True)
 class _Line:
-    """Whose result a line of results.jsonl is."""
+    """The part of a line of results.jsonl that names its student."""
 
     student: str
 
@@ -174,13 +177,13 @@ def _student_of(line: bytes) -> str:
 
 
 def remove_rows(content: bytes, rows: set[int]) -> bytes:
-    r"""Return a table without the rows that begin on these lines; all others stay byte for byte. Raises csv.Error.
+    r"""Return a table without the rows that begin on the given lines; other bytes don't change. Raises csv.Error.
 
     >>> remove_rows(b'student;name\r\n7;"Ada\r\nA"\r\n8;Bo\r\n', {2})
     b'student;name\r\n8;Bo\r\n'
     """
-    marks = {b"\xff\xfe": "utf-16-le", b"\xfe\xff": "utf-16-be"}
-    encoding = marks.get(content[:2], "latin-1")  # in UTF-8, too, only an end of a line has its bytes
+    encodings = {b"\xff\xfe": "utf-16-le", b"\xfe\xff": "utf-16-be"}
+    encoding = encodings.get(content[:2], "latin-1")  # works for UTF-8, whose other characters have no newline bytes
     lines = re.findall(r"[^\r\n]*(?:\r\n|\r|\n)|[^\r\n]+$", content.decode(encoding))
     begins: list[int] = []
     for _ in csv_rows("\n".join(line.rstrip("\r\n") for line in lines), begins):
@@ -194,7 +197,7 @@ def remove_rows(content: bytes, rows: set[int]) -> bytes:
 
 
 def _mentions(folder: Path, student: Student, handled: set[Path]) -> Iterator[tuple[str, str]]:
-    """Yield other files that name a student or can't be searched, and what to do about them."""
+    """Yield other files that name a student or can't be searched, each with advice on what to do."""
     names = [student.email, student.name, *([student.id] if not re.fullmatch(r"\d{0,4}|..?", student.id) else [])]
     words = b"|".join(re.escape(name.encode()) for name in names if name.strip())
     pattern = re.compile(rb"(?<![A-Za-z0-9_])(?:" + words + rb")(?![A-Za-z0-9_])", re.IGNORECASE) if words else None
@@ -218,7 +221,7 @@ def _contains(path: Path, pattern: re.Pattern[bytes]) -> bool:
 
 
 def remove(path: Path) -> None:
-    """Remove a file or folder, also a folder that a student has locked. Raises OSError."""
+    """Remove a file or folder, even a folder whose permissions a student has restricted. Raises OSError."""
     if path.is_symlink() or not path.is_dir():
         path.unlink(missing_ok=True)
     elif IS_POSIX:

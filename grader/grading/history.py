@@ -1,7 +1,7 @@
-"""Keep results that a later run replaces in graded/history/STUDENT.jsonl, and compare them with the new ones.
+"""Store replaced results in graded/history/STUDENT.jsonl, and compare the results of a run with the previous ones.
 
-results.jsonl has the results of the last run. It is written after everything else: a run that was stopped has replaced
-nothing yet, and an earlier result is in the history before it disappears from results.jsonl.
+results.jsonl has the results of the last run. It is written after everything else, so an interrupted run replaces
+nothing, and an earlier result is in the history before it disappears from results.jsonl.
 """
 
 import contextlib
@@ -22,7 +22,7 @@ from qdot.grader.grading.result import MadeFrom, Result
 
 @dataclass(frozen=True)
 class Move:
-    """A mark that moved, of a part or in total if `part` is empty; texts as they are shown."""
+    """A changed mark: of a part, or the total if `part` is empty. The fields are texts to be displayed."""
 
     student: str
     part: str
@@ -37,28 +37,28 @@ def read_earlier_results(assignment: Assignment) -> dict[str, Result]:
 
 
 def _earlier_lines(assignment: Assignment) -> Iterator[tuple[bytes, Result]]:
-    """Yield each result of the previous run with its line, one by one to save memory.
+    """Yield each result of the previous run with its line, one at a time to save memory.
 
-    A line of another version of qdot may have more fields, or lack optional ones.
+    A line written by another version of qdot may have additional fields, or lack optional ones.
     """
     try:
-        written = results_path(assignment).read_bytes()
+        content = results_path(assignment).read_bytes()
     except OSError:
         return
-    for line in io.BytesIO(written):
+    for line in io.BytesIO(content):
         with contextlib.suppress(ValueError):
             yield line, from_json(Result, line)
 
 
 def results_path(assignment: Assignment) -> Path:
-    """Return where the results are."""
+    """Return the path of results.jsonl."""
     return assignment.folder / "graded" / "results.jsonl"
 
 
 def read_last_results(assignment: Assignment) -> tuple[Assignment, list[Result]]:
-    """Return the results of the last run in the roster's order, and the assignment with only those students.
+    """Return the results of the last run in the roster's order, and the assignment with only the graded students.
 
-    Raises QdotError if nothing has been graded, or the results are of other problems or another version.
+    Raises QdotError if nothing has been graded, or if the results belong to other problems or another version of qdot.
     """
     path = results_path(assignment)
     again = f"run: qdot grade {assignment.folder}"
@@ -80,9 +80,9 @@ def read_last_results(assignment: Assignment) -> tuple[Assignment, list[Result]]
 
 
 def keep_earlier_results(assignment: Assignment, results: Sequence[Result]) -> None:
-    """Add results to the history that new ones are about to replace, or whose student has left the roster.
+    """Add results to the history if new ones are about to replace them, or if their student has left the roster.
 
-    A run that was stopped may have added them already: nothing is added twice. Unchanged results are not added.
+    Unchanged results are not added, nor are results that an interrupted run has already added.
     """
     by_student = {result.student: result for result in results}
     folder = assignment.folder / "graded" / "history"
@@ -99,7 +99,7 @@ def _append_to_history(path: Path, was: object, why: str) -> None:
     except (OSError, ValueError):
         lines = []
     if lines and _result_of_line(lines[-1]) == was:
-        lines.pop()  # a run that was stopped put it there, and may have had another reason
+        lines.pop()  # an interrupted run added it, perhaps for another reason
     replaced = datetime.datetime.now(datetime.UTC).isoformat(timespec="seconds")
     lines.append(json.dumps({"replaced": replaced, "why": why, "result": was}, ensure_ascii=False))
     write_atomically(path, "".join(f"{line}\n" for line in lines), 0o600)
@@ -113,12 +113,15 @@ def _result_of_line(line: str) -> object:
 
 
 def _round_trip(result: Result) -> Result:
-    """Return a result as it will be read from its file."""
+    """Return a result as it will be when it is read back from results.jsonl."""
     return from_json(Result, json.dumps(as_json(result)))
 
 
 def _noticeable_content(result: Result) -> Result:
-    """Return what a student or the staff may notice of a result; `late` has the time of late work."""
+    """Return a result without the fields that neither students nor staff notice.
+
+    The time of late work remains, in `late`.
+    """
     attempts = tuple(replace(attempt, received=None) for attempt in result.attempts)
     submission = None if result.submission is None else replace(result.submission, received=None)
     return replace(result, made_from=MadeFrom(), attempts=attempts, submission=submission)
@@ -128,7 +131,7 @@ def _noticeable_content(result: Result) -> Result:
 
 
 def describe_reasons(was: Result, now: Result | None) -> str:
-    """Return in words why a result changed."""
+    """Return the reasons for a changed result, as text."""
     if now is None:
         return "no longer on the roster"
     why = _reasons_of_grading(was, now)
@@ -143,17 +146,17 @@ def describe_reasons(was: Result, now: Result | None) -> str:
 
 
 def _reasons_of_grading(was: Result, now: Result) -> list[str]:
-    """Return why the grader may have given other points."""
+    """Return the reasons why the grader may have given different points."""
     why = []
     if _counting_file(was) != _counting_file(now):
         if now.submission is None:
             why.append("submission gone")
         else:
-            known = [(attempt.file, attempt.received) for attempt in was.attempts]
-            another = (now.submission.file, now.submission.received) in known
-            why.append("another attempt counts" if another else "new submission")
+            earlier_attempts = [(attempt.file, attempt.received) for attempt in was.attempts]
+            is_known = (now.submission.file, now.submission.received) in earlier_attempts
+            why.append("another attempt counts" if is_known else "new submission")
     before, after = was.made_from, now.made_from
-    if before != MadeFrom() and before.assignment != after.assignment:  # an older qdot didn't say
+    if before != MadeFrom() and before.assignment != after.assignment:  # results of an older qdot lack it
         why.append("assignment changed")
     if (before.engine, before.grader) != (after.engine, after.grader):
         why.append("grader changed")
@@ -169,7 +172,7 @@ def _received_time(result: Result) -> str | None:
 
 
 def _late_rule(result: Result) -> tuple[str, float] | None:
-    """Return what the late rule decided: the deadline and the penalty."""
+    """Return the deadline and the penalty of late work."""
     return None if result.late is None else (result.late.due, result.late.penalty)
 
 
@@ -177,7 +180,10 @@ def _late_rule(result: Result) -> tuple[str, float] | None:
 
 
 def find_moves(earlier: Mapping[str, Result], results: Sequence[Result]) -> list[Move]:
-    """Return whose mark moved since the previous run, and why; first those on the roster, in its order."""
+    """Return the marks that changed since the previous run, with the reasons.
+
+    Students on the roster come first, in its order.
+    """
     moved: list[Move] = []
     now = {result.student: result for result in results}
     for student, result in now.items():
@@ -192,14 +198,16 @@ def find_moves(earlier: Mapping[str, Result], results: Sequence[Result]) -> list
 
 
 def _moves_of_student(student: str, was: Result, now: Result) -> list[Move]:
-    set_before, set_now = was.overrides, now.overrides
-    of_grading = ", ".join(_reasons_of_grading(was, now)) or "graded again"
+    old_overrides, new_overrides = was.overrides, now.overrides
+    grading_reasons = ", ".join(_reasons_of_grading(was, now)) or "graded again"
     moved = []
     for part in dict.fromkeys((*now.parts, *was.parts)):
         old, new = (_points_in_words(parts[part].points) if part in parts else "–" for parts in (was.parts, now.parts))
         if old != new:
-            by_hand = set_before.get(part) != set_now.get(part)
-            moved.append(Move(student, part, old, new, _describe_override(part, was, now) if by_hand else of_grading))
+            is_overridden = old_overrides.get(part) != new_overrides.get(part)
+            moved.append(
+                Move(student, part, old, new, _describe_override(part, was, now) if is_overridden else grading_reasons)
+            )
     if moved or was.score != now.score:
         before, after = _points_in_words(was.score), _points_in_words(now.score)
         moved.append(Move(student, "", before, after, describe_reasons(was, now)))
@@ -207,7 +215,10 @@ def _moves_of_student(student: str, was: Result, now: Result) -> list[Move]:
 
 
 def _describe_override(part: str, was: Result, now: Result) -> str:
-    """Return the override that was added or removed, in words; a student who changes the answer leaves its group."""
+    """Return a description of the override that was added or removed.
+
+    If a student's answer changes, the override of its former group no longer applies.
+    """
     before, after = was.overrides.get(part), now.overrides.get(part)
     override = after or before
     if override is None or override.group is None:
@@ -222,7 +233,7 @@ def _points_in_words(points: float | None) -> str:
 
 
 def describe_moves(earlier: Mapping[str, Result], results: Sequence[Result]) -> str:
-    """Return the comparison of a run with the one before, as `qdot grade --diff` prints it."""
+    """Return the comparison of a run with the previous one, as `qdot grade --diff` prints it."""
     if not earlier:
         return "nothing to compare with: this is the first run"
     moved = find_moves(earlier, results)
