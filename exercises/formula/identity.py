@@ -1,16 +1,17 @@
-"""Decide whether two expressions are the same function, entry by entry, and say where they differ.
+"""Decide whether two expressions are the same function, entry by entry, and find where they differ.
 
-Exactly first (`exact`): rational functions of lengths, sines and cosines, with a bound on the chance of a wrong
-verdict. What is none (square roots, inverse functions, absolute values, decimals in a sine) is compared in numbers, at
-many random points. Double precision only finds differences there that are much larger than rounding can be. That two
-values are the same is decided with 50 digits, at one point at least of every region that was met in which the operands
-of functions with branches keep their signs: both sides are analytic there, and the same all over it if they are the
-same around a point.
+Rational functions of lengths, sines and cosines are compared exactly (`exact`), with a bound on the chance of a wrong
+verdict. Other expressions (square roots, inverse functions, absolute values, decimals in a sine) are compared
+numerically, at many random points.
 
-Decimals mean what they say: 0.5 is a half, 3.14 is not pi. Only a number of 13 digits or more is taken for the double
-that a program prints (SymPy prints 15, without zeros at the end), and allowed what a chain of operations with doubles
-loses (FLOATS, of the size of the terms).
-An assignment may allow more (`Rounding`).
+  - Double precision is used only to find differences much larger than any rounding error.
+  - Whether two values are equal is decided with 50 digits, at one or more points of every region that was sampled. In a
+    region the operands of functions with branches keep their signs. Both expressions are analytic there, so that they
+    agree on the whole region if they agree around a point.
+
+Decimals are exact: 0.5 is a half, 3.14 is not pi. Only a number of 13 digits or more is taken for a double printed by a
+program (SymPy prints 15 digits, without trailing zeros). It may have the rounding error of a chain of operations with
+doubles (FLOATS, relative to the size of the terms). An assignment may allow more (`Rounding`).
 """
 
 from collections.abc import Mapping, Sequence
@@ -41,36 +42,36 @@ from qdot.exercises.formula.trees import Node, digits_of, digits_of_decimals, na
 POINTS = 50
 POINTS_BRANCHING = 2000
 SHARE, SHARE_BRANCHING = 0.5, 0.02
-"""The bound of a comparison in numbers is for answers that differ at that share of the configurations or more."""
+"""The bound of a numeric comparison holds for answers that are wrong at this share of the configurations or more."""
 READABLE = 8
-"""That many points come first and have two decimals, so that a counterexample can be followed by hand."""
+"""The number of points that come first, with two decimals, so that a counterexample can be checked by hand."""
 
 PRINTED, DOUBLE = 13, 16
-"""Digits from which on a decimal that was typed is a double as programs print it, and a problem's number is a root."""
+"""Minimum number of digits at which a typed decimal counts as a printed double, and a problem's number as a root."""
 FLOATS = 1e-12
-"""What entries may be off with decimals of PRINTED digits or more, and values of joints always."""
+"""Relative error allowed for entries with decimals of PRINTED digits or more, and for joint values in general."""
 
 _ROUNDING = 64 * np.finfo(float).eps
 
 
 @dataclass(frozen=True)
 class Domain:
-    """What each symbol may be: "angle" (whole circle), "length" (positive), "signed", "travel", or a given number,
-    or an array with one for each point.
+    """The role of each symbol: a kind of random value, a given number, or an array with one number for each point.
 
-    "travel" is that of a prismatic joint, in metres, as far as any arm reaches, in both directions.
+    The kinds are "angle" (whole circle), "length" (positive), "signed" and "travel". "travel" is that of a prismatic
+    joint, in metres, as far as any arm reaches, in both directions.
 
-    A number that no fraction is (a root) is given as a double; other doubles are the decimals that they print as.
+    An irrational number (a root) is given as a double; other doubles stand for the decimals that they print as.
     """
 
     roles: Mapping[str, str | float | Fraction | np.ndarray]
 
     def fixed_values(self) -> dict[str, Fraction | None]:
-        """Return the names that stand for numbers, None for those that are known as doubles only."""
+        """Return the value of each name that stands for a number, None if it is only known as a double."""
         return {name: _as_fraction(role) for name, role in self.roles.items() if not isinstance(role, str | np.ndarray)}
 
     def sample(self, used: set[str], points: int, stream: Stream) -> dict[str, np.ndarray]:
-        """Return values at `points` points for each name in use; an unknown name is a free signed number."""
+        """Return random values at `points` points for each used name; an unknown name has the role "signed"."""
         values = {}
         for name in sorted(used):
             role = self.roles.get(name, "signed")
@@ -88,18 +89,18 @@ def _as_fraction(number: float | Fraction) -> Fraction | None:
 
 
 def _sample_role(role: str, points: int, stream: Stream) -> np.ndarray:
-    """Return random values for a role, readable ones first; lengths are spread evenly over orders of magnitude."""
-    unit = (np.frombuffer(stream.take(8 * points), dtype=">u8") >> np.uint64(11)) / float(1 << 53)
+    """Return random values for a role, readable ones first; the logarithms of lengths are uniformly distributed."""
+    fractions = (np.frombuffer(stream.take(8 * points), dtype=">u8") >> np.uint64(11)) / float(1 << 53)
     if role == "angle":
-        values = np.pi * (2 * unit - 1)
+        values = np.pi * (2 * fractions - 1)
     elif role == "length":
-        values = 0.05 * 800.0**unit
-        values[:READABLE] = 0.2 + 1.3 * unit[:READABLE]
+        values = 0.05 * 800.0**fractions
+        values[:READABLE] = 0.2 + 1.3 * fractions[:READABLE]
     elif role == "travel":
-        side = np.where(unit < 0.5, -1.0, 1.0)
-        values = side * 0.2 * 50.0 ** (2 * unit % 1)
+        directions = np.where(fractions < 0.5, -1.0, 1.0)
+        values = directions * 0.2 * 50.0 ** (2 * fractions % 1)
     else:
-        values = np.where(unit < 0.5, -0.2 - 3.6 * unit, 0.2 + 3.6 * (unit - 0.5))
+        values = np.where(fractions < 0.5, -0.2 - 3.6 * fractions, 0.2 + 3.6 * (fractions - 0.5))
     values[:READABLE] = np.round(values[:READABLE], 2)
     return np.asarray(values)
 
@@ -113,9 +114,9 @@ def default_role(name: str) -> str:
 
 @dataclass(frozen=True)
 class Rounding:
-    """What decimals may be off, by policy of an assignment: a part of the value's size, or an amount in SI units.
+    """The error that an assignment allows for decimals: relative to the value's size, or absolute in SI units.
 
-    `words` say it as in "to three significant digits", "within 0.01 rad/s".
+    `words` describe it, as in "to three significant digits", "within 0.01 rad/s".
     """
 
     relative: float = 0.0
@@ -127,8 +128,9 @@ class Rounding:
 class EntryDifference:
     """A point where an entry (counted from 0) differs: the symbols' values in rad and m, and both values there.
 
-    A value is a text if it is no finite real number, or if more digits are needed to show the difference. `expected` is
-    None if it is withheld. For a vector that counts up to a factor, it is what suits the answer's entry `pivot`.
+    A value is a text if it is not a finite real number, or if more digits are needed to show the difference. `expected`
+    is None if it is withheld. For a vector that counts up to a factor, it is scaled to match the answer's entry
+    `pivot`.
     """
 
     entry: int
@@ -140,7 +142,7 @@ class EntryDifference:
 
 @dataclass(frozen=True)
 class SetDifference:
-    """Configurations (rad and m) in which two sets differ: singular but not claimed, and claimed but not singular."""
+    """Configurations (rad and m) where two sets differ: one singular but not claimed, one claimed but not singular."""
 
     missing: Mapping[str, float] | None
     surplus: Mapping[str, float] | None
@@ -151,10 +153,10 @@ Counterexample = EntryDifference | SetDifference
 
 @dataclass(frozen=True)
 class Certificate:
-    """How a verdict was reached: method, points tried, the chance at most that a wrong answer gets through.
+    """How a verdict was reached: method, points tried, and a bound on the chance that a wrong answer is accepted.
 
-    After "exact" the bound holds for any wrong answer; after "numeric" for one that is wrong at a share of the
-    configurations or more (SHARE, SHARE_BRANCHING). None: none is claimed.
+    For the method "exact" the bound holds for any wrong answer. For "numeric" it holds for an answer that is wrong at a
+    share of the configurations or more (SHARE, SHARE_BRANCHING). If `bound` is None, no bound is claimed.
     """
 
     method: str
@@ -165,7 +167,7 @@ class Certificate:
 
 @dataclass(frozen=True)
 class Comparison:
-    """For each entry, whether it is right; and the certificate, with the first difference."""
+    """Whether each entry is correct, and the certificate, with the first difference."""
 
     equal: tuple[bool, ...]
     certificate: Certificate
@@ -174,78 +176,80 @@ class Comparison:
 def compare_entries(
     student: Sequence[Node], reference: Sequence[Node], domain: Domain, seed: str, rounding: Rounding | None = None
 ) -> Comparison:
-    """Compare two lists of scalar trees entry by entry at random points; nobody may know their `seed` before.
+    """Compare two lists of scalar trees entry by entry at random points.
 
-    Raises ReadError where an entry is no scalar.
+    Nobody may know `seed`, which determines the points, before the answer is submitted. Raises ReadError if an entry is
+    not a scalar.
     """
     if all(remove_noise(node) is node for node in reference):
         student = [remove_noise(node) for node in student]
-    theirs, ours = compile_program(student), compile_program(reference)
+    student_program, reference_program = compile_program(student), compile_program(reference)
     constants = domain.fixed_values()
-    decided = exact.compare(theirs, ours, constants, seed)
-    doubles = {name for name, value in constants.items() if value is None}
-    allowed = [_allowance(node, rounding, doubles) for node in student]
-    certain = [
-        entry.equal is True or (entry.equal is False and not any(room))
-        for entry, room in zip(decided, allowed, strict=True)
+    exact_results = exact.compare(student_program, reference_program, constants, seed)
+    double_names = {name for name, value in constants.items() if value is None}
+    allowances = [_allowance(node, rounding, double_names) for node in student]
+    is_certain = [
+        entry.equal is True or (entry.equal is False and not any(allowance))
+        for entry, allowance in zip(exact_results, allowances, strict=True)
     ]
-    equal = [entry.equal is True for entry in decided]
-    points = max(entry.points for entry in decided)
+    equal = [entry.equal is True for entry in exact_results]
+    points = max(entry.points for entry in exact_results)
     if all(equal):
-        return Comparison(tuple(equal), Certificate("exact", points, max(entry.bound for entry in decided)))
-    count = _count(theirs, certain)
+        return Comparison(tuple(equal), Certificate("exact", points, max(entry.bound for entry in exact_results)))
+    count = _count(student_program, is_certain)
     values = domain.sample(set().union(*(names(node) for node in (*student, *reference))), count, Stream(seed))
-    trial = _Trial(theirs, ours, allowed, values, constants, count)
-    for k, sure in enumerate(certain):
-        if not sure:
+    trial = _Trial(student_program, reference_program, allowances, values, constants, count)
+    for k, is_sure in enumerate(is_certain):
+        if not is_sure:
             equal[k] = trial.equal(k)
-    wrong = [k for k, same in enumerate(equal) if not same]
-    example = trial.counterexample(wrong[0]) if wrong else None
-    if all(certain):
-        bound = max((entry.bound for entry in decided if entry.equal), default=0.0)
+    wrong_entries = [k for k, same in enumerate(equal) if not same]
+    example = trial.counterexample(wrong_entries[0]) if wrong_entries else None
+    if all(is_certain):
+        bound = max((entry.bound for entry in exact_results if entry.equal), default=0.0)
         return Comparison(tuple(equal), Certificate("exact", points, bound, example))
-    bound = chance_of_missing(trial.defined, SHARE_BRANCHING if theirs.branches else SHARE)
+    bound = chance_of_missing(trial.defined, SHARE_BRANCHING if student_program.branches else SHARE)
     return Comparison(tuple(equal), Certificate("numeric", trial.points, bound, example))
 
 
 def chance_of_missing(points: int, share: float = SHARE) -> float:
-    """Return the chance that an answer which is wrong at that share of all points is right at all of these points."""
+    """Return the chance that an answer that is wrong at a `share` of all points is correct at all sampled points."""
     return float((1.0 - share) ** points)
 
 
 def _count(theirs: Program, certain: Sequence[bool]) -> int:
-    """Return the number of points: a few for a counterexample alone, many if branches may differ somewhere."""
+    """Return the number of points: few for a counterexample alone, many if a function with branches occurs."""
     if all(certain):
         return READABLE
     return max(POINTS, min(POINTS_BRANCHING, _VALUES // len(theirs.steps))) if theirs.branches else POINTS
 
 
 def allowed_for_decimals(node: Node) -> float:
-    """Return the relative error that a value may have because its decimals are doubles; 0 if they are not."""
+    """Return the relative error allowed because a formula's decimals are doubles; 0 if they are not."""
     return FLOATS if digits_of_decimals(node) >= PRINTED else 0.0
 
 
 def _allowance(node: Node, rounding: Rounding | None, doubles: AbstractSet[str]) -> tuple[float, float]:
-    """Return how far off an entry may be: a part of the size of the reference's terms, and an amount."""
+    """Return the relative error (to the size of the reference's terms) and the absolute error allowed for an entry."""
     floats = FLOATS if doubles and names(node) & doubles else allowed_for_decimals(node)
     return (floats, 0.0) if rounding is None else (max(floats, rounding.relative), rounding.absolute)
 
 
 _VALUES = 10_000_000
-"""Numbers that one comparison may compute in double precision: a program longer than 5,000 steps has fewer points."""
+"""Maximum count of double-precision values per comparison: a program of more than 5,000 steps has fewer points."""
 
 _PRECISE_STEPS = 100_000
-"""Steps of evaluation with many digits that one comparison may take (some seconds); a grader must not be stalled."""
+"""Maximum number of evaluation steps with many digits per comparison (some seconds), so that grading never stalls."""
 
 _CLEAR = 1e-9
-"""A difference that double precision may find: much more than rounding, of the size of the terms."""
+"""Smallest difference that double precision may establish, relative to the size of the terms; far above rounding."""
 
 _REGIONS, _SUSPECTS = 16, 3
-"""Points at which an entry is looked at with 50 digits: one a region, and those that differ most for their rounding."""
+"""Maximum number of points per entry evaluated with 50 digits: one for each region, and those with the largest
+difference relative to rounding."""
 
 
 class _Trial:
-    """Two programs at the same points: in double precision at all of them, with many digits where that decides."""
+    """Two programs at the same points, evaluated in double precision, and with many digits if that can't decide."""
 
     def __init__(
         self,
@@ -272,7 +276,7 @@ class _Trial:
 
     @cached_property
     def regions(self) -> np.ndarray:
-        """The region of each point."""
+        """The number of each point's region."""
         return number_regions(self.steps, self.points)
 
     @property
@@ -281,39 +285,45 @@ class _Trial:
         return int(np.isfinite(self.expected).sum(axis=1).min())
 
     def equal(self, entry: int) -> bool:
-        """Return whether an entry is right, and store the point at which it differs."""
+        """Return whether an entry is correct, and store the point at which it differs."""
         if self._is_clear(entry).any():
             return False
-        looked = [self._is_same(entry, int(point)) for point in self._to_look_at(entry)]
-        return False not in looked and (True in looked or bool(self._is_settled(entry).any()))
+        precise_results = [self._is_same(entry, int(point)) for point in self._to_look_at(entry)]
+        return False not in precise_results and (True in precise_results or bool(self._is_settled(entry).any()))
 
     def _is_clear(self, entry: int) -> np.ndarray:
-        """Return the points at which the difference is much larger than rounding can make it."""
+        """Return for each point whether the difference is much larger than any rounding error."""
         with np.errstate(all="ignore"):
-            least = self.room[entry] + self.noise[entry] + _CLEAR * self.scale[entry]
-            return np.asarray((self.off[entry] > least) & np.isfinite(self.off[entry]))
+            threshold = self.room[entry] + self.noise[entry] + _CLEAR * self.scale[entry]
+            return np.asarray((self.off[entry] > threshold) & np.isfinite(self.off[entry]))
 
     def _is_settled(self, entry: int) -> np.ndarray:
-        """Return the points at which double precision shows that the error is within the allowance."""
+        """Return for each point whether double precision shows that the error is allowed."""
         with np.errstate(all="ignore"):
             return np.asarray(self.off[entry] + self.noise[entry] <= self.room[entry])
 
     def _to_look_at(self, entry: int) -> list[int]:
-        """Return the points that need many digits: of all regions that are not settled one, and the worst."""
-        open_ = np.flatnonzero(~self._is_settled(entry))
+        """Return the points that need many digits: one of each region that isn't settled, and the worst points."""
+        unsettled = np.flatnonzero(~self._is_settled(entry))
         defined = np.isfinite(self.yours[entry]) & np.isfinite(self.expected[entry])
-        # Values of two decimals may coincide (a1 = a2) and meet a removable singularity; the other points can't.
-        open_ = open_[defined[open_] | (open_ >= READABLE)]
-        if not len(open_):
+        # Values with two decimals may coincide (a1 = a2) at a removable singularity; those of the other points can't.
+        unsettled = unsettled[defined[unsettled] | (unsettled >= READABLE)]
+        if not len(unsettled):
             return []
         with np.errstate(all="ignore"):
-            suspect = np.nan_to_num((self.off[entry] - self.room[entry]) / self.noise[entry], nan=np.inf)
-        first = [int(open_[i]) for i in np.sort(np.unique(self.regions[open_], return_index=True)[1])]
-        worst = [int(open_[i]) for i in np.argpartition(-suspect[open_], min(_SUSPECTS, len(open_) - 1))[:_SUSPECTS]]
-        return list(dict.fromkeys(first[:_REGIONS] + worst))
+            difference_ratios = np.nan_to_num((self.off[entry] - self.room[entry]) / self.noise[entry], nan=np.inf)
+        region_points = [int(unsettled[i]) for i in np.sort(np.unique(self.regions[unsettled], return_index=True)[1])]
+        worst_points = [
+            int(unsettled[i])
+            for i in np.argpartition(-difference_ratios[unsettled], min(_SUSPECTS, len(unsettled) - 1))[:_SUSPECTS]
+        ]
+        return list(dict.fromkeys(region_points[:_REGIONS] + worst_points))
 
     def _is_same(self, entry: int, point: int) -> bool | None:
-        """Return whether an entry is the same with many digits; None if the reference is undefined or time is up."""
+        """Return whether both values of an entry agree to many digits.
+
+        Return None if the reference is undefined, or if the maximum number of steps has been used.
+        """
         yours: Any = None
         expected: Any = None
         for digits in (50, 200):
@@ -323,21 +333,21 @@ class _Trial:
             if not mpmath.isfinite(expected):
                 return None
             if not mpmath.isfinite(yours):
-                continue  # with more digits it may be defined: a denominator that all but vanishes
+                continue  # it may be defined with more digits, if a denominator almost vanishes
             with mpmath.workdps(digits):
-                off, size = abs(yours - expected), self.size[entry, point]
+                difference, size = abs(yours - expected), self.size[entry, point]
                 scale = size if np.isfinite(size) else 1e10 * (abs(yours) + abs(expected))
-                lost = mpmath.mpf(10) ** (5 - digits) * scale
-                room = max(self.room[entry, point], SAME * self.scale[entry, point])
-            if off + lost <= room:
+                rounding_error = mpmath.mpf(10) ** (5 - digits) * scale
+                allowance = max(self.room[entry, point], SAME * self.scale[entry, point])
+            if difference + rounding_error <= allowance:
                 return True
-            if off - lost > room:
+            if difference - rounding_error > allowance:
                 break
         self.examples.setdefault(entry, (point, yours, expected))
         return False
 
     def _precisely(self, point: int, digits: int) -> tuple[list[Any], list[Any]] | None:
-        """Return all results of both programs at a point, or None if that would take too long."""
+        """Return all results of both programs at a point with `digits` digits, or None if that takes too long."""
         if (point, digits) not in self.precise:
             if self.left <= 0:
                 return None
@@ -349,7 +359,7 @@ class _Trial:
         return self.precise[point, digits]
 
     def counterexample(self, entry: int) -> EntryDifference:
-        """Return a point where an entry differs, both values there, and the entry's number; readable ones first."""
+        """Return a point where an entry differs, preferably a readable one, and both values there."""
         defined = np.isfinite(self.expected[entry])
         clear = np.flatnonzero((self._is_clear(entry) | ~np.isfinite(self.yours[entry])) & defined)
         if len(clear):
@@ -361,7 +371,7 @@ class _Trial:
         return EntryDifference(entry, at, *tell_apart(yours, expected))
 
     def _tiny_difference(self, entry: int) -> tuple[int, Any, Any]:
-        """Return a point at which 50 digits show a difference that double precision does not, or else any point."""
+        """Return a point at which 50 digits show a difference that double precision doesn't show, or else any point."""
         example = (0, self.yours[entry, 0], self.expected[entry, 0])
         for point in range(READABLE):
             if (results := self._precisely(point, 50)) is not None:
@@ -372,7 +382,7 @@ class _Trial:
 
 
 def _scales(magnitude: np.ndarray) -> np.ndarray:
-    """Return the size to which a difference is compared: that of the entry's terms, or of the largest entry's for 0."""
+    """Return the scale of each entry: the size of its terms, or the largest scale at that point if the size is 0."""
     largest = magnitude.max(axis=0, keepdims=True)
     largest = np.where((largest > 0) & np.isfinite(largest), largest, 1.0)
     return np.where((magnitude > 0) & np.isfinite(magnitude), magnitude, largest)
@@ -387,11 +397,11 @@ def tell_apart(yours: Any, expected: Any) -> tuple[float | str, float | str]:
     shown = number(complex(yours)), number(complex(expected))
     if shown[0] != shown[1]:
         return shown
-    both = [mpmath.mpmathify(value) for value in (yours, expected)]
-    if not any(isinstance(value, str) for value in shown):  # real, but for what is left of complex arithmetic
-        both = [value.real for value in both]
+    precise_values = [mpmath.mpmathify(value) for value in (yours, expected)]
+    if not any(isinstance(value, str) for value in shown):  # real, except for a residue of complex arithmetic
+        precise_values = [value.real for value in precise_values]
     for digits in range(8, 50, 2):
-        texts = mpmath.nstr(both[0], digits), mpmath.nstr(both[1], digits)
+        texts = mpmath.nstr(precise_values[0], digits), mpmath.nstr(precise_values[1], digits)
         if texts[0] != texts[1]:
             return texts
     return shown

@@ -1,7 +1,7 @@
-"""A student's answer, parsed once: its formula, entries, conditions or options, or why it is refused.
+"""Parse a student's answer once into its formula, entries, conditions or options, or refuse it with a reason.
 
 Judgement, credit, diagnosis, follow-through and the pages all use the parsed answer and never parse the text again. The
-typed text is stored with it for reports. `answer_parser` calls the function here that fits a part.
+typed text is stored with it for reports. `answer_parser` calls the function in this module that fits the part.
 """
 
 import re
@@ -42,7 +42,11 @@ Shape = tuple[int, int]
 
 @dataclass(frozen=True)
 class Table:
-    """The values of a function: its shape (None where the text was no table), values (points, entries), and where."""
+    """The values of a student's Python function at several points.
+
+    `shape` is that of one value, None if the text was not a table. `values` has one row per point and one column per
+    entry. `at` maps each argument to its value at each point.
+    """
 
     shape: tuple[int, ...] | None
     values: np.ndarray
@@ -51,11 +55,11 @@ class Table:
 
 @dataclass(frozen=True)
 class ParsedAnswer:
-    """A parsed answer: `text` as it was typed, and what it means; `refusal` is the judgement if it was refused.
+    """A parsed answer: the typed `text` and its meaning. If it was refused, `refusal` is the judgement.
 
-    `tree` is the formula, list or set of conditions that was typed, without "det J =" before it; `rows` are its entries
-    in rows and columns, in the expected order if they were named. A refused answer has both, too, as far as it could be
-    parsed. `table` holds the values of a Python function, `chosen` the options that letters mean, counted from 0.
+    `tree` is the formula, list or set of conditions, without a leading "det J =". `rows` are its entries in rows and
+    columns; named entries are in the expected order. A refused answer has both as far as it could be parsed. `table`
+    holds the values of a Python function, `chosen` the options given by letters, counted from 0.
     """
 
     text: str
@@ -67,12 +71,12 @@ class ParsedAnswer:
 
     @property
     def entries(self) -> list[Node]:
-        """The entries row by row."""
+        """The entries, row by row."""
         return [entry for row in self.rows or () for entry in row]
 
     @property
     def symbols(self) -> set[str]:
-        """The names in the entries that are no constants."""
+        """The names in the entries that are not constants."""
         return _symbols_in(self.rows or ())
 
     @property
@@ -82,7 +86,7 @@ class ParsedAnswer:
 
 
 class _Refusal(Exception):
-    """Raised with the reason for which an answer is refused, and whether it may mean two things."""
+    """Raised with the reason why an answer is refused, and whether it is ambiguous."""
 
     def __init__(self, reason: str, is_ambiguous: bool = False) -> None:
         super().__init__(reason)
@@ -90,12 +94,12 @@ class _Refusal(Exception):
 
 
 def refuse(text: str, reason: str) -> ParsedAnswer:
-    """Return a text as an answer that is refused."""
+    """Return a refused answer with this text and reason."""
     return ParsedAnswer(text, wrong(reason))
 
 
 def read_formula(text: str, domain: Domain, labels: Sequence[str] = ()) -> ParsedAnswer:
-    """Read one formula, that may be named by the only one of `labels`; 0,5 is a half."""
+    """Parse a single formula; 0,5 is a half. If there is one label, the formula may follow it, as in vx = …."""
     parsed = _parse(text, domain)
     if parsed.tree is None:
         return parsed
@@ -120,21 +124,22 @@ def read_formula(text: str, domain: Domain, labels: Sequence[str] = ()) -> Parse
 
 
 def read_matrix(text: str, shape: Shape, domain: Domain, labels: Names = (), columns: Names = ()) -> ParsedAnswer:
-    """Read a matrix or vector; a vector may be a row instead of a column, or have its entries named by `labels`.
+    """Parse a matrix or vector of the given shape.
 
-    Vectors may stand for the `columns` of a matrix by their names, and for the halves of a twist, v and ω.
+    A vector may be a row instead of a column, or have its entries named by `labels`. A matrix may be given by the
+    vectors named in `columns`, and a twist by its halves v and ω.
     """
     parsed = _read_entries(text, shape, domain, labels, columns)
     return _or_table(parsed, lambda text: table_text(text, shape), lambda table: read_matrix(table, shape, domain))
 
 
 def read_numbers(text: str, count: int, labels: Sequence[str] = (), units: Sequence[str] = ()) -> ParsedAnswer:
-    """Read numbers, or formulas without symbols, that may be named by `labels`; a single 0,5 is a half.
+    """Parse `count` numbers, or formulas without symbols; they may be named by `labels`. A single 0,5 is a half.
 
-    `units` are those of the entries: a length in place of an angle is refused, and so is an angle for a length.
+    `units` are the units of the entries. A length is refused where an angle is expected, and vice versa.
     """
-    if text.strip() and (why := _other_unit(text, labels, units)):
-        return refuse(text, why)
+    if text.strip() and (unit_error := _other_unit(text, labels, units)):
+        return refuse(text, unit_error)
     if count == 1 and (pointed := with_points(text)) != text:
         return replace(read_numbers(pointed, count, labels), text=text)
     parsed = _read_entries(text, (count, 1), Domain({}), labels, are_numbers=True)
@@ -144,7 +149,7 @@ def read_numbers(text: str, count: int, labels: Sequence[str] = (), units: Seque
 def _read_entries(
     text: str, shape: Shape, domain: Domain, labels: Names, columns: Names = (), are_numbers: bool = False
 ) -> ParsedAnswer:
-    """Read the entries of a matrix or vector, or numbers; they may be named."""
+    """Parse the entries of a matrix or vector, or numbers; they may be named."""
     parsed = _parse(text, domain)
     if parsed.tree is None:
         return parsed
@@ -161,8 +166,8 @@ def _read_entries(
         rows = _require_shape(rows, shape, text)
         if are_numbers and (symbols := _symbols_in(rows)):
             example = "0.5" if shape == (1, 1) else _as_in(shape, "0.5")
-            left = ", ".join(sorted(symbols)[:5])
-            raise _Refusal(f"numbers are due, and {left} is left in the answer; write numbers alone, as in {example}")
+            used = ", ".join(sorted(symbols)[:5])
+            raise _Refusal(f"numbers are due, and {used} is left in the answer; write numbers alone, as in {example}")
         _require_scalars(rows, "numbers" if are_numbers else "a matrix of expressions")
     except _Refusal as refusal:
         return ParsedAnswer(text, wrong(str(refusal)), None if refusal.is_ambiguous else tree, rows)
@@ -170,13 +175,13 @@ def _read_entries(
 
 
 _ORDERED = ("eq", "pair", "set", "list")
-"""Entries of a set that say where they belong, or are rows."""
+"""Kinds of entries that give a set an order: they name their position, or are rows."""
 
 
 def _or_table(
     parsed: ParsedAnswer, table_of: Callable[[str], str | None], read_again: Callable[[str], ParsedAnswer]
 ) -> ParsedAnswer:
-    """Return an answer that was refused as it is read as a table, if it is one."""
+    """Return the answer parsed as a printed table if it was refused and its text is one; else return it unchanged."""
     if parsed.refusal is None or (table := table_of(parsed.text)) in (None, parsed.text):
         return parsed
     is_clear = table_of(table) in (None, table)
@@ -184,28 +189,28 @@ def _or_table(
 
 
 def _other_unit(text: str, labels: Sequence[str], units: Sequence[str]) -> str:
-    """Say which unit of a number can't be right at its place; "" if all can."""
+    """Return a sentence on the first unit that doesn't fit its entry; "" if all units fit."""
     text = text.strip().strip("[](){}")
-    mark = ";" if ";" in text else "\n" if "\n" in text else ","
-    in_order = text.count(mark) + 1 == len(units)
+    separator = ";" if ";" in text else "\n" if "\n" in text else ","
+    is_one_unit_per_entry = text.count(separator) + 1 == len(units)
     expected_names = [_label_of(label) for label in labels]
     for name, unit, start in units_of_numbers(text):
-        place = text.count(mark, 0, start) if in_order else None
-        place = expected_names.index(_label_of(name)) if _label_of(name) in expected_names else place
-        expected = units if place is None else units[place : place + 1]
+        position = text.count(separator, 0, start) if is_one_unit_per_entry else None
+        position = expected_names.index(_label_of(name)) if _label_of(name) in expected_names else position
+        expected = units if position is None else units[position : position + 1]
         kinds = set(map(kind_of_unit, expected))
         if expected and "" not in kinds and kind_of_unit(unit) not in ("", *kinds):
             where = f"{expected[0]} is due"
-            if place is not None and len(units) > 1:
-                where = f"entry {place + 1} is in {expected[0]}"
+            if position is not None and len(units) > 1:
+                where = f"entry {position + 1} is in {expected[0]}"
             return f"{unit} can't be right here, for {where}; write it in {expected[0]}, or the number alone"
     return ""
 
 
 def read_conditions(text: str, domain: Domain, joints: Sequence[str] = ()) -> ParsedAnswer:
-    """Read conditions on these joints, without the places that were left blank.
+    """Parse conditions on these joints, without the entries that were left blank.
 
-    Without joints, what is read is not looked at: it may as well be a set of angles.
+    If `joints` is empty, the content is not checked; it may be a set of angles.
     """
     measured = with_points_of_lengths(text)
     parsed = replace(_parse(measured, domain), text=text)
@@ -224,7 +229,7 @@ def read_conditions(text: str, domain: Domain, joints: Sequence[str] = ()) -> Pa
 
 
 def _require_conditions(tree: Node, text: str, domain: Domain, joints: Sequence[str]) -> None:
-    """Raise _Refusal or ReadError for what is no set of conditions on the joints."""
+    """Raise _Refusal or ReadError if the tree is not a set of conditions on the joints."""
     if with_points(text) != text:
         raise _Refusal(
             "a comma between two digits may belong to a number or stand between two; write 0.5, or 0, 5 with a space",
@@ -232,15 +237,15 @@ def _require_conditions(tree: Node, text: str, domain: Domain, joints: Sequence[
         )
     alternatives = tree.args if tree.kind in ("list", "set", "or") else (tree,)
     if bare := next((alternative for alternative in alternatives if _is_bare(alternative, joints)), None):
-        shown = node_text(bare)[:_SHOWN]
+        claim = node_text(bare)[:_SHOWN]
         raise _Refusal(
-            f"{shown} is no condition; write where it is zero, as in {joints[-1]} = 0 or {joints[-1]} = pi/3, or as an "
-            f"equation, {shown} = 0"
+            f"{claim} is no condition; write where it is zero, as in {joints[-1]} = 0 or {joints[-1]} = pi/3, or as an "
+            f"equation, {claim} = 0"
         )
     if unknown := names(tree) - set(domain.roles) - set(joints) - set(WHOLE_NUMBERS):
-        listed = ", ".join(repr(name) for name in sorted(unknown)[:5])
+        unknown_names = ", ".join(repr(name) for name in sorted(unknown)[:5])
         raise _Refusal(
-            f"{listed} {'is' if len(unknown) == 1 else 'are'} no symbol of this problem; write conditions on "
+            f"{unknown_names} {'is' if len(unknown) == 1 else 'are'} no symbol of this problem; write conditions on "
             f"{', '.join(joints)}, as in {joints[-1]} = 0 or {joints[-1]} = pi/3; whole numbers are k, n and m"
         )
     if joint := _last_in_chain(tree, joints):
@@ -253,7 +258,10 @@ def _require_conditions(tree: Node, text: str, domain: Domain, joints: Sequence[
 
 
 def _last_in_chain(tree: Node, joints: Sequence[str]) -> str:
-    """Return the last factor of a product between two signs = if it is a joint, which may begin another condition."""
+    """Return the joint that ends a product between two equals signs, "" if there is none.
+
+    Such a joint may begin another condition, as in theta1 = 0 theta2 = 0.
+    """
     products = (side for node in nodes_of(tree) for side in chain_of(node)[1:-1] if side.kind == "*")
     factors = (product.args[1] for product in products)
     return next((str(factor.value) for factor in factors if factor.kind == "name" and factor.value in joints), "")
@@ -263,50 +271,51 @@ _SHOWN = 60
 
 
 def _is_bare(node: Node, joints: Sequence[str]) -> bool:
-    """Tell whether a formula of the joints stands there without what it is equal to."""
+    """Return whether a node is a formula of the joints that is not equated to anything."""
     is_formula = node.kind in ("+", "-", "*", "/", "^", "neg", "call") and statement_in(node) is None
     return is_formula and bool(names(node) & set(joints))
 
 
 def _drop_blanks(node: Node) -> Node:
-    """Return conditions without entries that say nothing: blanks, the dots of 0, pi, 2*pi, …, det J = 0, k in Z."""
+    """Return the conditions without blanks and entries without content: the dots of 0, pi, …; det J = 0; k in Z."""
     if node.kind in ("eq", "in", "pair") and node.args[1].kind in ("list", "set"):
         return node.with_args((node.args[0], _drop_blanks(node.args[1])))
     if node.kind not in ("and", "or", "list", "set"):
         return node
-    kept = tuple(arg for arg in node.args if not _says_nothing(arg)) or node.args
-    if node.kind in ("and", "or") and len(kept) == 1:
-        return _drop_blanks(kept[0])
-    return Node(node.kind, kept if node.kind == "and" else tuple(map(_drop_blanks, kept)), node.value)
+    remaining = tuple(arg for arg in node.args if not _says_nothing(arg)) or node.args
+    if node.kind in ("and", "or") and len(remaining) == 1:
+        return _drop_blanks(remaining[0])
+    return Node(node.kind, remaining if node.kind == "and" else tuple(map(_drop_blanks, remaining)), node.value)
 
 
 def _substitute_whole_numbers(node: Node) -> Node:
-    """Return conditions with the values put in that a whole number is said to have, as in theta2 = k*pi, k = 0, 1.
+    """Return the conditions with the listed values of a whole number substituted, as in theta2 = k*pi, k = 0, 1.
 
-    With dots behind them, as in k = 0, 1, 2, …, it is any whole number. Raises ReadError where that gets too long.
+    If dots follow the values, as in k = 0, 1, 2, …, k stays any whole number. Raises ReadError if the result is too
+    long.
     """
-    at = next((i for i, arg in enumerate(node.args) if _whole_number_of(arg)), 0) if node.kind == "list" else 0
-    if not at or any(arg.kind in ("eq", "in", "and", "or", "dict", "list") for arg in node.args[at + 1 :]):
+    index = next((i for i, arg in enumerate(node.args) if _whole_number_of(arg)), 0) if node.kind == "list" else 0
+    if not index or any(arg.kind in ("eq", "in", "and", "or", "dict", "list") for arg in node.args[index + 1 :]):
         return node
-    name, listed = node.args[at].args
-    values = [*(listed.args if listed.kind in ("list", "set") else (listed,)), *node.args[at + 1 :]]
-    rest = Node("list", node.args[:at])
+    name, value_node = node.args[index].args
+    values = [*(value_node.args if value_node.kind in ("list", "set") else (value_node,)), *node.args[index + 1 :]]
+    conditions = Node("list", node.args[:index])
     if any(map(has_blank, values)):
-        return rest
-    flat = [number for value in values for number in (value.args if value.kind == "set" else (value,))]
-    if size_of(rest) * len(flat) > LIMITS["worked_out"]:
+        return conditions
+    numbers = [number for value in values for number in (value.args if value.kind == "set" else (value,))]
+    if size_of(conditions) * len(numbers) > LIMITS["worked_out"]:
         raise ReadError("the conditions are too long, or there are too many whole numbers in them")
-    return Node("list", tuple(arg for value in flat for arg in replace_names(rest, {name.value: value}).args))
+    return Node("list", tuple(arg for value in numbers for arg in replace_names(conditions, {name.value: value}).args))
 
 
 def _whole_number_of(node: Node) -> bool:
-    """Tell whether the values of a whole number are listed, as in k = 0, 1 or k in {0, 1}."""
+    """Return whether a node lists the values of a whole number, as in k = 0, 1 or k in {0, 1}."""
     return node.kind in ("eq", "in") and node.args[0].value in WHOLE_NUMBERS and node.args[1].kind != "name"
 
 
 def _says_nothing(node: Node) -> bool:
-    """Tell whether an entry was left blank, or only says that k is a whole number, or that det J is asked or zero."""
-    if node.kind == "eq" and (left := names(node.args[0])) and left <= set(VOCABULARY["determinant"]):
+    """Return whether an entry is blank, or states only that k is a whole number or that det J is zero."""
+    if node.kind == "eq" and (names_on_left := names(node.args[0])) and names_on_left <= set(VOCABULARY["determinant"]):
         return True
     if node.kind == "in" and node.args[1].value in VOCABULARY["number_sets"]:
         return True
@@ -319,7 +328,7 @@ def _says_nothing(node: Node) -> bool:
 def with_joint(node: Node, joints: Sequence[str]) -> Node:
     """Assign bare values, as in {0, pi}, to the only joint. Raises ReadError if there are several joints.
 
-    Which of several was meant is not known, and the right answer is nobody to ask.
+    The intended joint is unknown then, and the reference must not decide it.
     """
     values = node.args if node.kind in ("list", "set") else (node,)
     if not values or any(_says_a_condition(value, joints) for value in values):
@@ -333,17 +342,17 @@ OR = "commas between conditions mean 'or'; write 'and' between those that have t
 
 
 def combine_with_and(node: Node, joints: Sequence[str]) -> Node | None:
-    """Return a list of conditions on different joints as if commas meant "and"; None if they can only mean "or".
+    """Return the conditions with commas between different joints as "and"; None if commas can only mean "or".
 
     Conditions on the same joints remain alternatives, and values belong to the joint before them.
     """
     if node.kind != "list":
         return None
     groups: dict[frozenset[str], list[Node]] = {}
-    named: frozenset[str] = frozenset()
+    current_joints: frozenset[str] = frozenset()
     for condition in node.args:
-        named = frozenset(names(condition) & set(joints)) or named
-        groups.setdefault(named, []).append(condition)
+        current_joints = frozenset(names(condition) & set(joints)) or current_joints
+        groups.setdefault(current_joints, []).append(condition)
     return Node("and", tuple(Node("list", tuple(group)) for group in groups.values())) if len(groups) > 1 else None
 
 
@@ -352,47 +361,47 @@ def _says_a_condition(node: Node, joints: Sequence[str]) -> bool:
 
 
 _GROUPS_AFTER = re.compile(r"(?:[-+*/^=·−]|\b(?:sin|cos|tan|sqrt|exp|abs|asin|acos|atan|arcsin|arccos|arctan))\s*$")
-"""What stands before a bracket that only groups: a sign of an operation, or a function of one argument."""
+"""Text before a bracket that only groups: an operator, or a function of one argument."""
 NEAR = 40
-"""Characters beside a bracket that are looked at."""
+"""Number of characters inspected on each side of a bracket."""
 _CALLED, _GROUPS_BEFORE = re.compile(r"\w\s*$"), re.compile(r"\s*[-+*/^·−]")
 
 
 def with_points(text: str) -> str:
-    """Return a text with the commas of numbers as in 0,5 written as points.
+    """Return the text with decimal commas, as in 0,5, replaced by points.
 
-    Those between the entries of a list, and between the arguments of a function, are left alone.
+    Commas between the entries of a list and between the arguments of a function stay.
 
     >>> with_points("a1*(0,06*s2 - 1,5)"), with_points("[0,5]"), with_points("atan2(1,2)")
     ('a1*(0.06*s2 - 1.5)', '[0,5]', 'atan2(1,2)')
     """
     if "," not in text:
         return text
-    ends, out = _ends_of_brackets(text), list[str]()
-    groups = list[bool]()  # of each bracket that is open, whether it only groups
+    closing_brackets, characters = _ends_of_brackets(text), list[str]()
+    is_grouping = list[bool]()  # for each open bracket, whether it only groups
     for at, (before, char, after) in enumerate(zip(f" {text}", text, f"{text[1:]} ", strict=False)):
         if char in "([{":
-            groups.append(char == "(" and _only_groups(text, at, ends.get(at)))
-        elif char in ")]}" and groups:
-            groups.pop()
-        between = before.isdecimal() and after.isdecimal()
-        out.append("." if char == "," and between and (not groups or groups[-1]) else char)
-    return "".join(out)
+            is_grouping.append(char == "(" and _only_groups(text, at, closing_brackets.get(at)))
+        elif char in ")]}" and is_grouping:
+            is_grouping.pop()
+        is_between_digits = before.isdecimal() and after.isdecimal()
+        characters.append("." if char == "," and is_between_digits and (not is_grouping or is_grouping[-1]) else char)
+    return "".join(characters)
 
 
 def _ends_of_brackets(text: str) -> dict[int, int]:
-    """Return the place at which each bracket is closed, of any kind; brackets that are never closed are left out."""
-    ends, opened = dict[int, int](), list[int]()
+    """Return the index of each bracket's closing bracket; brackets that are never closed are omitted."""
+    ends, open_brackets = dict[int, int](), list[int]()
     for at, char in enumerate(text):
         if char in "([{":
-            opened.append(at)
-        elif char in ")]}" and opened:
-            ends[opened.pop()] = at
+            open_brackets.append(at)
+        elif char in ")]}" and open_brackets:
+            ends[open_brackets.pop()] = at
     return ends
 
 
 def _only_groups(text: str, begin: int, end: int | None) -> bool:
-    """Tell whether a bracket belongs to a formula, and is no list: something is done with it, or a function taken."""
+    """Return whether a bracket groups a formula rather than a list: an operator or a function applies to it."""
     before, after = text[max(0, begin - NEAR) : begin], "" if end is None else text[end + 1 : end + NEAR]
     return bool(_GROUPS_AFTER.search(before) or (not _CALLED.search(before) and _GROUPS_BEFORE.match(after)))
 
@@ -401,13 +410,13 @@ def _only_groups(text: str, begin: int, end: int | None) -> bool:
 
 
 def read_any(text: str) -> ParsedAnswer:
-    """Read an answer without knowing what is expected."""
+    """Parse an answer without knowing which form is expected."""
     parsed = _parse(text, Domain({}))
     return parsed if parsed.tree is None else replace(parsed, rows=_find_rows(parsed.tree))
 
 
 def _parse(text: str, domain: Domain) -> ParsedAnswer:
-    """Return the tree of an answer, or the judgement on one that is empty or can't be read."""
+    """Return the parsed text with its tree only, or with the judgement if it is empty or can't be parsed."""
     if not text.strip():
         return ParsedAnswer(text, missing())
     try:
@@ -419,7 +428,7 @@ def _parse(text: str, domain: Domain) -> ParsedAnswer:
 
 
 def _unwrap(node: Node, domain: Domain) -> Node:
-    """Return the entry of Matrix([a]), [a], [[a]] or {"det": a}: a matrix of one entry stands for that."""
+    """Return the entry of Matrix([a]), [a], [[a]] or {"det": a}: a 1 x 1 matrix counts as its entry."""
     while node.kind in ("list", "dict") and len(node.args) == 1:
         (inner,) = node.args
         if inner.kind == "pair" and inner.args[0].value in domain.roles:
@@ -429,14 +438,17 @@ def _unwrap(node: Node, domain: Domain) -> Node:
 
 
 def is_all_blank(node: Node) -> bool:
-    """Tell whether a tree contains only blanks."""
+    """Return whether a tree contains only blanks."""
     if node.kind in ("list", "set"):
         return all(map(is_all_blank, node.args)) and bool(node.args)
     return node.kind == "blank"
 
 
 def _right_side(tree: Node, domain: Domain, labels: Sequence[str] = ()) -> Node:
-    """Return what J is in "J = …", "… = J" or "det: …": of a name of the student's own, or the only one of `labels`."""
+    """Return the value in "J = …", "… = J" or "det: …".
+
+    The name is one that the student introduced, or the only one of `labels`.
+    """
     statement = tree.args[0] if tree.kind == "dict" and len(tree.args) == 1 else tree
     sides = chain_of(statement) or (statement.args if statement.kind == "pair" else ())
     if not sides or (any(names(side) & set(domain.roles) for side in sides[1:-1]) and not names(sides[-1])):
@@ -450,11 +462,11 @@ def _right_side(tree: Node, domain: Domain, labels: Sequence[str] = ()) -> Node:
 
 
 LINEAR, ANGULAR = ("vx", "vy", "vz"), ("wx", "wy", "wz")
-"""The components of a velocity, and of an angular one."""
+"""The components of a linear velocity, and those of an angular velocity."""
 
 
 def _other_component(tree: Node, labels: Sequence[str]) -> str:
-    """Return the name before a formula if it is another component of a velocity than the expected one, else ""."""
+    """Return the name before a formula if it is a velocity component other than the expected one, else ""."""
     if [label for label in map(_label_of, labels) if label in LINEAR] == [] or len(labels) != 1:
         return ""
     while tree.kind in ("list", "set", "dict") and len(tree.args) == 1:
@@ -466,7 +478,7 @@ def _other_component(tree: Node, labels: Sequence[str]) -> str:
 
 
 def _is_called(node: Node) -> bool:
-    """Tell whether words stand there, dx/dq, |J|, or the power of a name: The determinant, J^-1."""
+    """Return whether a node is a name rather than a formula: words, dx/dq, |J| or the power of a name, as J^-1."""
     node = node.args[0] if node.kind == "call" and node.value == "abs" else node
     while node.kind in ("*", "/") and node.args[1].kind == "name":
         node = node.args[0]
@@ -474,7 +486,7 @@ def _is_called(node: Node) -> bool:
 
 
 def _is_of_entries(node: Node) -> bool:
-    """Tell whether a formula is one of entries of the Jacobian, J11*J22 - J12*J21."""
+    """Return whether a formula contains only entries of the Jacobian, as J11*J22 - J12*J21."""
     return bool(names(node)) and all(_ENTRY.fullmatch(name) for name in names(node))
 
 
@@ -482,14 +494,14 @@ _ENTRY = re.compile(r"[jJ]_?[1-6]{2}")
 
 
 def _spread(tree: Node, expected: Sequence[str]) -> Node:
-    """Return z0 = z1 = a, of names that are `expected`, as z0 = a, z1 = a, also in a list."""
+    """Return the tree with z0 = z1 = a split into z0 = a, z1 = a if all names are `expected`, also in a list."""
     if tree.kind not in ("and", "list", "set"):
         return tree
     labels, statements = set(map(_label_of, expected)), list[Node]()
     for node in (tree,) if tree.value == CHAIN else tree.args:
-        *left, value = chain_of(node) or (node,)
-        is_named = bool(left) and all(side.kind == "name" and _label_of(str(side.value)) in labels for side in left)
-        statements += [Node("eq", (name, value)) for name in left] if is_named else [node]
+        *sides, value = chain_of(node) or (node,)
+        is_named = bool(sides) and all(side.kind == "name" and _label_of(str(side.value)) in labels for side in sides)
+        statements += [Node("eq", (name, value)) for name in sides] if is_named else [node]
     return tree if tree.value == CHAIN and len(statements) == 1 else Node(tree.kind, tuple(statements))
 
 
@@ -501,7 +513,7 @@ def _find_rows(tree: Node) -> Matrix | None:
 
 
 def _require_rows(tree: Node, what: str, labels: Sequence[str] = (), shape: tuple[int, int] = (0, 0)) -> Matrix:
-    """Return the entries of an answer in rows and columns, without their labels."""
+    """Return the entries of an answer in rows and columns, without labels. Raises _Refusal."""
     try:
         return as_matrix(_unlabelled(tree, labels, shape))
     except ReadError as error:
@@ -509,9 +521,9 @@ def _require_rows(tree: Node, what: str, labels: Sequence[str] = (), shape: tupl
 
 
 def _unlabelled(node: Node, labels: Sequence[str], shape: tuple[int, int] = (0, 0)) -> Node:
-    """Return the entries of {qd1: …, qd2: …}, of [qd1 = …, qd2 = …] or of [(qd1, …), (qd2, …)] in their order.
+    """Return the entries of {qd1: …, qd2: …}, [qd1 = …, qd2 = …] or [(qd1, …), (qd2, …)] in the order of `labels`.
 
-    They may stand inside a list, or have "and" between them; rows of a matrix may be called row1, and entries J12.
+    They may be inside another list, or joined by "and". Rows of a matrix may be named row1, and its entries J12.
     """
     while node.kind in ("list", "set") and len(node.args) == 1 and node.args[0].kind in ("dict", "list"):
         if node.kind == "list" and node.args[0].kind == "list" and not all(map(_is_named, node.args[0].args)):
@@ -537,25 +549,25 @@ def _unlabelled(node: Node, labels: Sequence[str], shape: tuple[int, int] = (0, 
             return Node("list", tuple(in_order))
     if not entries or not all(map(_is_named, node.args)):
         return node
-    asked = f", and {', '.join(labels)} are asked" if labels else ""
-    instead = f"write it as in {_as_in(shape)}" if columns else "write what is asked alone"
-    raise ReadError(f"{', '.join(list(entries)[:5])} stand before the entries{asked}; {instead}")
+    expected_words = f", and {', '.join(labels)} are asked" if labels else ""
+    advice = f"write it as in {_as_in(shape)}" if columns else "write what is asked alone"
+    raise ReadError(f"{', '.join(list(entries)[:5])} stand before the entries{expected_words}; {advice}")
 
 
 def _refuse_repetition(node: Node) -> Node:
-    """Return rows of which two begin alike; raise ReadError for two entries with the same name."""
+    """Raise ReadError if two named entries have the same name; return anything else unchanged."""
     if not all(map(_is_named, node.args)):
         return node
-    written = [str(arg.args[0].value) for arg in node.args]
-    labels = list(map(_label_of, written))
-    twice = next(name for name, label in zip(written, labels, strict=True) if labels.count(label) > 1)
-    raise ReadError(f"{twice} stands there twice; write each entry once")
+    typed_names = [str(arg.args[0].value) for arg in node.args]
+    labels = list(map(_label_of, typed_names))
+    repeated_name = next(name for name, label in zip(typed_names, labels, strict=True) if labels.count(label) > 1)
+    raise ReadError(f"{repeated_name} stands there twice; write each entry once")
 
 
 def _of_vectors(node: Node, shape: tuple[int, int], labels: Sequence[str], columns: Sequence[str]) -> Node | None:
-    """Return the matrix of v = […], ω = […] or of z0 = […], z1 = […], in any order; None for anything else.
+    """Return the matrix given by v = […], ω = […] or by z0 = […], z1 = […], in any order; None for anything else.
 
-    The columns of a Jacobian, or the screws, are J1, J2, or S1, S2.
+    The columns of a Jacobian are named J1, J2, …, and the screws S1, S2, ….
     """
     if node.kind not in ("dict", "list", "set", "and") or not all(map(_name_before, node.args)):
         return None
@@ -580,7 +592,7 @@ _COLUMNS = ("j", "s")
 
 
 def _name_before(node: Node) -> str:
-    """Return the name before an entry (S1 is no sine there), or ""."""
+    """Return the name before an entry, or "". There S1 is a screw, although it was parsed as sin(theta1)."""
     name = node.args[0] if node.kind in ("pair", "eq") else node
     if node.kind in ("pair", "eq") and name.kind == "call" and name.value == "sin" and name.args[0].kind == "name":
         return str(name.args[0].value).replace("theta", "s")
@@ -588,7 +600,7 @@ def _name_before(node: Node) -> str:
 
 
 def _vector(node: Node) -> tuple[Node, ...]:
-    """Return the entries of a row or column; () for anything else."""
+    """Return the entries of a row or column vector; () for anything else."""
     rows = node.args if node.kind == "list" else ()
     entries = [row.args[0] if row.kind == "list" and len(row.args) == 1 else row for row in rows]
     return tuple(entries) if not any(entry.kind == "list" for entry in entries) else ()
@@ -603,7 +615,7 @@ def _is_labelled(node: Node) -> bool:
 
 
 def _label_of(name: str) -> str:
-    """Return the name of an entry as it is compared: of P_x, p_x and px it is x, of v_x and x_dot vx, of ω_x wx."""
+    """Return the normalized name of an entry: P_x, p_x and px become x, v_x and x_dot become vx, ω_x becomes wx."""
     plain = name.replace("_", "").lower()
     plain = VOCABULARY["velocities"].get(plain, plain)
     for spelled, letter in VOCABULARY["spelled"].items():
@@ -616,7 +628,7 @@ _POINT_OF_ENTRY = pattern("point_of_entry")
 
 
 def _require_shape(rows: Matrix, expected: tuple[int, int], text: str) -> Matrix:
-    """Return a row as the column that is expected: a vector written the other way is the same vector."""
+    """Return the rows in the expected shape; a row vector counts as a column vector. Raises _Refusal."""
     shape = (len(rows), len(rows[0]))
     if expected[1] == 1 and shape == (1, expected[0]):
         return [[entry] for entry in rows[0]]
@@ -634,21 +646,21 @@ _COMMAS = "; where 0,5 is a number, put semicolons or a comma and a space betwee
 
 
 def _as_in(shape: tuple[int, int], entry: str = "a") -> str:
-    """Return how an answer of a shape is typed: [a, b], or [[a, b], [c, d]]."""
+    """Return an example of how an answer of this shape is typed: [a, b], or [[a, b], [c, d]]."""
     rows, columns = shape
     if max(shape) > _MOST_SHOWN:
         row = entry if columns == 1 else f"[{entry}, {'…, ' if columns > 2 else ''}{entry}]"  # too many to show
         return f"[{row}, …, {row}] with {rows} {'entries' if columns == 1 else f'rows of {columns}'}"
     letters = iter("abcdefghi") if entry == "a" else iter((entry,) * 9)
-    listed = [", ".join(next(letters) for _ in range(columns)) for _ in range(rows)]
-    return f"[{', '.join(listed)}]" if columns == 1 else f"[{', '.join(f'[{row}]' for row in listed)}]"
+    row_texts = [", ".join(next(letters) for _ in range(columns)) for _ in range(rows)]
+    return f"[{', '.join(row_texts)}]" if columns == 1 else f"[{', '.join(f'[{row}]' for row in row_texts)}]"
 
 
 _MOST_SHOWN = 3
 
 
 def _require_scalars(rows: Matrix, what: str) -> None:
-    """Refuse entries that are lists or statements, but for those that were left blank."""
+    """Raise _Refusal if an entry that was not left blank is a list or a statement."""
     try:
         for entry in (entry for row in rows for entry in row if not has_blank(entry)):
             refuse_statements(entry)
