@@ -1,8 +1,8 @@
-"""Answers that are Python functions, in the process in which a notebook runs: nothing of qdot is imported here.
+"""Evaluates answers that are Python functions, in the process in which a notebook runs; it imports nothing of qdot.
 
 A function is first called with symbols, and the grader compares the resulting formula exactly. During this call, `math`
-and NumPy's functions accept symbols. A function that needs numbers (it fills an array, inverts a matrix, tests a sign)
-is called at the grader's points, which are new for every submission, and its values are sent.
+and NumPy's functions accept symbols. If a function needs numbers (it fills an array, inverts a matrix, tests a sign),
+it is called at the grader's points instead, and its values are reported. The points are new for every submission.
 """
 
 import contextlib
@@ -24,7 +24,7 @@ FUNCTIONS = (
 )  # fmt: skip
 
 TABLE = "function: "
-"""The prefix of an answer that consists of values instead of a formula: shape, and a row for each point, as JSON."""
+"""The prefix of an answer that is a table of values, not a formula: JSON with the shape and a row for each point."""
 
 _VECTOR = re.compile(r"q|th|theta|thetas|joints|angles|qs|config|configuration|pose")
 _RATES = re.compile(r"qd|dq|qp|q_?dot|d?theta_?dot|dtheta|rates|thetad")
@@ -44,10 +44,10 @@ _RENAMED = {"asin": "arcsin", "acos": "arccos", "atan": "arctan", "atan2": "arct
 
 
 def evaluate_function(function: Any, calls: Mapping[str, Any]) -> Any:
-    """Return the result of a function for symbols, else the text of its values at the grader's points.
+    """Return the result of a function called with symbols; if that is no formula, its values at the grader's points.
 
-    `calls` has the names of the joints, and the names and values of all symbols at the points. Raises what the function
-    raises, and TypeError if it can't be called this way.
+    `calls` has the names of the joints, and the names and values of all symbols at the points. Raises whatever the
+    function raises, and TypeError if it can't be called like this.
     """
     try:
         with allow_symbols(function):
@@ -72,8 +72,8 @@ def _is_formula(result: Any) -> bool:
 def _table(function: Any, calls: Mapping[str, Any]) -> dict[str, Any]:
     shape, rows = None, []
     for values in calls["points"]:
-        at = dict(zip(calls["symbols"], values, strict=True))
-        returned = numpy.asarray(function(*_arguments(function, calls, at.__getitem__)))
+        symbol_values = dict(zip(calls["symbols"], values, strict=True))
+        returned = numpy.asarray(function(*_arguments(function, calls, symbol_values.__getitem__)))
         if returned.dtype.kind not in "biufcO":
             raise TypeError(f"the function returns a {type(returned.flat[0]).__name__}, which is no number")
         if returned.dtype == object:
@@ -86,7 +86,7 @@ def _table(function: Any, calls: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _arguments(function: Any, calls: Mapping[str, Any], value: Any) -> list[Any]:
-    """Return the arguments for a function's parameters, by their names; `value` returns a symbol's value."""
+    """Return the arguments for a function, matched by the names of its parameters; `value` returns a symbol's value."""
     if isinstance(function, sympy.Lambda):
         names: list[str] = [str(symbol) for symbol in function.variables]
         spread = False
@@ -102,23 +102,23 @@ def _arguments(function: Any, calls: Mapping[str, Any], value: Any) -> list[Any]
         return [value(joint) for joint in joints]
     targets = [_match_parameter(name, joints, calls["symbols"]) for name in names]
     if all(target is None for target in targets) and len(names) == len(joints):
-        targets = list(joints)  # other names for the joints, in their order
+        targets = list(joints)  # one parameter for each joint, in order, with names of the student's own
     for name, target in zip(names, targets, strict=True):
         if target is None:
             raise TypeError(f"its parameter {name!r} is no symbol of the problem; known: {', '.join(calls['symbols'])}")
     return [
-        value(target) if isinstance(target, str) else numpy.array([value(each) for each in target])
+        value(target) if isinstance(target, str) else numpy.array([value(symbol_name) for symbol_name in target])
         for target in targets
         if target
     ]
 
 
 def _match_parameter(name: str, joints: Sequence[str], symbols: Sequence[str]) -> str | list[str] | None:
-    """Return the symbol that a parameter stands for, or the joints or rates that a vector stands for."""
-    plain = re.sub(r"_(?=\d)", "", name)
+    """Return the symbol that a parameter stands for; for a vector, its joints or joint rates; None if it is unknown."""
+    plain_name = re.sub(r"_(?=\d)", "", name)
     rates = [f"qd{i}" for i in range(1, len(joints) + 1)]
-    if plain in symbols:
-        return plain
+    if plain_name in symbols:
+        return plain_name
     if _VECTOR.fullmatch(name):
         return list(joints)
     if _RATES.fullmatch(name) and set(rates) <= set(symbols):
@@ -134,22 +134,27 @@ def _match_parameter(name: str, joints: Sequence[str], symbols: Sequence[str]) -
 
 @contextlib.contextmanager
 def allow_symbols(function: Any) -> Iterator[None]:
-    """Let functions of `math` and NumPy accept symbols, even if imported by name; undo it after the block."""
+    """Make functions of `math` and NumPy accept symbols during the block, even if they were imported by name."""
     replaced = {
         getattr(math, name): _accept_symbols(name) for name in (*_ELEMENTWISE, *_RENAMED) if hasattr(math, name)
     }
-    spaces: list[dict[str, Any]] = [vars(math), getattr(function, "__globals__", {})]
-    before = [(space, name, value) for space in spaces for name, value in space.items() if _is_in(value, replaced)]
+    namespaces: list[dict[str, Any]] = [vars(math), getattr(function, "__globals__", {})]
+    originals = [
+        (namespace, name, value)
+        for namespace in namespaces
+        for name, value in namespace.items()
+        if _is_in(value, replaced)
+    ]
     methods = [name for name in _ELEMENTWISE if not hasattr(sympy.Expr, name)]
     try:
-        for space, name, value in before:
-            space[name] = replaced[value]
+        for namespace, name, value in originals:
+            namespace[name] = replaced[value]
         for name in methods:
             setattr(sympy.Expr, name, _make_method(_ELEMENTWISE[name]))
         yield
     finally:
-        for space, name, value in before:
-            space[name] = value
+        for namespace, name, value in originals:
+            namespace[name] = value
         for name in methods:
             delattr(sympy.Expr, name)
 
@@ -159,7 +164,7 @@ def _is_in(value: Any, known: Mapping[Any, Any]) -> bool:
 
 
 def _make_method(function: Any) -> Any:
-    def method(self: sympy.Expr, *others: Any) -> Any:  # NumPy calls x.cos() for what is no number
+    def method(self: sympy.Expr, *others: Any) -> Any:  # numpy.cos(x) calls x.cos() if x is not a number
         return function(self, *others)
 
     return method

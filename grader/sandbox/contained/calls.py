@@ -1,4 +1,4 @@
-"""The system calls that a notebook may not use, as a program for the kernel's filter (seccomp, in classic BPF).
+"""Lists the system calls that a notebook may not use, and makes the kernel's filter (seccomp, in classic BPF).
 
 Calls that NumPy, SymPy and Python need to compute are allowed: files, memory, threads, time. Calls that start programs
 or processes, open sockets, reach other processes, mount file systems, or change the machine fail with EPERM.
@@ -7,9 +7,9 @@ or processes, open sockets, reach other processes, mount file systems, or change
 import platform
 import struct
 
-# name: number on x86_64, on aarch64; None where the machine has no such call
+# name: number on x86_64, number on aarch64; None if the machine has no such call
 REFUSED: dict[str, tuple[int | None, int | None]] = {
-    # programs and processes; clone is looked at below
+    # programs and processes; for clone, see below
     "fork": (57, None), "vfork": (58, None), "execve": (59, 221), "execveat": (322, 281), "setsid": (112, 157),
     "setpgid": (109, 154),
     # the network, and sockets on this machine
@@ -29,7 +29,7 @@ REFUSED: dict[str, tuple[int | None, int | None]] = {
     "ioprio_set": (251, 30), "sched_setscheduler": (144, 119), "sched_setparam": (142, 118),
     "sched_setattr": (314, 274), "sched_setaffinity": (203, 122), "migrate_pages": (256, 238),
     "move_pages": (279, 239),
-    # memory that no limit counts, or that outlives the process; what the whole machine has so many of
+    # memory that no limit counts or that outlives the process; resources that the whole machine shares
     "io_setup": (206, 0),
     "shmget": (29, 194), "msgget": (68, 186), "semget": (64, 190), "mq_open": (240, 180), "memfd_create": (319, 279),
     "memfd_secret": (447, 447), "add_key": (248, 217), "request_key": (249, 218), "keyctl": (250, 219),
@@ -52,10 +52,10 @@ ON_PATHS: dict[str, tuple[int | None, int | None]] = {
     "lremovexattr": (198, 15), "fallocate": (285, 47), "fchmod": (91, 52), "fchown": (93, 55), "fsetxattr": (190, 7),
     "fremovexattr": (199, 16),
 }  # fmt: skip
-"""Also refused if a notebook still sees the machine's own files: Landlock does not restrict changes of metadata. By the
-descriptor of an open library, a notebook could make the library unreadable for everybody.
+"""Calls that are also refused if a notebook sees the machine's own files: Landlock does not restrict metadata changes.
 
-Space that is reserved but not written can't be counted there.
+With the descriptor of an open library, a notebook could make the library unreadable for everybody. fallocate is refused
+because reserved space that is not written can't be counted there.
 """
 
 _CLONE, _CLONE3, _PRCTL, _IOCTL, _FCNTL = (56, 220), (435, 435), (157, 167), (16, 29), (72, 25)
@@ -63,16 +63,17 @@ _KILL, _TGKILL, _PRLIMIT, _OPENAT, _OPEN = (62, 129), (234, 131), (302, 261), (2
 _OPENAT2 = (437, 437)
 _THREAD, _NAMES = 0x10000, (15, 16, 0x53564D41)
 _ASKED_OF_FILES = (0x5401, 0x802C542A, 0x5413, 0x541B, 0x5421, 0x5450, 0x5451)
-"""Whether it is a terminal (TCGETS, TCGETS2), how wide, what can be read, whether to wait, whether programs get it."""
-_OWNERS, _LEASE = (8, 10, 15), 1024  # F_SETOWN, F_SETSIG, F_SETOWN_EX; F_SETLEASE, which has others wait for a file
-_UNKNOWN = 463  # Linux 6.13 and later: some of its calls change a file's attributes, and nothing needs any of them
-_TMPFILE = 0x400000  # the bit of O_TMPFILE that is its own
+"""The requests of ioctl that are allowed: whether a file is a terminal (TCGETS, TCGETS2), its width, how much can be
+read, whether reading waits, and whether started programs inherit the file."""
+_OWNERS, _LEASE = (8, 10, 15), 1024  # F_SETOWN, F_SETSIG, F_SETOWN_EX; F_SETLEASE, which makes others wait for a file
+_UNKNOWN = 463  # the first call of Linux 6.13: some calls since then change file attributes, and nothing needs them
+_TMPFILE = 0x400000  # the bit of O_TMPFILE that O_DIRECTORY does not have
 _EPERM, _ENOSYS = 1, 38
 _ARCHITECTURES = {"x86_64": (0xC000003E, 0), "aarch64": (0xC00000B7, 1)}
 
 _LOAD, _EQUAL, _AT_LEAST, _ANY_BIT, _RETURN = 0x20, 0x15, 0x35, 0x45, 0x06
 _ALLOW, _KILL_PROCESS, _ERROR = 0x7FFF0000, 0x80000000, 0x00050000
-_NUMBER, _ARCHITECTURE, _FIRST, _SECOND, _THIRD = 0, 4, 16, 24, 32  # where they lie in what the filter is shown
+_NUMBER, _ARCHITECTURE, _FIRST, _SECOND, _THIRD = 0, 4, 16, 24, 32  # byte offsets in struct seccomp_data
 
 
 def _instruction(code: int, k: int, then: int = 0, otherwise: int = 0) -> bytes:
@@ -82,9 +83,9 @@ def _instruction(code: int, k: int, then: int = 0, otherwise: int = 0) -> bytes:
 def filter_program(pid: int, on_paths: bool) -> bytes:
     """Return the filter for the process `pid`. Raises OSError for a processor whose system calls are not listed here.
 
-    Signals, including those that an open file sends to its owner, reach only the process itself; clone makes only
+    The process can send signals only to itself, including those that an open file sends to its owner. clone makes only
     threads. clone3 and openat2 are reported as missing, because a filter can't inspect their flags; the C library then
-    uses clone and openat. Calls that are newer than this list are reported as missing, too.
+    uses clone and openat. Calls that are newer than this list are also reported as missing.
     """
     machine = platform.machine()
     if machine not in _ARCHITECTURES:
@@ -109,12 +110,15 @@ def filter_program(pid: int, on_paths: bool) -> bytes:
         program.extend((_instruction(_EQUAL, numbers[column], 0, len(body)), *body))
 
     def only(where: int, *values: int) -> list[bytes]:
-        """Allow if an argument is one of the values (its lower half, which is all that the kernel takes)."""
+        """Return instructions that allow the call only if an argument is one of the values.
+
+        They compare the lower half of the argument, because the kernel uses only that.
+        """
         tests = [_instruction(_EQUAL, value, len(values) - i) for i, value in enumerate(values)]
         return [_instruction(_LOAD, where), *tests, refuse, allow]
 
     def all_but(where: int, *values: int) -> list[bytes]:
-        """Refuse if an argument is one of the values."""
+        """Return instructions that refuse the call if an argument is one of the values."""
         tests = [_instruction(_EQUAL, value, len(values) - i) for i, value in enumerate(values)]
         return [_instruction(_LOAD, where), *tests, allow, refuse]
 
@@ -126,7 +130,7 @@ def filter_program(pid: int, on_paths: bool) -> bytes:
     case(_PRCTL, *only(_FIRST, *_NAMES))
     case(_IOCTL, *only(_SECOND, *_ASKED_OF_FILES))
     case(_FCNTL, *all_but(_SECOND, *_OWNERS, _LEASE))
-    if on_paths:  # a file that never had a name can't be counted
+    if on_paths:  # refuse O_TMPFILE, because files that never had a name can't be counted
         for call, flags in ((_OPENAT, _THIRD), (_OPEN, _SECOND)):
             case(call, _instruction(_LOAD, flags), _instruction(_ANY_BIT, _TMPFILE, 0, 1), refuse, allow)
         case(_OPENAT2, _instruction(_RETURN, _ERROR | _ENOSYS))

@@ -1,7 +1,7 @@
-"""What a notebook may read, and an audit hook that refuses everything else: the second line of defence.
+"""The files that a notebook may read, and an audit hook that refuses all others: the second line of defence.
 
-The hook watches Python code and reports what was refused. The kernel restricts native code (`confine`); if it can't, as
-on macOS, there is only the hook.
+The hook watches Python code and raises an error that names what it refused. The kernel restricts native code
+(`confine`); if it can't, as on macOS, there is only the hook.
 """
 
 import os
@@ -11,14 +11,14 @@ from pathlib import Path
 from typing import Any, NoReturn
 
 HIDDEN = ("qdot",)
-"""Packages that a notebook may not load: with them and the secret, it could regenerate the answers."""
+"""Packages that a notebook may not load: with them and the secret, it could regenerate the reference answers."""
 
 
 def library_folders() -> list[str]:
-    """Return the folders of modules, except a checkout of qdot (an editable install)."""
-    kept = [path for path in sys.path if "site-packages" in path or "dist-packages" in path]
-    others = [path for path in sys.path if path and path not in kept]
-    return kept + [path for path in others if not any(Path(path, name).is_dir() for name in HIDDEN)]
+    """Return the folders from which Python imports modules, except a checkout of qdot (an editable install)."""
+    packages = [path for path in sys.path if "site-packages" in path or "dist-packages" in path]
+    others = [path for path in sys.path if path and path not in packages]
+    return packages + [path for path in others if not any(Path(path, name).is_dir() for name in HIDDEN)]
 
 
 LIBRARIES = tuple(library_folders())
@@ -30,10 +30,10 @@ PLACES = (
     "/lib64", "/nix/store", "/gnu/store", "/System/Library", "/Library/Fonts", "/etc/localtime", "/etc/fonts",
     "/etc/ssl", "/etc/ld.so.cache", *filter(os.path.isabs, os.environ.get("LD_LIBRARY_PATH", "").split(":")), *DEVICES,
 )  # fmt: skip
-"""What Python and its libraries read; a notebook may read nothing else on the machine."""
+"""The paths that Python and its libraries read; a notebook may read nothing else on the machine."""
 
 READABLE = tuple(dict.fromkeys(map(os.path.realpath, PLACES)))
-"""The places with links resolved."""
+"""The same paths with links resolved."""
 
 REFUSED = (
     "subprocess.", "os.system", "os.exec", "os.posix_spawn", "os.spawn", "os.fork", "os.kill", "os.killpg", "pty.",
@@ -43,7 +43,7 @@ REFUSED = (
 
 
 def is_inside(path: Any, folders: tuple[str, ...]) -> bool:
-    """Whether a path, with links resolved, is in one of the folders; open descriptors always are."""
+    """Return whether a path, with links resolved, is in one of the folders; also True for an open file's descriptor."""
     if isinstance(path, int) or path is None:
         return True
     real = os.path.realpath(os.fsdecode(path))
@@ -51,7 +51,7 @@ def is_inside(path: Any, folders: tuple[str, ...]) -> bool:
 
 
 def guard(folder: str) -> Callable[[str, tuple[Any, ...]], None]:
-    """Return an audit hook that allows reading the libraries, writing into the notebook's folder, and nothing else.
+    """Return an audit hook that allows only reading the libraries and writing into the notebook's folder.
 
     Once added, a hook can't be removed.
     """
@@ -71,13 +71,13 @@ def guard(folder: str) -> Callable[[str, tuple[Any, ...]], None]:
                 refuse(f"open {str(path)[:200]!r}")
         elif event == "import" and str(args[0]).split(".")[0] in HIDDEN:
             refuse(f"import {str(args[0])[:100]}")
-        elif event.startswith(("os.listdir", "os.scandir", "os.chdir")):  # os.walk and glob look by these
+        elif event.startswith(("os.listdir", "os.scandir", "os.chdir")):  # os.walk and glob use them
             if not is_inside(args[0], (*own_folders, *READABLE)):
                 refuse(f"look into {str(args[0])[:200]!r}")
         elif event.startswith(
             ("os.rename", "os.remove", "os.rmdir", "os.mkdir", "os.chmod", "os.truncate", "os.utime")
         ):
-            by_descriptor = isinstance(args[0], int) and event in ("os.chmod", "os.utime")  # it may be a library's
+            by_descriptor = isinstance(args[0], int) and event in ("os.chmod", "os.utime")  # of a library?
             if by_descriptor or not all(
                 is_inside(arg, own_folders) for arg in args[:2] if isinstance(arg, (str, bytes))
             ):

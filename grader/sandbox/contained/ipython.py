@@ -1,8 +1,8 @@
-"""A cell as Python: what IPython makes of `%`, `!`, `?`, prompts and indentation, by rules of our own.
+"""Translates a cell to Python as IPython does: `%`, `!`, `?`, prompts and indentation, by our own rules.
 
-A base install has no IPython, and a mark must not depend on whether it is there. Where a statement begins is found by
-Python's tokenizer, so that a `%` in a formula or a text is left alone; what is Python already comes back as it is.
-Nothing is executed here, and line numbers stay: the grader reads cells by these rules, too.
+A base install has no IPython, and a mark must not depend on whether it is installed. Python's tokenizer finds where
+statements begin, so that a `%` in a formula or a text is not changed. A cell that is Python already is returned
+unchanged. Nothing is executed, and line numbers stay the same. The grader parses cells by these rules, too.
 """
 
 import re
@@ -13,10 +13,10 @@ NOT_PYTHON = (
     "writefile", "file", "bash", "sh", "script", "system", "sx", "cmd", "html", "HTML", "svg", "SVG", "latex",
     "markdown", "javascript", "js", "perl", "ruby", "python2", "pypy", "cython", "R", "sql", "!",
 )  # fmt: skip
-"""Magics whose cell is no Python; every other one's is, as after `%%time` and `%%capture`."""
+"""The magics whose cells are not Python; the cells of all others are, such as those of `%%time` and `%%capture`."""
 
 LONGEST_HELP = 500
-"""Characters of a line that may ask for help, as `sin?` does."""
+"""Maximum length in characters of a line that may ask for help, as `sin?` does."""
 
 _HINT = re.compile(r"(?m)^[ \t]*(?:[%!?]|>>>|In \[)|=[ \t]*[%!]|\?[ \t]*$|\A(?:[ \t]*\n)*[ \t]+\S")
 _CELL_MAGIC = re.compile(r"%%(\w+|!)[ \t]*(.*)")
@@ -28,7 +28,7 @@ _PROMPTS = (re.compile(r"(?:>>>|\.\.\.)(?: |$)"), re.compile(r"(?:In \[\d+\]:|[ 
 
 
 def python_of(source: str) -> str:
-    r"""Return a cell's source as Python, each statement on the line on which it was.
+    r"""Return a cell's source as Python, with each statement on its original line.
 
     >>> print(python_of("files = !ls\n%time x = 5\nsin?"))
     files = get_ipython().getoutput('ls')
@@ -63,7 +63,7 @@ def _strip_indent(lines: list[str], first: int) -> list[str]:
 
 
 def _translate_statements(lines: Sequence[str]) -> Iterator[str]:
-    """Yield the lines, with those that are IPython's where a statement begins written as Python."""
+    """Yield the lines, with each statement in IPython's syntax translated to Python."""
     begin = 0
     while begin < len(lines):
         if _COMMENT.fullmatch(lines[begin]):
@@ -74,9 +74,9 @@ def _translate_statements(lines: Sequence[str]) -> Iterator[str]:
         if _ESCAPED.fullmatch(lines[begin]) or _ASSIGNED.fullmatch(lines[begin]):
             while lines[end - 1].endswith("\\") and end < len(lines):
                 end += 1
-        written = _translate_line(" ".join(line.rstrip("\\") for line in lines[begin:end]))
-        if written is not None:
-            yield written
+        translated = _translate_line(" ".join(line.rstrip("\\") for line in lines[begin:end]))
+        if translated is not None:
+            yield translated
             yield from [""] * (end - begin - 1)
         else:
             end = _find_end(lines, begin)
@@ -85,7 +85,7 @@ def _translate_statements(lines: Sequence[str]) -> Iterator[str]:
 
 
 def _translate_line(line: str) -> str | None:
-    """Return a line of IPython's as Python; None for any other."""
+    """Return a line in IPython's syntax as Python; None for any other line."""
     if len(line) < LONGEST_HELP and (match := _HELP.fullmatch(line)):
         indent, name, marks = match.groups()
         return f"{indent}{_line_magic(_help_magic(name, marks), name)}"
@@ -113,7 +113,7 @@ def _line_magic(name: str, argument: str) -> str:
 
 
 def _find_end(lines: Sequence[str], begin: int) -> int:
-    """Return the line behind the statement that begins in a line; of one that has no end, the last of all."""
+    """Return the index after the last line of the statement that begins in line `begin`; all lines if it has no end."""
     read = begin
 
     def next_line() -> str:
@@ -126,5 +126,5 @@ def _find_end(lines: Sequence[str], begin: int) -> int:
             if token.type == tokenize.NEWLINE:
                 return begin + token.start[0]
     except (tokenize.TokenError, SyntaxError):
-        pass  # it is no Python, which is reported when it is run
+        pass  # it is not Python; the error is reported when the cell is run
     return len(lines)

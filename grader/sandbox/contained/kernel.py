@@ -1,6 +1,6 @@
-"""Linux's system calls for isolation that Python has no functions for, by ctypes; nothing is decided here.
+"""Wraps, with ctypes, Linux's system calls for isolation that Python has no functions for; it decides nothing.
 
-Every function raises OSError if the kernel refuses. Importing this calls nothing, so it can be imported anywhere.
+Every function raises OSError if the kernel refuses. Importing the module calls nothing, so any system can import it.
 """
 
 import ctypes
@@ -48,8 +48,8 @@ def _check_result(result: int) -> int:
 
 
 def _syscall(number: int, *args: Any) -> int:
-    wide = [ctypes.c_long(arg) if isinstance(arg, int) else arg for arg in args]
-    return _check_result(_libc().syscall(ctypes.c_long(number), *wide))
+    long_args = [ctypes.c_long(arg) if isinstance(arg, int) else arg for arg in args]
+    return _check_result(_libc().syscall(ctypes.c_long(number), *long_args))
 
 
 def _by_machine(numbers: dict[str, int]) -> int:
@@ -61,44 +61,47 @@ def _by_machine(numbers: dict[str, int]) -> int:
 
 def prctl(option: int, *args: Any) -> None:
     """Change a property of this process."""
-    wide = [ctypes.c_ulong(arg) if isinstance(arg, int) else arg for arg in (*args, 0, 0, 0, 0)[:4]]
-    _check_result(_libc().prctl(ctypes.c_int(option), *wide))
+    long_args = [ctypes.c_ulong(arg) if isinstance(arg, int) else arg for arg in (*args, 0, 0, 0, 0)[:4]]
+    _check_result(_libc().prctl(ctypes.c_int(option), *long_args))
 
 
 def unshare(flags: int) -> None:
-    """Leave the namespaces for new ones."""
+    """Move this process out of its namespaces into new ones."""
     _check_result(_libc().unshare(ctypes.c_int(flags)))
 
 
 def setns(descriptor: int, kind: int) -> None:
-    """Enter a namespace."""
+    """Move this process into an existing namespace."""
     _check_result(_libc().setns(ctypes.c_int(descriptor), ctypes.c_int(kind)))
 
 
 def mount(source: str | None, target: str, kind: str | None, flags: int, data: str = "") -> None:
-    """Mount a file system, or bind a folder to another place."""
+    """Mount a file system, or bind a folder to another path."""
     texts = [None if text is None else os.fsencode(text) for text in (source, target, kind)]
     _check_result(_libc().mount(*texts, ctypes.c_ulong(flags), data.encode() or None))
 
 
 def unmount(target: str) -> None:
-    """Detach a file system at once; it ends when nobody uses it."""
+    """Detach a file system at once; the kernel removes it when no process uses it any more."""
     _check_result(_libc().umount2(os.fsencode(target), MNT_DETACH))
 
 
 def make_read_only(target: str, devices: bool) -> None:
-    """Make a mount and all below it read-only, its programs without privileges; Linux 5.12, before: not those below."""
+    """Make a mount and all mounts below it read-only, and ignore the set-user-ID bit of their programs.
+
+    Before Linux 5.12, this changes only the mount itself, not those below it.
+    """
     attributes = ATTR_RDONLY | ATTR_NOSUID | (0 if devices else ATTR_NODEV)
     try:
         data = struct.pack("QQQQ", attributes, 0, 0, 0)
         _syscall(_MOUNT_SETATTR, _AT_FDCWD, os.fsencode(target), _AT_RECURSIVE, data, len(data))
     except OSError:
-        kept = os.statvfs(target).f_flag & ~(MS_RDONLY | MS_NOSUID)  # what a user namespace may not take off
-        mount(None, target, None, MS_REMOUNT | MS_BIND | MS_RDONLY | MS_NOSUID | (kept & 0x0C0E))
+        flags = os.statvfs(target).f_flag & ~(MS_RDONLY | MS_NOSUID)  # a user namespace may not remove these flags
+        mount(None, target, None, MS_REMOUNT | MS_BIND | MS_RDONLY | MS_NOSUID | (flags & 0x0C0E))
 
 
 def pivot_root(folder: str) -> None:
-    """Make a mount the root, and detach the old root."""
+    """Make a mount the root of the file system, and detach the old root."""
     os.chdir(folder)
     _syscall(_by_machine(_PIVOT_ROOT), b".", b".")
     unmount(".")
@@ -106,7 +109,7 @@ def pivot_root(folder: str) -> None:
 
 
 def drop_capabilities() -> None:
-    """Give up all capabilities, and those that a program could bring."""
+    """Give up all capabilities, including those that a program could gain by its file's capabilities."""
     for number in range(64):
         try:
             prctl(PR_CAPBSET_DROP, number)
@@ -121,23 +124,26 @@ def landlock_version() -> int:
 
 
 def landlock(handled: tuple[int, int, int], rules: Sequence[tuple[str, int]]) -> None:
-    """Allow only the rights that the rules give below paths; `handled` restricts files, network and scopes."""
+    """Allow only the rights that the rules give for paths and everything below them.
+
+    `handled` has the sets of rights that are restricted: those to files, to the network, and to scopes.
+    """
     size = 8 if not (handled[1] or handled[2]) else 16 if not handled[2] else 24
     ruleset = _syscall(_LANDLOCK_CREATE, struct.pack("QQQ", *handled), size, 0)
     try:
         for path, rights in rules:
-            place = os.open(path, os.O_PATH | os.O_CLOEXEC)
+            descriptor = os.open(path, os.O_PATH | os.O_CLOEXEC)
             try:
-                _syscall(_LANDLOCK_ADD, ruleset, 1, struct.pack("=Qi", rights, place), 0)
+                _syscall(_LANDLOCK_ADD, ruleset, 1, struct.pack("=Qi", rights, descriptor), 0)
             finally:
-                os.close(place)
+                os.close(descriptor)
         _syscall(_LANDLOCK_RESTRICT, ruleset, 0)
     finally:
         os.close(ruleset)
 
 
 def seccomp(program: bytes) -> None:
-    """Filter this process's system calls from now on, by a program of BPF."""
+    """Filter this process's system calls from now on with a BPF program."""
     buffer = ctypes.create_string_buffer(program, len(program))
     header = struct.pack("HxxxxxxP", len(program) // 8, ctypes.addressof(buffer))
     prctl(PR_SET_SECCOMP, 2, header)

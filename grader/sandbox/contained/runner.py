@@ -1,6 +1,6 @@
 """Runs the cells of one notebook and reports its answers as text, the only output of students' code.
 
-Whatever a notebook does, it can only report about itself.
+Whatever a notebook does, it can only report about itself, not about another notebook.
 """
 
 import re
@@ -22,34 +22,34 @@ LONGEST_ANSWER = 400_000
 
 
 def parts_of(value: Any, depth: int = 0) -> list[Any] | None:
-    """Return the immutable parts of a value; None if they are unknown."""
+    """Return the immutable parts that a value consists of; None if they are unknown."""
     kind = type(value)
     if kind in (int, float, complex, str, bool, type(None)) or isinstance(value, sympy.Basic):
         return [value]
     if kind is sympy.Matrix:
         return [kind, value.rows, *value.flat()]
     if kind in (list, tuple) and len(value) < 1000 and depth < 6:
-        inner = [parts_of(item, depth + 1) for item in value]
-        return None if None in inner else [kind, len(value), *(part for item in inner for part in item or ())]
+        item_parts = [parts_of(item, depth + 1) for item in value]
+        return None if None in item_parts else [kind, len(value), *(part for item in item_parts for part in item or ())]
     return None
 
 
 def is_same(before: list[Any] | None, now: list[Any] | None) -> bool:
-    """Whether a value is certainly unchanged, so that its text need not be made again after every cell."""
+    """Return whether a value is certainly unchanged, so that its text need not be made again after every cell."""
     if before is None or now is None or len(before) != len(now):
         return False
     return all(a is b or (type(a) is type(b) is int and a == b) for a, b in zip(before, now, strict=True))
 
 
 class Overtime(BaseException):
-    """A cell took too long. It is not an Exception, so that `except Exception` does not catch it."""
+    """Raised if a cell takes too long. It is not an Exception, so that `except Exception` does not catch it."""
 
 
 class Alarm:
-    """Raises Overtime after this much processor time, or after waiting as long.
+    """Raises Overtime after this many seconds of processor time, or of waiting.
 
     The waiting time is the real time minus `BUSY` times the processor time. The alarm repeats until the cell has ended,
-    because it may be lost: mpmath, for example, has a bare `except:` in its parser of floats.
+    because other code may catch the exception: mpmath, for example, has a bare `except:` in its parser of floats.
     """
 
     def __init__(self, seconds: float) -> None:
@@ -76,28 +76,28 @@ class Alarm:
 
     def _look(self, _signal: int, _frame: Any) -> None:
         used = time.process_time() - self._used
-        left = self._began + self._seconds + BUSY * used - time.monotonic()
-        signal.setitimer(signal.ITIMER_REAL, left if left > 0 else AGAIN)
-        if left <= 0:
+        remaining = self._began + self._seconds + BUSY * used - time.monotonic()
+        signal.setitimer(signal.ITIMER_REAL, remaining if remaining > 0 else AGAIN)
+        if remaining <= 0:
             raise Overtime(f"waited longer than {self._seconds:g} s")
 
 
 BUSY = 10
-"""How many times slower a busy machine may be."""
+"""How many times slower a cell may run on a busy machine."""
 
 AGAIN = 0.2
-"""Seconds between two rings."""
+"""Seconds after which the alarm repeats."""
 
 
 class AnswerReport(NamedTuple):
-    """The last report of an answer, and the parts of the answer."""
+    """The last report of an answer, and the immutable parts of the answer at that time."""
 
     parts: list[Any] | None
     message: dict[str, str]
 
 
 def run_cells(request: dict[str, Any], report: Report) -> None:
-    """Run the cells in order, each within its time limit; report every answer as soon as it is available."""
+    """Run the cells in order, each within its time limit; report each answer after every cell that changes it."""
     cells = {index: source for index, source in enumerate(request["cells"]) if source is not None}
     session = Session(list(cells.values()), request.get("setup", ""))
     last: dict[str, AnswerReport] = {}
@@ -112,7 +112,7 @@ def run_cells(request: dict[str, Any], report: Report) -> None:
 
 
 def _run_cell(session: Session, index: int, source: str, alarm: Alarm, report: Report) -> None:
-    """Run a cell, and report the lines on which it stopped or an import failed, and why."""
+    """Run a cell; report the line on which it stopped or an import failed, and the error."""
     outcome: dict[str, Any] = {}
     missed: list[FailedImport] = []
     name = f"<cell {index + 1}>"
@@ -140,18 +140,18 @@ MOST_MISSED = 20
 
 
 def _line(raised: BaseException, name: str) -> int | None:
-    """Return the line of a cell on which it stopped; a hostile exception must not break the report."""
+    """Return the line on which a cell stopped; None if it is unknown."""
     try:
-        place = find_position(raised, name)
-    except BaseException:
+        position = find_position(raised, name)
+    except BaseException:  # a student's exception must not break the report
         return None
-    return None if place is None else place[0]
+    return None if position is None else position[0]
 
 
 class _Symbols:
-    """Names that were symbols and have become numbers, as after `theta1 = 0.5` or `for theta1 in [0, pi]`.
+    """The names that were symbols and are now numbers, for example after `theta1 = 0.5` or `for theta1 in [0, pi]`.
 
-    Answers typed after that lack these symbols.
+    If a later cell uses such a name in an answer, the answer contains the number instead of the symbol.
     """
 
     def __init__(self) -> None:
@@ -159,7 +159,7 @@ class _Symbols:
         self.lost: dict[str, tuple[int, str]] = {}
 
     def look(self, namespace: dict[str, Any], index: int) -> None:
-        """Update the names after a cell."""
+        """Update the names after the cell of this index."""
         for name, value in list(namespace.items()):
             if type(value) is sympy.Symbol:
                 self.known[name] = value.name
@@ -168,7 +168,7 @@ class _Symbols:
                 self.lost[name] = index, repr(value)[:40]
 
     def tell(self, source: str, answered: str, report: Report) -> None:
-        """Report numbers that replace a symbol in an answer, if its cell mentions the symbol's name."""
+        """Report the numbers that replace a symbol in an answer, if the answer's cell mentions the symbol's name."""
         for name, (index, value) in list(self.lost.items())[:MOST_LOST]:
             if _mentions(name, source) and not _mentions(self.known[name], answered):
                 report({"lost": name, "set": index, "value": value})
@@ -179,7 +179,7 @@ def _mentions(name: str, text: str) -> bool:
 
 
 def _is_number(value: Any) -> bool:
-    """Whether a value is a number, such as pi/2; classes that the notebook defines are not asked."""
+    """Return whether a value is a number, such as pi/2, without calling methods that the notebook defines."""
     kind = type(value)
     is_formula = issubclass(kind, sympy.Expr) and kind.__module__.startswith("sympy.")
     return kind in NUMBERS or (is_formula and bool(value.is_number))
@@ -190,13 +190,13 @@ MOST_LOST = 20
 
 
 def describe(raised: BaseException) -> str:
-    """Return an exception as one short line; a hostile one must not break the report."""
+    """Return an exception's type and message as one short line, with advice if there is any."""
     try:
-        about = raised.msg if isinstance(raised, SyntaxError) else raised  # without its own names of cell and line
-        text = f"{type(raised).__name__}: {about}".splitlines()[0][:300].removesuffix(": ")
-        helped = isinstance(raised, (TypeError, ModuleNotFoundError))
-        return text + next((f"; {advice}" for pattern, advice in MENDED.items() if helped and pattern in text), "")
-    except BaseException:
+        message = raised.msg if isinstance(raised, SyntaxError) else raised  # msg does not name the cell and line
+        text = f"{type(raised).__name__}: {message}".splitlines()[0][:300].removesuffix(": ")
+        has_advice = isinstance(raised, (TypeError, ModuleNotFoundError))
+        return text + next((f"; {advice}" for pattern, advice in MENDED.items() if has_advice and pattern in text), "")
+    except BaseException:  # a student's exception must not break the report
         return "an exception that can't be shown"
 
 
@@ -213,11 +213,11 @@ MENDED = {
     "No module named": "it is not there when a notebook is graded: SymPy and NumPy are, and .py files handed in "
     "beside it",
 }
-"""Parts of Python's error messages, and the advice added to them: how to write what was meant."""
+"""Parts of Python's error messages, and the advice that is added to each: how to write what the student meant."""
 
 
 def value_of(answer: Any, name: str, request: dict[str, Any]) -> Any:
-    """Return an answer, or its result if it is a function."""
+    """Return an answer; if it is a function, return its result instead."""
     if not isinstance(answer, callables.FUNCTIONS):
         return answer
     calls = next((calls for prefix, calls in request["calls"].items() if name.startswith(f"{prefix}_")), None)
@@ -227,7 +227,7 @@ def value_of(answer: Any, name: str, request: dict[str, Any]) -> Any:
 def report_answers(
     namespace: dict[str, Any], last: dict[str, AnswerReport], request: dict[str, Any], alarm: Alarm, report: Report
 ) -> list[str]:
-    """Report each new or changed answer, as text or with the reason why it is unreadable; return the texts."""
+    """Report each new or changed answer, as text or with the reason why it has no text; return the texts."""
     texts = []
     for name in request["names"]:
         if name not in namespace:
@@ -255,16 +255,17 @@ def report_answers(
 def warm_up() -> None:
     """Do once what notebooks do, so that SymPy's one-time work is done before the fork.
 
-    Every grader pays for it, so it contains only operations that are faster the second time: the first `simplify` loads
-    SymPy's units for any argument, which takes 0.1 s; a second `trigsimp` or `solve` takes as long as the first.
-    `lambdify` takes 0.1 s to load parts of NumPy, but few notebooks use it except in self-checks, which are not run.
+    It takes time in every run of the grader, so it contains only operations that are faster the second time. The first
+    `simplify` loads SymPy's units, whatever its argument, which takes 0.1 s. A second `trigsimp` or `solve` takes as
+    long as the first. `lambdify` takes 0.1 s to load parts of NumPy, but few notebooks use it except in self-checks,
+    which are not run.
     """
     x, y = sympy.symbols("x y")
-    plain = sympy.Matrix([[sympy.cos(x), 1], [0, y]])
-    sympy.simplify(plain.det())
-    plain.inv()
-    plain.diff(x)
+    matrix = sympy.Matrix([[sympy.cos(x), 1], [0, y]])
+    sympy.simplify(matrix.det())
+    matrix.inv()
+    matrix.diff(x)
     sympy.N((sympy.sin(x) * y).subs({x: 0.3, y: 0.7}))
-    theta1, theta2, a1, a2, vx = sympy.symbols("theta1:3 a1:3 vx")  # SymPy caches what formulas as in answers need
+    theta1, theta2, a1, a2, vx = sympy.symbols("theta1:3 a1:3 vx")  # fill SymPy's caches for typical answers
     entry = -vx * (a1 * sympy.sin(theta1) + a2 * sympy.cos(theta1 + theta2) / 10) / (a1 * sympy.cos(theta2))
     text_of([sympy.Matrix([entry, -entry]), sympy.Eq(theta1, sympy.acos(sympy.Rational(7, 25)) - sympy.pi)])

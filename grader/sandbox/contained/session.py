@@ -1,7 +1,7 @@
-"""Runs a notebook's cells as Jupyter does: its variables, and what IPython adds to them, in an inert form.
+"""Runs a notebook's cells as Jupyter does, with harmless replacements of what IPython adds to Python.
 
-`!` starts nothing, `input()` returns an empty text, help and most magics do nothing, and nothing is displayed. What
-notebooks depend on is available: `await`, the last results (`_`, `Out`), files that they wrote, and their modules.
+`!` starts nothing, `input()` returns an empty text, help and most magics do nothing, and nothing is displayed. Features
+that notebooks depend on work: `await`, the last results (`_`, `Out`), files that they wrote, and their modules.
 """
 
 import ast
@@ -20,23 +20,23 @@ from . import standins
 from .ipython import NOT_PYTHON, python_of
 
 _RESULTS = re.compile(r"(?<![\w.])(?:_{1,3}\d*|Out)(?!\w)")
-"""Names of the last results; to store these, a cell has to be split."""
+"""Names of the last results. To store these, the last expression of each cell is compiled separately."""
 
 _AWAIT = ast.PyCF_ALLOW_TOP_LEVEL_AWAIT
 
 
 class FailedImport(NamedTuple):
-    """An import that failed, after which its cell continued."""
+    """A failed import after which its cell continued: the line, and the exception."""
 
     line: int
     error: BaseException
 
 
 class Session:
-    """The variables of a notebook; runs its cells."""
+    """The variables of one notebook; runs its cells."""
 
     def __init__(self, cells: Sequence[str], setup: str = "") -> None:
-        """Begin with qdot's own `setup`, even if the student has changed the notebook's first cell."""
+        """Run qdot's own `setup` first, because the student may have changed the notebook's first cell."""
         self._last: dict[str, Any] = dict.fromkeys(("_", "__", "___"), "")
         self.variables: dict[str, Any] = {"__name__": "__main__", "Out": {}, **self._last}
         self.asked_for_input = False
@@ -45,14 +45,15 @@ class Session:
         shell = Shell(self)
         vars(builtins).update(get_ipython=lambda: shell, display=lambda *_args, **_options: None, input=self._input)
         standins.install(lambda: shell)
-        sys.path.insert(0, "")  # where Jupyter finds files that a notebook wrote
+        sys.path.insert(0, "")  # so that a notebook can import files that it wrote, as in Jupyter
         exec(setup, self.variables)  # noqa: S102 - this is the isolated process
 
     def run(self, source: str, name: str, missed: Callable[[FailedImport], None] = lambda _: None) -> None:
         """Run a cell called `name`; report failed imports and continue after them. Raises what the cell raises."""
         self._count += 1
-        with contextlib.suppress(OSError):  # its folder is gone
-            sys.path_importer_cache.pop(os.getcwd(), None)  # the folder may have changed within its time resolution
+        with contextlib.suppress(OSError):  # raised if the folder is gone
+            # Python would miss a new file if the folder's time of change is still the same.
+            sys.path_importer_cache.pop(os.getcwd(), None)
         source = python_of(source)
         codes: Sequence[CodeType] = self._compile(source, name)
         while codes:
@@ -70,10 +71,10 @@ class Session:
                 codes = [compile(rest, name, "exec", _AWAIT, True)]
 
     def _compile(self, source: str, name: str) -> list[CodeType]:
-        """Return a cell's code; if results are stored, the code of its last expression separately."""
-        with contextlib.suppress(RecursionError):  # a sum of a thousand terms is too deep for a tree
-            shows = self._keeps_results and not source.rstrip().endswith(";")
-            tree = ast.parse(source, name) if shows else ast.Module([], [])
+        """Return a cell's code; if results are stored, return the code of its last expression separately."""
+        with contextlib.suppress(RecursionError):  # the syntax tree of a sum of a thousand terms is too deep
+            has_result = self._keeps_results and not source.rstrip().endswith(";")
+            tree = ast.parse(source, name) if has_result else ast.Module([], [])
             if tree.body and isinstance(last := tree.body[-1], ast.Expr):
                 before = ast.Module(tree.body[:-1], tree.type_ignores)
                 return [
@@ -90,16 +91,16 @@ class Session:
             self._keep_result(value)
 
     def _keep_result(self, value: Any) -> None:
-        """Store a result as IPython does, which does not overwrite a notebook's own variable `_`."""
-        last, self.variables[f"_{self._count}"] = self._last, value
+        """Store a result as IPython does: do not overwrite the notebook's own variable `_` if it has one."""
+        last_results, self.variables[f"_{self._count}"] = self._last, value
         if isinstance(out := self.variables.get("Out"), dict):
             out[self._count] = value
-        if all(self.variables.get(name, result) is result for name, result in last.items()):
-            self._last = {"_": value, "__": last["_"], "___": last["__"]}
+        if all(self.variables.get(name, result) is result for name, result in last_results.items()):
+            self._last = {"_": value, "__": last_results["_"], "___": last_results["__"]}
             self.variables.update(self._last)
 
     def _await_result(self, coroutine: Any) -> Any:
-        """Return the result of a cell that awaits something; there is no event loop, which would need a socket."""
+        """Return the result of a cell that awaits something. An event loop would need a socket, so there is none."""
         while True:
             try:
                 coroutine.send(None)
@@ -111,9 +112,9 @@ class Session:
         return ""
 
     def _stand_in(self, statement: ast.Import | ast.ImportFrom) -> bool:
-        """Set the names of a failed import if there are stand-ins for all of them; return whether there are."""
-        from_one = [statement.module or ""] if isinstance(statement, ast.ImportFrom) else []
-        if not all(map(standins.stands_for, from_one or [alias.name for alias in statement.names])):
+        """Set the names of a failed import to stand-ins. Return False if any of its modules has no stand-in."""
+        source_module = [statement.module or ""] if isinstance(statement, ast.ImportFrom) else []
+        if not all(map(standins.stands_for, source_module or [alias.name for alias in statement.names])):
             return False
         for alias in statement.names:
             self.variables[alias.asname or alias.name.partition(".")[0]] = standins.NOTHING
@@ -121,7 +122,7 @@ class Session:
 
 
 class Shell(standins.StandIn):
-    """What `get_ipython()` returns: magics that run code or write files work, others do nothing."""
+    """The object that `get_ipython()` returns: magics that run code or write files work, others do nothing."""
 
     _session: Session
 
@@ -151,7 +152,7 @@ class Shell(standins.StandIn):
         self.run_line_magic(*line.partition(" ")[::2])
 
     def getoutput(self, *_args: object) -> list[str]:
-        """Return an empty output; no command is started."""
+        """Return an empty output without starting a command."""
         return []
 
     def system(self, *_args: object) -> None:
@@ -159,7 +160,7 @@ class Shell(standins.StandIn):
 
 
 def find_position(error: BaseException, name: str) -> tuple[int, int] | None:
-    """Return line and column of an exception in the cell of this name; None if it came from elsewhere."""
+    """Return the line and column at which the cell `name` raised an exception; None if it came from elsewhere."""
     if isinstance(error, SyntaxError) and error.filename == name:
         return int(error.lineno or 1), 0
     trace = error.__traceback__
@@ -174,17 +175,17 @@ def find_position(error: BaseException, name: str) -> tuple[int, int] | None:
 def _split_at_failed_import(
     error: Exception, source: str, name: str
 ) -> tuple[ast.Import | ast.ImportFrom, ast.Module] | None:
-    """Return the failed import and the rest of the cell after it; None if the error is something else."""
-    place = find_position(error, name)
-    if place is None or (isinstance(error, SyntaxError) and error.filename == name):
+    """Return the import that raised the error, and the rest of its cell; None if the error is not from an import."""
+    position = find_position(error, name)
+    if position is None or (isinstance(error, SyntaxError) and error.filename == name):
         return None
     try:
         body = ast.parse(source).body
     except RecursionError:
         return None
     for number, statement in enumerate(body):
-        ends = (statement.end_lineno or 0, statement.end_col_offset or 0)
-        if (statement.lineno, statement.col_offset) <= place < ends:
+        end = (statement.end_lineno or 0, statement.end_col_offset or 0)
+        if (statement.lineno, statement.col_offset) <= position < end:
             if isinstance(statement, ast.Import | ast.ImportFrom):
                 return statement, ast.Module(body[number + 1 :], [])
             return None

@@ -1,9 +1,9 @@
-"""The process that forks for every notebook: libraries loaded, isolated, and without any data of notebooks.
+"""The forking process: it loads the libraries, is isolated, has no data of notebooks, and forks for every notebook.
 
 A child reads its notebook from its own pipe, and reports into another one. So its memory contains no other student's
 work, and its output can't be confused with another's. It is forked and isolated in advance, while the grader marks the
-previous notebook. Requests on the control socket: "r" asks for a child and gets both pipes, "t" for the processor time
-that it has used, and "s" ends it ("c" if it has closed its pipe itself).
+previous notebook. The requests on the control socket are "r" for both pipes of a child, "t" for the processor time that
+it has used, and "s" to end it ("c" if it has closed its pipe itself).
 """
 
 import contextlib
@@ -29,7 +29,7 @@ LONGEST_REPORT = 4_000_000
 
 
 def main(config: dict[str, Any]) -> None:
-    """Isolate this process, load libraries, find out which measures work, and serve until the grader ends."""
+    """Isolate this process, load the libraries, find out which measures work, and serve until the grader ends."""
     control = socket.socket(fileno=os.dup(0))
     os.dup2(os.open(os.devnull, os.O_RDWR), 0)
     measures = Measures(
@@ -41,7 +41,7 @@ def main(config: dict[str, Any]) -> None:
         measures.try_out("namespaces", lambda: _try_namespaces(measures, config["folder"]))
         if measures.holds("namespaces"):
             namespace = _enter_namespace(control)
-        else:  # become the parent of orphaned processes, as there is no namespace with which they would end
+        else:  # become the parent of orphaned processes, because no namespace ends them
             with contextlib.suppress(OSError):
                 kernel.prctl(kernel.PR_SET_CHILD_SUBREAPER, 1)
         measures.processes = _process_limit(measures)
@@ -65,13 +65,13 @@ def _reply(control: socket.socket, line: dict[str, Any]) -> None:
 
 
 def _load(is_warm: bool) -> None:
-    """Load the libraries of notebooks, without garbage collection, because everything loaded stays."""
+    """Load the libraries of notebooks, without garbage collection, because everything stays in use."""
     gc.disable()
     from . import runner
 
     if is_warm:
         runner.warm_up()
-    gc.freeze()  # so that collections in a child do not write to shared memory
+    gc.freeze()  # so that garbage collection in a child does not write to shared memory
     gc.enable()
 
 
@@ -79,7 +79,7 @@ def _load(is_warm: bool) -> None:
 
 
 def _try_namespaces(measures: Measures, folder: str) -> None:
-    """Make a child with separate namespaces, root and folder. Raises OSError if any step fails."""
+    """Try to make a child with its own namespaces, root and folder. Raises OSError if any step fails."""
     confine.enter()
 
     def inside() -> None:
@@ -92,9 +92,10 @@ def _try_namespaces(measures: Measures, folder: str) -> None:
 
 
 def _enter_namespace(control: socket.socket) -> int:
-    """Become the first process of a namespace, with which all others in it end; return a descriptor of the namespace.
+    """Become the first process of a new process namespace, and return a descriptor of the namespace.
 
-    The original process stays outside and waits; if it is killed, this process ends, too.
+    All other processes in the namespace end with this one. The original process stays outside and waits; if it is
+    killed, this process ends, too.
     """
     confine.enter()
     outside = os.getpid()
@@ -113,7 +114,7 @@ def _process_limit(measures: Measures) -> int | None:
         return confine.PROCESSES
     with contextlib.suppress(ValueError, OSError):
         kernel_version = tuple(int(part) for part in os.uname().release.split(".")[:2])
-        if measures.holds("namespaces") and kernel_version >= (5, 14):  # from then on each namespace counts
+        if measures.holds("namespaces") and kernel_version >= (5, 14):  # since 5.14, per namespace
             return confine.PROCESSES
     user, used = os.geteuid(), 0
     with contextlib.suppress(OSError):
@@ -126,7 +127,7 @@ def _process_limit(measures: Measures) -> int | None:
 
 
 def _find_failing(measures: Measures, parent: str) -> dict[str, str]:
-    """Return the measures that fail in a child, each with the reason."""
+    """Return the measures that fail when a child applies them all, each with the reason."""
     folder = confine.make_folder(measures, parent)
 
     def apply_all() -> str:
@@ -145,7 +146,7 @@ def _find_failing(measures: Measures, parent: str) -> dict[str, str]:
 
 
 class _Child(NamedTuple):
-    """A child that waits for its notebook: process, folder, and the grader's ends of its pipes."""
+    """A child that waits for its notebook: its process, its folder, and the grader's ends of its two pipes."""
 
     pid: int
     folder: str
@@ -155,7 +156,7 @@ class _Child(NamedTuple):
 def _serve(control: socket.socket, measures: Measures, parent: str, namespace: int | None) -> None:
     while True:
         child = _fork_child(measures, parent, namespace)
-        request = b""  # as where the grader has ended
+        request = b""  # an empty request means that the grader has ended
         with contextlib.suppress(ConnectionError):  # raised if the grader ended and left something unread
             if control.recv(1):
                 socket.send_fds(control, [b"p"], child.pipes)
@@ -172,13 +173,13 @@ def _serve(control: socket.socket, measures: Measures, parent: str, namespace: i
 
 
 EVERY = 0.01
-"""Interval in seconds at which the output of a notebook is counted."""
+"""Interval in seconds at which the files that a notebook has written are counted."""
 
 
 def _watch(control: socket.socket, measures: Measures, child: _Child) -> None:
-    """Wait for a request of the grader; meanwhile kill a notebook that writes more than its limit.
+    """Wait for a request of the grader; meanwhile, kill the notebook if it writes more than its limit.
 
-    In a private root this is not necessary: the folder is a file system of limited size.
+    In a private root, nothing is counted, because the folder is a file system of limited size.
     """
     is_counted = measures.holds("quota") and not measures.holds("namespaces")
     while is_counted and not select.select([control], [], [], EVERY)[0]:
@@ -190,7 +191,7 @@ def _watch(control: socket.socket, measures: Measures, child: _Child) -> None:
 def _processor_time(pid: int) -> float:
     """Return the processor time of a process in seconds; 0 if the system doesn't report it (macOS)."""
     try:
-        return time.clock_gettime(~pid << 3 | 2)  # as clock_getcpuclockid makes it on Linux
+        return time.clock_gettime(~pid << 3 | 2)  # the clock that clock_getcpuclockid returns on Linux
     except OSError:
         return 0.0
 
@@ -217,7 +218,7 @@ def _fork_child(measures: Measures, parent: str, namespace: int | None) -> _Chil
 
 
 def _be_child(measures: Measures, folder: str, parent: int, inbox: int, outbox: int) -> NoReturn:
-    """Run one notebook in this process; never return."""
+    """Run one notebook in this process, and end the process."""
     try:
         os.setsid()
         sys.setrecursionlimit(3000)
@@ -248,7 +249,7 @@ def _run_request(measures: Measures, folder: str, inbox: int, outbox: int) -> No
     def report(line: dict[str, Any]) -> None:
         nonlocal sent
         sent += _report(outbox, line) if sent <= LONGEST_REPORT else 0
-        os.read(inbox, 1)  # wait until it is safe outside, whatever the next cell does
+        os.read(inbox, 1)  # wait until the grader has the line, before another cell runs and may do harm
 
     if "attempts" in request:
         attempts.make(request["attempts"], report)
@@ -265,37 +266,38 @@ def _run_request(measures: Measures, folder: str, inbox: int, outbox: int) -> No
 def _read_line(inbox: int) -> bytes:
     data = b""
     while not data.endswith(b"\n"):
-        more = os.read(inbox, 1 << 16)
-        if not more:
+        chunk = os.read(inbox, 1 << 16)
+        if not chunk:
             os._exit(0)
-        data += more
+        data += chunk
     return data
 
 
 def _report(outbox: int, line: dict[str, Any]) -> int:
     data = (json.dumps(line) + "\n").encode()
-    left = data
-    while left:
-        left = left[os.write(outbox, left) :]
+    unsent = data
+    while unsent:
+        unsent = unsent[os.write(outbox, unsent) :]
     return len(data)
 
 
 def _close_all_but(kept: set[int]) -> None:
     """Close every descriptor above standard error, including the control socket, except those in `kept`."""
-    low = 3
+    lowest = 3
     for descriptor in sorted(kept):
-        os.closerange(low, descriptor)
-        low = descriptor + 1
-    os.closerange(low, resource.getrlimit(resource.RLIMIT_NOFILE)[0] if sys.platform == "darwin" else 65536)
+        os.closerange(lowest, descriptor)
+        lowest = descriptor + 1
+    os.closerange(lowest, resource.getrlimit(resource.RLIMIT_NOFILE)[0] if sys.platform == "darwin" else 65536)
 
 
 def _end_child(pid: int, patience: float) -> tuple[int, dict[str, float]]:
-    """Kill a child and its descendants; return the signal that had ended it before, 0 for none, and what it cost.
+    """Kill a child and its descendants; return the signal that had already ended it (0 if none had), and its cost.
 
-    A child that closed its pipe gets `patience` seconds to end by itself, so that the cause is known.
+    The cost is its processor time in seconds and its memory in bytes. The child first gets `patience` seconds to end by
+    itself: if it has closed its pipe, this shows the cause.
     """
     deadline = time.monotonic() + patience
-    ended, status, used = os.wait4(pid, os.WNOHANG)  # waitid, which would leave it, came to macOS with Python 3.13
+    ended, status, used = os.wait4(pid, os.WNOHANG)  # not waitid, which macOS has only since Python 3.13
     while not ended and time.monotonic() < deadline:
         time.sleep(0.001)
         ended, status, used = os.wait4(pid, os.WNOHANG)
@@ -311,11 +313,11 @@ def _end_child(pid: int, patience: float) -> tuple[int, dict[str, float]]:
 
 
 _UNIT_OF_MEMORY = 1 if sys.platform == "darwin" else 1024
-"""Bytes per unit in which the system reports memory."""
+"""Number of bytes in the unit in which the system reports memory."""
 
 
 def _kill_orphans() -> None:
-    """Kill the orphans of a dead child, and their orphans, until none are left."""
+    """Kill the orphaned processes of a dead child, and the orphans of those, until none is left."""
     while True:
         with contextlib.suppress(OSError):
             for pid in Path(f"/proc/self/task/{os.getpid()}/children").read_text().split():
@@ -331,5 +333,5 @@ def _remove(measures: Measures, folder: str) -> None:
     if measures.holds("namespaces"):
         kernel.unmount(confine.OWN)
     else:
-        with contextlib.suppress(OSError):  # the rest is removed with the sandbox's folder
+        with contextlib.suppress(OSError):  # remaining files are removed with the sandbox's folder
             folders.remove(folder)
