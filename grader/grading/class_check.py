@@ -1,4 +1,4 @@
-"""Stop a run that can't be right, with the likely cause, before anything is graded or written."""
+"""Stop a run whose inputs don't fit together, and report the likely cause, before anything is graded or written."""
 
 import re
 import unicodedata
@@ -13,17 +13,17 @@ from qdot.grader.submissions.layouts import only_folder
 from qdot.grader.submissions.submission import DEEPEST, StudentFiles, Submission, SubmissionFolder, read_submission
 
 LOOKED_AT = 25
-"""Students, spread over the roster, whose notebooks' metadata are looked at."""
+"""Approximate number of students, spread over the roster, whose notebooks' metadata are inspected."""
 LARGEST = 1_000_000
-"""Bytes of a notebook that is looked at: one that is made to hurt is left to the processes that grade."""
+"""Maximum size in bytes of an inspected notebook; malicious ones are left to the processes that grade."""
 ARCHIVES = (".zip", ".tar", ".tgz", ".tar.gz", ".7z", ".rar")
-"""What names of archives end with."""
+"""File endings of archives."""
 SHOWN = 5
-"""Names that a message lists."""
+"""Maximum number of names listed in a message."""
 
 
 def load_class(folder: Path) -> Assignment:
-    """Return an assignment whose roster and secret are those of the notebooks in released/. Raises QdotError."""
+    """Return an assignment. Raises QdotError if its roster or secret doesn't match the notebooks in released/."""
     assignment = load_assignment(folder)
     paths = {student.id: notebook_path(assignment, student.id) for student in assignment.roster}
     released = {student: StudentFiles((path,)) for student, path in paths.items() if path.exists()}
@@ -41,9 +41,9 @@ def load_class(folder: Path) -> Assignment:
 
 
 def check_class(assignment: Assignment, submissions: SubmissionFolder, root: Path, named: Path) -> None:
-    """Raise QdotError if files are of nobody, or most notebooks are of another assignment, student or secret.
+    """Raise QdotError if files belong to no student, or if most notebooks have another assignment, student or secret.
 
-    `root` is the folder that holds them, `named` the folder or zip that the user named.
+    `root` is the folder that contains them, `named` the folder or zip that the user named.
     """
     ids = [student.id for student in assignment.roster]
     strangers = submissions.strangers
@@ -54,8 +54,8 @@ def check_class(assignment: Assignment, submissions: SubmissionFolder, root: Pat
         )
     absent = [student for student in ids if student not in submissions.by_student]
     if renamed := _same_but_for_spelling(strangers, absent):
-        what = f"work of {len(renamed)} would be of nobody, so nothing was graded"
-        raise QdotError(f"{named}: {what}. {_advise_restoring(renamed)}")
+        problem = f"work of {len(renamed)} would be of nobody, so nothing was graded"
+        raise QdotError(f"{named}: {problem}. {_advise_restoring(renamed)}")
     sample = dict(read_sample(assignment, submissions.by_student, ids))
     keys = [key for key in _claims(sample, "assignment").values() if key != assignment.key]
     if 2 * len(keys) > len(sample) > 1:
@@ -71,15 +71,15 @@ def check_class(assignment: Assignment, submissions: SubmissionFolder, root: Pat
 
 
 def _claims(sample: Mapping[str, Submission], key: str) -> dict[str, str]:
-    """Return what the metadata of notebooks claim under a key, if it is a text, by the student they are found with."""
+    """Return the texts that notebooks' metadata claim under a key, by the student with whom each notebook was found."""
     claims = {student: submission.claims.get(key) for student, submission in sample.items()}
     return {student: claim for student, claim in claims.items() if isinstance(claim, str)}
 
 
 def check_secret(assignment: Assignment, submissions: Sequence[Submission], path: Path, remedy: str = "") -> None:
-    """Raise QdotError if most notebooks were made with another secret: nobody would get the problems they solved.
+    """Raise QdotError if most notebooks were made with another secret, because the students solved other problems.
 
-    `remedy` is what else can be done about it.
+    `remedy` is an additional suggestion at the end of the message.
     """
     marks = [claim for submission in submissions if isinstance(claim := submission.claims.get("secret"), str)]
     wrong = sum(mark != assignment.secret_mark for mark in marks)
@@ -95,13 +95,13 @@ def check_secret(assignment: Assignment, submissions: Sequence[Submission], path
 
 
 def _describe_mixed_up(owners: Mapping[str, str], ids: Sequence[str]) -> str:
-    """Return what is wrong with notebooks that are found with other students than their owners, and what to do."""
+    """Return the message on notebooks that were found with students who aren't their owners, with advice."""
     renamed = {student: owner for student, owner in owners.items() if _normalize(student) == _normalize(owner)}
     if len(renamed) < len(owners) and set(owners.values()) <= set(ids):
-        listed = [f"{student} has that of {owner}" for student, owner in list(owners.items())[:SHOWN]]
+        pairs = [f"{student} has that of {owner}" for student, owner in list(owners.items())[:SHOWN]]
         more = f", and {len(owners) - SHOWN} more" if len(owners) > SHOWN else ""
         return (
-            f"are in the folders, or under the names, of other students in roster.csv ({', '.join(listed)}{more}), so "
+            f"are in the folders, or under the names, of other students in roster.csv ({', '.join(pairs)}{more}), so "
             "nothing was graded. Were folders or files renamed or mixed up? Put each notebook back with its own student"
         )
     cause = (
@@ -119,7 +119,7 @@ SPREADSHEET = "They differ by leading zeros, case or the way in which letters ar
 
 
 def _likely_cause(strangers: Sequence[str], ids: Sequence[str], key: str) -> str:
-    """Return what is the likely cause, and what to do."""
+    """Return the likely cause of files that belong to no student, with advice."""
     if renamed := _same_but_for_spelling(strangers, ids):
         return _advise_restoring(renamed)
     if f"{key}.ipynb" in strangers:
@@ -145,14 +145,14 @@ def _likely_cause(strangers: Sequence[str], ids: Sequence[str], key: str) -> str
 
 
 def _student_in_name(name: str, ids: Sequence[str]) -> str:
-    """Return the one student whose identifier is in a name, between separators or at its ends; nothing if several."""
-    around = re.compile(r"(?<![^\W_])({})(?![^\W_])".format("|".join(re.escape(student) for student in ids)))
-    inside = set(around.findall(PurePath(name).stem))
-    return inside.pop() if len(inside) == 1 else ""
+    """Return the only student whose identifier is a separate word in a name; "" if there are none or several."""
+    pattern = re.compile(r"(?<![^\W_])({})(?![^\W_])".format("|".join(re.escape(student) for student in ids)))
+    students = set(pattern.findall(PurePath(name).stem))
+    return students.pop() if len(students) == 1 else ""
 
 
 def _names_inside(root: Path) -> list[str]:
-    """Return the names in a folder that is alone in another, as around a zip."""
+    """Return the names inside a folder's only subfolder, as archives often contain, level by level."""
     names, inner = list[str](), only_folder(root)
     for _ in range(DEEPEST):
         if inner is not None:
@@ -162,7 +162,7 @@ def _names_inside(root: Path) -> list[str]:
 
 
 def _same_but_for_spelling(strangers: Sequence[str], ids: Sequence[str]) -> dict[str, str]:
-    """Return the students whose identifiers a spreadsheet may have changed, with the names of strangers they match."""
+    """Return the students whose identifiers a spreadsheet may have changed, each with the matching stranger's name."""
     names = {_normalize(form): form for name in strangers for form in (PurePath(name).stem, name)}
     return {student: names[_normalize(student)] for student in ids if _normalize(student) in names}
 
@@ -177,19 +177,19 @@ def _advise_restoring(renamed: Mapping[str, str]) -> str:
 def read_sample(
     assignment: Assignment, files: Mapping[str, StudentFiles], ids: Sequence[str]
 ) -> Iterator[tuple[str, Submission]]:
-    """Yield the notebooks of some students, those of usual size: no other file is opened here."""
+    """Yield the notebooks of a sample of students, except unusually large files, which aren't opened."""
     present = [student for student in ids if student in files and files[student].files]
     for student in present[:: -(-len(present) // LOOKED_AT) or 1]:
         file = files[student].files[0]
         try:
             if file.suffix == ".ipynb" and file.stat().st_size <= LARGEST:
                 yield student, read_submission(file, assignment.key)
-        except Exception:  # noqa: S112 - it is reported when this student is graded
+        except Exception:  # noqa: S112 - the error is reported when this student is graded
             continue
 
 
 def _normalize(identifier: str) -> str:
-    """Return an identifier without what spreadsheets and systems change."""
+    """Return an identifier without the features that spreadsheets and systems change: leading zeros and case."""
     return re.sub(r"(?<!\d)0+(?=\d)", "", unicodedata.normalize("NFKC", identifier).casefold())
 
 

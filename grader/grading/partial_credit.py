@@ -1,7 +1,7 @@
-"""Give partial credit for an answer by the rule of its type (docs/partial-credit.md).
+"""Give partial credit for an answer by the rule for its type (docs/partial-credit.md).
 
-Shares are those of `qdot.exercises.problem.credit`. Lengths and angles of the arm are constants; all other symbols
-depend on the configuration.
+The shares are defined in `qdot.exercises.problem.credit`. Lengths and angles of the arm are constants; all other
+symbols depend on the configuration.
 """
 
 from collections.abc import Sequence
@@ -47,7 +47,7 @@ SAME = 1e-9
 
 @dataclass(frozen=True)
 class AnswerToCredit:
-    """An answer with its problem; `seed` selects the configurations at which it is tried."""
+    """An answer with its problem; `seed` selects the configurations at which the answer is evaluated."""
 
     problem: Problem
     part: Part
@@ -56,7 +56,7 @@ class AnswerToCredit:
 
     @property
     def policy(self) -> Credit:
-        """How the assignment gives credit for this part."""
+        """The assignment's rule for giving credit for this part."""
         return self.part.credit or OWN
 
     @cached_property
@@ -71,21 +71,21 @@ class AnswerToCredit:
 
     @property
     def has_unknown_symbols(self) -> bool:
-        """Whether the answer has symbols that the problem does not have."""
+        """Whether the answer contains symbols that the problem doesn't define."""
         return bool(self.parsed.symbols - set(self.domain.roles))
 
     def sample(self, seed: str) -> dict[str, np.ndarray]:
-        """Return configurations of one arm, all constants of which are positive."""
-        sampled = self.domain.sample(set(self.domain.roles), READABLE + POINTS, Stream(f"{self.seed}/{seed}"))
-        return {  # readable ones may be zeros of a factor
+        """Return sampled configurations of one arm, whose constants are all positive."""
+        samples = self.domain.sample(set(self.domain.roles), READABLE + POINTS, Stream(f"{self.seed}/{seed}"))
+        return {  # the first samples, with readable values, are left out because factors may be zero there
             name: column[READABLE:] if name in self.varying else np.full(POINTS, abs(column[-1]))
-            for name, column in sampled.items()
+            for name, column in samples.items()
         }
 
 
 @dataclass(frozen=True)
 class _Credit:
-    """A share of a part's points, and in words what it is for."""
+    """A share of a part's points, and the reason for it in words."""
 
     share: Fraction
     words: str
@@ -94,9 +94,10 @@ class _Credit:
 def give_partial_credit(
     answer: AnswerToCredit, judgement: Judgement, is_copied: IsCopied = nothing_copied
 ) -> Judgement:
-    """Return a judgement with the share that the assignment gives for an answer that is partly right.
+    """Return a judgement with the share that the assignment gives for a partly correct answer.
 
-    An answer that is right for another student's problem, as `is_copied` tells, is no mistake.
+    An answer that is correct for another student's problem, according to `is_copied`, gets no credit for a known
+    mistake.
     """
     if judgement.outcome not in (Outcome.WRONG, Outcome.PARTIAL) or answer.parsed.refusal is not None:
         return judgement
@@ -129,7 +130,10 @@ def _with_share(judgement: Judgement, share: Fraction) -> Judgement:
 
 
 def _count_entries(answer: AnswerToCredit, judgement: Judgement, share: Fraction) -> tuple[Judgement, Fraction]:
-    """Count columns if the assignment says so; nothing counts if no right entry depends on the configuration."""
+    """Return the judgement and its share, by columns if the assignment says so.
+
+    The share is 0 if no correct entry depends on the configuration.
+    """
     entries = judgement.entries
     if entries is None:
         return judgement, share
@@ -137,18 +141,20 @@ def _count_entries(answer: AnswerToCredit, judgement: Judgement, share: Fraction
     varies = _entries_that_vary(answer)
     columns = list(zip(*entries, strict=True))
     if answer.policy.by == "columns" and len(columns) > 1:
-        counted = [all(column) for k, column in enumerate(columns) if any(reference.col(k))]
-        share = share_of_columns(counted)
-        judgement = replace(judgement, reason=f"{sum(counted)} of {len(counted)} columns are right; {judgement.reason}")
-    are_right = [same for row in entries for same in row]
-    if share and any(varies) and not any(same and moves for same, moves in zip(are_right, varies, strict=True)):
+        are_correct = [all(column) for k, column in enumerate(columns) if any(reference.col(k))]
+        share = share_of_columns(are_correct)
+        judgement = replace(
+            judgement, reason=f"{sum(are_correct)} of {len(are_correct)} columns are right; {judgement.reason}"
+        )
+    entry_matches = [same for row in entries for same in row]
+    if share and any(varies) and not any(same and moves for same, moves in zip(entry_matches, varies, strict=True)):
         reason = f"none of the entries that depend on the configuration is right; {judgement.reason}"
         return replace(judgement, reason=reason), Fraction(0)
     return judgement, share
 
 
 def _entries_that_vary(answer: AnswerToCredit) -> list[bool]:
-    """Return which entries of the reference depend on the configuration or its velocity."""
+    """Return for each entry of the reference whether it depends on the configuration or its velocity."""
     constants = answer.problem.constants
     return [any(x.name not in constants for x in entry.free_symbols) for entry in answer.part.answer.as_matrix()]
 
@@ -157,29 +163,30 @@ def _entries_that_vary(answer: AnswerToCredit) -> list[bool]:
 
 
 def _credit_but_for_factor(answer: AnswerToCredit, judgement: Judgement) -> _Credit | None:
-    """Return what is earned if all that is wrong is right but for signs, or for a common factor.
+    """Return the credit for an answer whose wrong entries are all correct except for signs or a common factor.
 
-    The factor is a constant, or the determinant in what is divided by it. If the expected entries are numbers, only
-    signs count: any number would be right but for a factor, and of a single number nothing would be left.
+    The factor is a constant or, in a result that is divided by the determinant, the determinant. If the expected
+    entries are numbers, only wrong signs earn credit, because any number is correct up to a factor. A single number
+    earns nothing.
     """
     part, parsed, domain, varying = answer.part, answer.parsed, answer.domain, answer.varying
     expected = [entry for row in part.answer.trees(domain.roles) for entry in row]
-    is_of_numbers = not set().union(*map(names, expected)) & varying
-    if any(parsed.blanks) or (is_of_numbers and sum(entry != ZERO for entry in expected) == 1):
+    is_numeric = not set().union(*map(names, expected)) & varying
+    if any(parsed.blanks) or (is_numeric and sum(entry != ZERO for entry in expected) == 1):
         return None
-    wrong = list(range(len(expected)))
+    wrong_indices = list(range(len(expected)))
     if judgement.entries is not None:
-        wrong = [k for k, same in enumerate(same for row in judgement.entries for same in row) if not same]
-    expected = [expected[k] for k in wrong]
+        wrong_indices = [k for k, same in enumerate(same for row in judgement.entries for same in row) if not same]
+    expected = [expected[k] for k in wrong_indices]
     if parsed.table is not None:
-        factor = _factor_of_values(parsed.table, wrong, expected, domain, answer.problem.constants)
-    elif not wrong or answer.has_unknown_symbols or len(parsed.entries) <= max(wrong):
+        factor = _factor_of_values(parsed.table, wrong_indices, expected, domain, answer.problem.constants)
+    elif not wrong_indices or answer.has_unknown_symbols or len(parsed.entries) <= max(wrong_indices):
         return None
     else:
-        entries, seed = [parsed.entries[k] for k in wrong], f"{answer.seed}/factor"
+        entries, seed = [parsed.entries[k] for k in wrong_indices], f"{answer.seed}/factor"
         factor = constant_factor(entries, expected, domain, varying, seed, part.rounding)
-        is_open = factor is None and answer.policy.is_by_mistakes
-        if is_open and (det := divisor(answer.problem.chain, part, domain.roles)) is not None:
+        may_lack_divisor = factor is None and answer.policy.is_by_mistakes
+        if may_lack_divisor and (det := divisor(answer.problem.chain, part, domain.roles)) is not None:
             expected = [times(entry, det) for entry in expected]
             factor = constant_factor(entries, expected, domain, varying, seed, part.rounding)
             factor = factor and replace(factor, is_other=True)
@@ -187,7 +194,7 @@ def _credit_but_for_factor(answer: AnswerToCredit, judgement: Judgement) -> _Cre
         return None
     signs = "its sign" if part.shape is None else "signs"
     words = [word for word, is_wrong in ((signs, factor.is_negative), ("a common factor", factor.is_other)) if is_wrong]
-    if not words:  # nothing is found to be wrong, which does not mean that it is right
+    if not words:  # no error was found, which doesn't mean that the answer is correct
         return None
     share = share_but_for_a_factor(factor.is_negative, factor.is_other)
     return _Credit(share, f"right but for {' and '.join(words)}")
@@ -196,25 +203,28 @@ def _credit_but_for_factor(answer: AnswerToCredit, judgement: Judgement) -> _Cre
 def _factor_of_values(
     table: Table, which: Sequence[int], expected: Sequence[Node], domain: Domain, constants: AbstractSet[str]
 ) -> Factor | None:
-    """Return the number times or over lengths by which the values of a function are off, whatever their signs."""
+    """Return the factor by which a function's values differ from the reference, apart from signs; None if none fits.
+
+    The factor is a number, multiplied or divided by lengths.
+    """
     count = len(table.values)
     if table.shape is None or not count or not which or table.values.shape[1] <= max(which):
         return None
     reference = evaluate(compile_program(list(expected)), table.at, count)[0]
     with np.errstate(all="ignore"):
         ratios = table.values.T[list(which)] / reference
-    negative_ones = ratios[:, 0].real < 0
-    ratios = np.where(negative_ones[:, None], -ratios, ratios)
+    sign_differs = ratios[:, 0].real < 0
+    ratios = np.where(sign_differs[:, None], -ratios, ratios)
     if not np.all(np.isfinite(ratios)) or not np.allclose(ratios, ratios[0], rtol=SAME, atol=0):
         return None
-    is_negative = bool(negative_ones.any())
+    is_negative = bool(sign_differs.any())
     lengths = sorted(name for name in constants if isinstance(domain.roles.get(name), str) and name in table.at)
     for powers in product((0, 1, -1), repeat=min(len(lengths), MOST_CONSTANTS)):
-        left = ratios[0]
+        quotient = ratios[0]
         for name, power in zip(lengths, powers, strict=False):
-            left = left * table.at[name] ** power
-        if abs(left[0]) > SAME and np.allclose(left, left[0], rtol=SAME, atol=0):
-            return Factor(is_negative, any(powers) or abs(abs(left[0]) - 1) > SAME)
+            quotient = quotient * table.at[name] ** power
+        if abs(quotient[0]) > SAME and np.allclose(quotient, quotient[0], rtol=SAME, atol=0):
+            return Factor(is_negative, any(powers) or abs(abs(quotient[0]) - 1) > SAME)
     return None
 
 
@@ -222,10 +232,10 @@ def _factor_of_values(
 
 
 def _credit_factors(answer: AnswerToCredit) -> _Credit | None:
-    """Return what a determinant earns some of whose factors that depend on the configuration are wrong.
+    """Return the credit for a determinant in which only some of the factors are wrong.
 
-    A wrong factor is a lost one and one too many. If there is one, nobody can tell what belongs to it of the number
-    and the lengths before it, so these don't count.
+    Only factors that depend on the configuration count. A wrong factor is a missing factor and an extra one. The
+    constant factor is ignored, because its numbers and lengths may belong to a wrong factor.
     """
     part, domain = answer.part, answer.domain
     if not is_product(part) or answer.policy.by not in ("", "factors"):
@@ -236,18 +246,18 @@ def _credit_factors(answer: AnswerToCredit) -> _Credit | None:
     expected = [tree_of_reference(text_of(factor), frozenset(domain.roles)) for factor in _factors(reference)]
     expected = [factor for factor in expected if names(factor) & answer.varying]
     (entry,) = answer.parsed.entries
-    written = [factor for factor in factors(entry) if names(factor) & answer.varying]
-    if not written or max(len(written), len(expected)) > MOST_FACTORS:
+    given = [factor for factor in factors(entry) if names(factor) & answer.varying]
+    if not given or max(len(given), len(expected)) > MOST_FACTORS:
         return None
-    up_to = range(MOST_WRONG + 1)
-    ways = sorted(product(up_to, up_to), key=lambda way: (max(way), way))[1:]
-    for lost, too_many in ways:
-        share = share_of_product(len(expected), lost, too_many)
-        if share and _is_product_of(answer, written, expected, lost, too_many):
-            extra = f", and {_count_in_words(too_many, 'other')}" if too_many > lost else ""
-            kept = len(expected) - lost
-            of_all = f"{kept} of {_count_in_words(len(expected), 'factor')} with joints"
-            return _Credit(share, f"{of_all} {'is' if kept == 1 else 'are'} there{extra}")
+    counts = range(MOST_WRONG + 1)
+    error_counts = sorted(product(counts, counts), key=lambda way: (max(way), way))[1:]
+    for missing, surplus in error_counts:
+        share = share_of_product(len(expected), missing, surplus)
+        if share and _is_product_of(answer, given, expected, missing, surplus):
+            extra = f", and {_count_in_words(surplus, 'other')}" if surplus > missing else ""
+            correct_count = len(expected) - missing
+            summary = f"{correct_count} of {_count_in_words(len(expected), 'factor')} with joints"
+            return _Credit(share, f"{summary} {'is' if correct_count == 1 else 'are'} there{extra}")
     return None
 
 
@@ -256,37 +266,37 @@ def _count_in_words(number: int, what: str) -> str:
 
 
 def _factors(reference: sp.Expr) -> list[sp.Expr]:
-    """Return the factors of a product, each as often as its power says."""
-    out: list[sp.Expr] = []
+    """Return the factors of a product, each repeated according to its power."""
+    repeated: list[sp.Expr] = []
     for factor in sp.Mul.make_args(reference):
         base, power = factor.as_base_exp()
-        out += [base] * int(power) if power.is_Integer and power > 0 else [factor]
-    return out
+        repeated += [base] * int(power) if power.is_Integer and power > 0 else [factor]
+    return repeated
 
 
 def _is_product_of(
     answer: AnswerToCredit, written: Sequence[Node], expected: Sequence[Node], lost: int, too_many: int
 ) -> bool:
-    """Return whether some of an answer's factors are some of those expected, but for a constant factor.
+    """Return whether a product of given factors equals a product of expected ones, up to a constant factor.
 
-    `too_many` of those written and `lost` of those expected are left out.
+    `written` are the factors of the answer, of which `too_many` are left out; `lost` of the expected ones are left out.
     """
     domain, varying, seed = answer.domain, answer.varying, f"{answer.seed}/factors"
     values = evaluate(compile_program([*written, *expected]), answer.sample("factors"), POINTS)[0]
-    ways = product(
+    choices = product(
         combinations(range(len(written)), len(written) - too_many) if too_many < len(written) else (),
         combinations(range(len(expected)), len(expected) - lost),
     )
-    for kept, chosen in ways:
+    for kept, chosen in choices:
         with np.errstate(all="ignore"):
             ratio = values[list(kept)].prod(axis=0) / values[[len(written) + k for k in chosen]].prod(axis=0)
         if np.all(np.isfinite(ratio)) and abs(ratio[0]) > 0 and np.allclose(ratio, ratio[0], rtol=SAME, atol=0):
-            left, right = (
+            given, reference = (
                 reduce(times, (written[k] for k in kept), ONE),
                 reduce(times, (expected[k] for k in chosen), ONE),
             )
-            same = compare_entries([left], [right], domain, f"{seed}/same").equal[0]
-            if same or constant_factor([left], [right], domain, varying, seed) is not None:
+            same = compare_entries([given], [reference], domain, f"{seed}/same").equal[0]
+            if same or constant_factor([given], [reference], domain, varying, seed) is not None:
                 return True
     return False
 
@@ -295,15 +305,15 @@ def _is_product_of(
 
 
 def _credit_numbers(answer: AnswerToCredit) -> _Credit | None:
-    """Return what is earned by several numbers with units that are right but for signs."""
+    """Return the credit for several numbers with units that are correct except for signs."""
     part, parsed = answer.part, answer.parsed
     if len(parsed.entries) < 2 or not all(part.answer.units_due) or any(parsed.blanks):
         return None
     expected = np.array([float(value) for value in part.answer.as_matrix()])
     values = evaluate(compile_program(list(parsed.entries)), {}, 1)[0][:, 0]
-    room = np.array(part.of(Number).room(part.rounding))
-    off = np.minimum(np.abs(values - expected), np.abs(values + expected))
-    if not np.all(np.isfinite(values)) or np.all(np.abs(expected) <= room) or np.any(off > room):
+    tolerance = np.array(part.of(Number).room(part.rounding))
+    error = np.minimum(np.abs(values - expected), np.abs(values + expected))
+    if not np.all(np.isfinite(values)) or np.all(np.abs(expected) <= tolerance) or np.any(error > tolerance):
         return None
     return _Credit(share_but_for_a_factor(is_sign_wrong=True, is_factor_wrong=False), "right but for signs")
 
@@ -312,7 +322,7 @@ def _credit_numbers(answer: AnswerToCredit) -> _Credit | None:
 
 
 def _credit_one_mistake(answer: AnswerToCredit, is_copied: IsCopied) -> _Credit | None:
-    """Return what is earned if one known mistake gives all that is wrong, however many entries it touches."""
+    """Return the credit for an answer whose wrong entries, however many, are explained by one known mistake."""
     part, parsed = answer.part, answer.parsed
     if any(parsed.blanks) or not (part.answer.is_formulas or len(part.answer.units_due) > 1):
         return None
@@ -324,7 +334,7 @@ def _credit_one_mistake(answer: AnswerToCredit, is_copied: IsCopied) -> _Credit 
 
 
 def _varies_as_expected(answer: AnswerToCredit) -> bool:
-    """Tell whether an answer depends on the configuration as the reference does: constants may match by chance."""
+    """Return whether an answer depends on the configuration if the reference does; constants may match by chance."""
     if not answer.part.answer.is_formulas or answer.parsed.table is not None:
         return True
     if not any(_entries_that_vary(answer)) or answer.has_unknown_symbols:
