@@ -1,7 +1,7 @@
-"""The checks that a notebook makes of its own answers: one question's put into another's, with no right answer at hand.
+"""Let a student's notebook check its answers against each other, without access to the correct answers.
 
-A table relates answers to each other, in the Python of the cell that a student runs. The function
-behind it (`templates/notebook/self-check.py.j2`) stands in the notebook and needs SymPy and NumPy only.
+A table relates answers to each other in Python code for the cell that a student runs. The function that the cell
+calls (`templates/notebook/self-check.py.j2`) is in the notebook and needs only SymPy and NumPy.
 """
 
 from collections.abc import Callable, Iterator, Sequence
@@ -14,7 +14,7 @@ from qdot.exercises.problem.problem import Part, Problem, variable
 from qdot.exercises.writing.render import render
 
 SELF_CHECK = "self_check"
-"""What every name begins with that belongs to the checks."""
+"""Prefix of all names that belong to the checks."""
 
 Problems = Sequence[tuple[str, Problem]]
 Asked = dict[str, Part]
@@ -22,9 +22,10 @@ Asked = dict[str, Part]
 
 @dataclass(frozen=True)
 class Relation:
-    """What answers to some questions have to do with each other, in Python; `{position}` stands for that answer.
+    """An equation between answers to several questions, in Python; `{position}` stands for the answer on position.
 
-    `at` is one random configuration: `at(answer)` its numbers there, `at.slope(answer)` its derivatives by the joints.
+    `at` is a random configuration: `at(answer)` has the answer's values there, `at.slope(answer)` has its derivatives
+    with respect to the joint variables.
     """
 
     needs: tuple[str, ...]
@@ -36,7 +37,7 @@ class Relation:
 
 
 def _rows(asked: Asked, name: str = "position") -> list[int]:
-    """Return which of x, y, z are asked for."""
+    """Return the indices of the coordinates x, y, z that a question asks for."""
     return ["xyz".index(axis) for axis in getattr(asked[name].details, "axes", "xyz")]
 
 
@@ -183,36 +184,36 @@ RELATIONS = (
         "{singular_angles}", "{jacobian}", singular=True,
     ),
 )  # fmt: skip
-"""In the order in which they are made where several become due after the same question."""
+"""All relations. If several can be checked after the same question, they are checked in this order."""
 
 
 def _find_relations(problem: Problem) -> Iterator[tuple[str, Relation]]:
-    """Yield what can be checked, and behind which part."""
-    asked, order = _by_kind(problem), [part.name for part in problem.parts]
+    """Yield each relation that can be checked with the name of the last part that it needs."""
+    parts, order = _by_kind(problem), [part.name for part in problem.parts]
     for relation in RELATIONS:
-        if all(kind in asked for kind in relation.needs) and relation.holds(problem.chain, asked):
-            yield max((asked[kind].name for kind in relation.needs), key=order.index), relation
+        if all(kind in parts for kind in relation.needs) and relation.holds(problem.chain, parts):
+            yield max((parts[kind].name for kind in relation.needs), key=order.index), relation
 
 
 def _by_kind(problem: Problem) -> Asked:
-    """Return the parts by what they ask; what a part asks of another pose than random ones is left out."""
+    """Return the parts by their kind of question, without parts that repeat a kind at a given configuration."""
     return {part.kind: part for part in reversed(problem.parts) if part.name == part.kind}
 
 
 def check_cell(slot: str, problem: Problem, part: str) -> str:
-    """Return the cell of what can be checked once a part is answered; nothing where there is none."""
+    """Return the cell with the checks that become possible with an answer to a part, or "" if there are none."""
     relations = [relation for name, relation in _find_relations(problem) if name == part]
     if not relations:
         return ""
-    asked, omega_first = _by_kind(problem), convention_of(problem.chain).is_omega_first
-    words: dict[str, object] = {kind.replace("-", "_"): variable(slot, each.name) for kind, each in asked.items()}
+    parts, omega_first = _by_kind(problem), convention_of(problem.chain).is_omega_first
+    words: dict[str, object] = {kind.replace("-", "_"): variable(slot, each.name) for kind, each in parts.items()}
     words |= {
         "linear_half": "3:" if omega_first else ":3",
         "angular_half": ":3" if omega_first else "3:",
         "in_order": "" if omega_first else "[np.r_[3:6, 0:3]]",
         "n": problem.chain.n,
         "linear": len(problem.chain.linear_rows),
-        "rows": _rows(asked) if "position" in asked else [],
+        "rows": _rows(parts) if "position" in parts else [],
         "turning": [int(joint.kind == "R") for joint in problem.chain.joints],
     }
     checks = [
@@ -223,7 +224,7 @@ def check_cell(slot: str, problem: Problem, part: str) -> str:
 
 
 def function_cell(problems: Problems) -> str:
-    """Return the cell that the checks need; nothing where no problem has any."""
+    """Return the cell with the function that the checks call, or "" if no problem has any checks."""
     known = [
         (slot, _roles(problem), _given_values(problem)) for slot, problem in problems if any(_find_relations(problem))
     ]
@@ -243,6 +244,6 @@ def _given_values(problem: Problem) -> list[tuple[str, str]]:
 
 
 def cells_of(problems: Problems) -> tuple[str, frozenset[str]]:
-    """Return the function's cell and the checks' as they stand in a notebook."""
+    """Return the function's cell and the set of the checks' cells, as in a notebook."""
     cells = {check_cell(slot, problem, part.name) for slot, problem in problems for part in problem.parts}
     return function_cell(problems), frozenset(cells - {""})

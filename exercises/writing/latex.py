@@ -1,4 +1,4 @@
-"""Formulas as the textbook prints them: c_1, s_{12}, decimals for lengths, dotted joint rates."""
+"""Typeset formulas in the textbook's notation: c_1, s_{12}, decimals for lengths, dotted joint rates."""
 
 import math
 import re
@@ -26,9 +26,9 @@ _FUNCTIONS = {
     **{getattr(sp, name): Layout("text", name) for name in ("atan2", "sign")}, sp.log: Layout("word", "ln"),
 }  # fmt: skip
 _TALL = frozenset(("frac", "root"))
-"""What brackets grow around: a fraction that is small fits in brackets of a line."""
+"""Kinds of pieces around which brackets grow; a small fraction fits into brackets of normal height."""
 _MOST_BELOW = 10**6
-"""The greatest denominator before a root; numbers with greater ones are decimals there, too."""
+"""Maximum denominator of a fraction before a root; other numbers are shown as decimals there, too."""
 _NAMED = re.compile(r"(theta|alpha|beta|qd|[a-zA-Z])(\d*)")
 
 
@@ -57,7 +57,7 @@ def symbol_latex(name: str, prismatic: tuple[str, ...] = ()) -> str:
 
 @dataclass(frozen=True)
 class _Signed:
-    """A term that is laid out: whether it is subtracted, and its size."""
+    """A term in layout: whether it is subtracted, and its absolute value."""
 
     negative: bool
     body: Pieces
@@ -69,11 +69,11 @@ def _sum(signed: Sequence[_Signed]) -> Pieces:
 
 
 class _Setter:
-    """Lay out SymPy's trees; a term comes as sign and size, so that signs can be moved out of brackets and back."""
+    """Lay out SymPy expressions; a term is a sign and an absolute value, so that signs can move out of brackets."""
 
     def __init__(self, prismatic: tuple[str, ...], lengths: tuple[sp.Rational, ...] = ()) -> None:
         self.prismatic, self.lengths = prismatic, lengths
-        self.product = lru_cache(maxsize=2048)(self.lay_out_product)  # kept, for many stand in several results
+        self.product = lru_cache(maxsize=2048)(self.lay_out_product)  # cached: results share terms
 
     def pieces(self, expression: sp.Expr) -> Pieces:
         return _sum(self.terms(expression))
@@ -83,7 +83,7 @@ class _Setter:
         return [_Signed(minus, self.product(term).body) for minus, term in order.terms(expression, flip)]
 
     def lay_out_product(self, expression: sp.Expr) -> _Signed:
-        """Return a product, its sign outside and no bracket that starts with a minus where that can be helped."""
+        """Return a product with its sign outside; avoid brackets that start with a minus if possible."""
         if expression.is_Add:
             return _Signed(False, self.pieces(expression))
         coefficient, rest = expression.as_coeff_Mul()
@@ -100,7 +100,7 @@ class _Setter:
         return _Signed(laid_out.negative, (layout.fraction(shown, denominator, rest.is_number),))
 
     def factors(self, factors: Sequence[sp.Expr], flips: frozenset[sp.Expr], alone: bool) -> Pieces:
-        """Return the factors side by side; a sum is bracketed unless it stands alone above or below a fraction line."""
+        """Return the factors side by side; a sum is bracketed unless it is the whole numerator or denominator."""
         laid_out: list[Layout] = []
         for k, factor in enumerate(factors):
             if k and _ends_in_angle(laid_out) and any(map(moves, factor.free_symbols)):
@@ -110,8 +110,8 @@ class _Setter:
 
     def factor(self, factor: sp.Expr, flip: bool = False, alone: bool = False) -> Pieces:
         if factor.is_Add:
-            inside = _sum(self.terms(factor, flip))
-            return inside if alone else layout.bracket(inside, _TALL)
+            terms = _sum(self.terms(factor, flip))
+            return terms if alone else layout.bracket(terms, _TALL)
         if factor.is_Pow:
             return self.power(factor.base, factor.exp)
         if factor.is_Symbol:
@@ -141,9 +141,9 @@ class _Setter:
         word, argument = _FUNCTIONS[expression.func], expression.args[0]
         called = script(word, layout.EMPTY, above) if above.inner else word
         if isinstance(expression, (sp.sin, sp.cos)):
-            short = joint_sum(argument)
-            if short is not None:
-                return (script(Layout("letter", word.text[0]), row(*number(short)), above),)
+            joint_digits = joint_sum(argument)
+            if joint_digits is not None:
+                return (script(Layout("letter", word.text[0]), row(*number(joint_digits)), above),)
             if NAMED_ANGLE.fullmatch(str(argument)):
                 return (called, *parse_latex(argument.name).inner)
             return (called, *layout.bracket(self.angle(argument), _TALL))
@@ -151,17 +151,17 @@ class _Setter:
         return (called, *layout.bracket(inside, _TALL))
 
     def angle(self, value: sp.Expr) -> Pieces:
-        """Return an angle, what is a simple number of degrees of it in degrees: theta_1 + 30, but 30 - theta_1."""
-        turn = sp.Add(*(term for term in sp.Add.make_args(sp.expand(value)) if (term / sp.pi).is_Rational))
-        rest, digits = sp.expand(value - turn), decimal(abs(180 * turn / sp.pi))
-        if turn == 0 or digits is None:
+        """Return an angle with its constant in degrees if that is a short decimal: theta_1 + 30, but 30 - theta_1."""
+        constant = sp.Add(*(term for term in sp.Add.make_args(sp.expand(value)) if (term / sp.pi).is_Rational))
+        rest, digits = sp.expand(value - constant), decimal(abs(180 * constant / sp.pi))
+        if constant == 0 or digits is None:
             return self.pieces(value)
         degrees = script(Layout("number", digits), above=layout.DEGREE)
         if rest == 0:
-            return (layout.MINUS, degrees) if turn < 0 else (degrees,)
+            return (layout.MINUS, degrees) if constant < 0 else (degrees,)
         shown = self.pieces(rest)
-        if turn < 0 or shown[0] != layout.MINUS:
-            return (*shown, layout.MINUS if turn < 0 else layout.PLUS, degrees)
+        if constant < 0 or shown[0] != layout.MINUS:
+            return (*shown, layout.MINUS if constant < 0 else layout.PLUS, degrees)
         return (degrees, *shown)
 
     def number(self, value: sp.Expr) -> _Signed:
@@ -176,21 +176,23 @@ class _Setter:
         return _Signed(negative, (layout.fraction(number(str(size.p)), number(str(size.q)), small=True),))
 
     def coefficient(self, value: sp.Expr, rest: sp.Expr, is_fraction: bool) -> tuple[Pieces, Pieces]:
-        """Return what a number contributes above and below the line: 0.35 for 7/20, below the line for 20/7."""
+        """Return what a number adds to numerator and denominator: 0.35 for 7/20; 20/7 puts it in the denominator."""
         if value == 1:
             return (), ()
         if not value.is_Rational:
             return self.number(value).body, ()
-        direct, inverse = decimal(value), decimal(1 / value)
+        digits, inverse_digits = decimal(value), decimal(1 / value)
         if is_fraction and (quotient := _quotient_of_lengths(value, self.lengths)) is not None:
-            over, under = quotient
-            return (() if over == 1 else self.number(over).body), self.number(under).body
+            numerator, denominator = quotient
+            return (() if numerator == 1 else self.number(numerator).body), self.number(denominator).body
         if value.q > _MOST_BELOW or not (rest.is_number or rest.atoms(sp.Pow) & _roots(rest)):
-            shorter = direct is None or (is_fraction and value > 1 and len(str(inverse)) <= len(direct))
-            if inverse is not None and shorter:
-                return (), number(inverse)
-            if direct is not None:
-                return number(direct), ()
+            is_inverse_shorter = digits is None or (
+                is_fraction and value > 1 and len(str(inverse_digits)) <= len(digits)
+            )
+            if inverse_digits is not None and is_inverse_shorter:
+                return (), number(inverse_digits)
+            if digits is not None:
+                return number(digits), ()
         return (number(str(value.p)) if value.p != 1 else ()), (number(str(value.q)) if value.q != 1 else ())
 
 
@@ -198,23 +200,24 @@ class _Setter:
 def _quotient_of_lengths(
     value: sp.Rational, lengths: tuple[sp.Rational, ...]
 ) -> tuple[sp.Rational, sp.Rational] | None:
-    """Return a number that is no decimal, or a whole one, as lengths of an arm over other ones: 7/9 as 0.35 and 0.45.
+    """Return a number as a quotient of lengths of an arm: 7/9 as 0.35 and 0.45.
 
-    What is below may be a product of two of them, and so may what is above, which is 1 where that is enough.
+    Only integers and numbers without a short decimal are rewritten. Numerator and denominator may each be a product
+    of two lengths. The numerator is 1 if that is enough.
     """
     if value == 1 or (decimal(value) is not None and not value.is_Integer):
         return None
     products = [a * b for a, b in combinations_with_replacement(lengths, 2)]
-    for over, under in ((1, 1), (1, 2), (2, 1), (2, 2)):
-        for below in lengths if under == 1 else products:
-            above = value * below
-            if (over == 1 and above == 1) or above in (lengths if over == 1 else products):
-                return above, below
+    for numerator_size, denominator_size in ((1, 1), (1, 2), (2, 1), (2, 2)):
+        for denominator in lengths if denominator_size == 1 else products:
+            numerator = value * denominator
+            if (numerator_size == 1 and numerator == 1) or numerator in (lengths if numerator_size == 1 else products):
+                return numerator, denominator
     return None
 
 
 def _ends_in_angle(pieces: Sequence[Layout]) -> bool:
-    """Return whether pieces end in an angle that has a name, which stands behind a sine or cosine without brackets."""
+    """Return whether pieces end in a named angle, which follows its sine or cosine without brackets."""
     return pieces[-1].kind == "script" and pieces[-1].inner[0].text == "φ"
 
 
@@ -240,7 +243,7 @@ def tex(expression: sp.Expr | sp.Matrix, chain: Chain | None = None, angles: Ang
 
 
 def tex_zero(condition: sp.Expr, chain: Chain | None = None, angles: AngleNames | None = None) -> str:
-    r"""Return the LaTeX of what has to vanish, without a number or sign before a product.
+    r"""Return the LaTeX of a condition's left side, without a numeric factor or sign before a product.
 
     >>> tex_zero(-2 * sp.sin(sp.Symbol("theta3"))), tex_zero(sp.Symbol("a1") - sp.Symbol("a2"))
     ('s_{3}', 'a_{1} - a_{2}')
@@ -270,7 +273,7 @@ def prismatic_joints(chain: Chain) -> tuple[str, ...]:
 
 @lru_cache(maxsize=256)
 def lengths_of(chain: Chain) -> tuple[sp.Rational, ...]:
-    """Return the lengths of an arm's table, base and point that are numbers, in their order and without signs."""
+    """Return the absolute values of the numeric lengths in an arm's table, point and base, in this order."""
     rows = (
         (joint.a, joint.d if joint.kind == "R" else offset)
         for joint, offset in zip(chain.joints, chain.offsets, strict=True)
@@ -283,7 +286,7 @@ def lengths_of(chain: Chain) -> tuple[sp.Rational, ...]:
 def _pieces_of(
     expression: sp.Expr, prismatic: tuple[str, ...], turns: tuple[sp.Expr, ...], lengths: tuple[sp.Rational, ...]
 ) -> Pieces:
-    """Lay out an expression; kept, for many are shown again: in a step, its result, and another part."""
+    """Lay out an expression; cached, because many are shown again: in a step, its result, and another part."""
     return _setter(prismatic, lengths).pieces(with_turns(multiply_numbers(expression), turns))
 
 
@@ -293,17 +296,17 @@ def _setter(prismatic: tuple[str, ...], lengths: tuple[sp.Rational, ...]) -> _Se
 
 
 LINE = 44.0
-"""How wide a line of a formula may be before it is broken, in em (see `fit`)."""
+"""Maximum width of a formula's line in em (see `fit`); longer lines are broken."""
 
 
 def tex_lines(expression: sp.Expr, chain: Chain | None = None, angles: AngleNames | None = None) -> str:
-    """Return the LaTeX of a sum for the right side of an aligned formula, broken between its terms where it is long."""
+    """Return the LaTeX of a sum for the right side of an aligned formula; long sums are broken between terms."""
     first, *others = fill_lines(layout.terms(lay_out(expression, chain, angles).inner), LINE)
     return r" \\ & ".join(latex(row(*line)) for line in (first, *((layout.QUAD, *line[1:]) for line in others)))
 
 
 def tex_length(value: sp.Expr) -> str:
-    r"""Return a length for a table or sentence; one that ends in a number has its unit.
+    r"""Return the LaTeX of a length for a table or sentence, with its unit if it contains a constant.
 
     >>> tex_length(sp.Symbol("d2") + sp.Rational(33, 100))
     'd_{2} + 0.33\\,\\text{m}'
@@ -318,9 +321,9 @@ def tex_length(value: sp.Expr) -> str:
 
 
 def _with_numbers_of_the_table(value: sp.Expr) -> sp.Expr:
-    """Return a length whose brackets have the open lengths as a table has them, and its numbers as they stand there.
+    """Return a length whose bracket has symbolic lengths and numbers as in the table.
 
-    To solve for it cleared decimals: of 10 a2 + 1 over 20, the table has a2 + 0.1.
+    SymPy clears decimals when it solves for a length: it returns (10 a2 + 1)/20, but the table has a2 + 0.1.
     """
     brackets = [factor for factor in sp.Mul.make_args(value) if factor.is_Add and factor.free_symbols]
     if len(brackets) != 1 or value.is_Add:
@@ -340,7 +343,7 @@ def _with_numbers_of_the_table(value: sp.Expr) -> sp.Expr:
 
 
 def tex_angle(value: sp.Expr) -> str:
-    r"""Return an angle, constants in degrees.
+    r"""Return the LaTeX of an angle, with constants in degrees.
 
     >>> tex_angle(sp.Symbol("theta2") + sp.pi / 2), tex_angle(sp.pi - sp.atan(4))
     ('\\theta_{2} + 90^\\circ', '180^\\circ - \\arctan(4)')
@@ -357,10 +360,10 @@ def _angle_in_degrees(value: sp.Expr) -> str:
 
 
 def tex_value(value: sp.Expr, joint: sp.Symbol) -> str:
-    """Return what a joint is at: an angle in degrees, a length with its unit."""
+    """Return the LaTeX of a joint's value: an angle in degrees, a length with its unit."""
     return tex_length(value) if joint.name.startswith("d") else tex_angle(value)
 
 
 def _with_unit(value: sp.Expr, unit: str) -> str:
-    behind = (layout.THIN, Layout("text", unit)) if unit else ()
-    return latex(row(*lay_out(value).inner, *behind))
+    unit_pieces = (layout.THIN, Layout("text", unit)) if unit else ()
+    return latex(row(*lay_out(value).inner, *unit_pieces))

@@ -1,6 +1,7 @@
-"""Our Markdown with LaTeX formulas as HTML with MathML, as a LaTeX body, and as text for a terminal.
+"""Convert the project's Markdown with LaTeX formulas to HTML with MathML, to a LaTeX body, and to terminal text.
 
-Understood is what the templates use: headings, paragraphs, emphasis, code, lists, tables, `$…$` and `$$…$$`.
+Only the constructs that the templates use are supported: headings, paragraphs, emphasis, code, lists, tables, `$…$`
+and `$$…$$`.
 """
 
 import re
@@ -18,24 +19,24 @@ from qdot.exercises.formula.printers.mathml import mathml
 from qdot.exercises.formula.printers.unicode import shown_width, unicode_math
 from qdot.exercises.writing.fit import breaks_lines, fit_formula, is_high, width
 
-if TYPE_CHECKING:  # loaded where a text is taken apart: who grades a class has all of them as HTML already
+if TYPE_CHECKING:  # imported only when a text is parsed: grading a class uses cached HTML
     from markdown_it import MarkdownIt
     from markdown_it.token import Token
     from markdown_it.tree import SyntaxTreeNode
 
 WIDTH = 100
 SCREEN, PAPER = 44.0, 38.0
-"""How wide formulas may be in HTML, for a page of 900 pixels and for A4 in print, and in LaTeX, in em (see `fit`)."""
+"""Maximum width of formulas in em (see `fit`): in HTML (for a page of 900 pixels and for A4 print), and in LaTeX."""
 _FORMULA = re.compile(r"```.*?```|`[^`]+`|\$\$(.+?)\$\$|\$([^$]+?)\$", re.DOTALL)
-"""Code, in which a dollar is a dollar, or a formula."""
+"""Matches a formula, or code, in which a dollar sign has no special meaning."""
 HOLDER = re.compile("\ue000(\\d+)\ue001")
-"""What stands for a formula while the text around it is taken apart: its number among the formulas."""
+"""Matches the placeholder of a formula, which has the formula's number, while the text around it is parsed."""
 _WITH_SIGNS = re.compile(rf"([(„“]*){HOLDER.pattern}([.,;:!?)”]*)")
-"""A formula with the signs that belong to the same line: browsers take it for a picture, and break beside it."""
+"""Matches a formula with adjacent punctuation, which must stay on its line: browsers would break between them."""
 
 
 def parse_markdown(text: str) -> "tuple[list[Token], list[tuple[str, bool]]]":
-    """Return the tokens of a text, with holders for its formulas, and these: LaTeX, and whether on lines of its own."""
+    """Return the tokens of a text with placeholders for formulas, and the formulas: LaTeX, and whether displayed."""
     formulas: list[tuple[str, bool]] = []
 
     def hold(match: re.Match[str]) -> str:
@@ -51,7 +52,7 @@ def parse_markdown(text: str) -> "tuple[list[Token], list[tuple[str, bool]]]":
 
 @cache
 def _parser() -> "MarkdownIt":
-    """Return the parser, made once: to make one takes longer than it takes for a text."""
+    """Return the parser, created only once: creating it takes longer than parsing a text."""
     from markdown_it import MarkdownIt
 
     return MarkdownIt("commonmark").enable("table")
@@ -60,10 +61,10 @@ def _parser() -> "MarkdownIt":
 def to_html(
     text: str, formula: Callable[[str, bool], str] | None = None, share: float = 1.0, whole: bool = False
 ) -> str:
-    """Return HTML, formulas as MathML; raw HTML in the text is kept. It may take a `share` of a page's width.
+    """Return HTML with formulas as MathML; raw HTML in the text is kept. The text may take a `share` of a page's width.
 
-    With `formula`, that says what becomes of LaTeX, and of whether it stands on lines of its own. MathML, and `whole`
-    formulas, are in a span of class "whole" with a full stop or bracket that belongs to them, which pages do not break.
+    If `formula` is given, it converts each formula from LaTeX and whether it is displayed. MathML and, if `whole`,
+    other inline formulas are put in a span of class "whole" with their adjacent punctuation. Pages do not break it.
     """
     tokens, formulas = parse_markdown(text)
     parser = _parser()
@@ -73,10 +74,10 @@ def to_html(
         return _mathml(latex, block, share * SCREEN) if formula is None else formula(latex, block)
 
     def with_signs(match: re.Match[str]) -> str:
-        before, number, after = match.groups()
+        prefix, number, suffix = match.groups()
         latex, block = formulas[int(number)]
-        shown = f"{before}{made(latex, block)}{after}"
-        is_whole = (before or after) and (formula is None or whole) and not block and len(_split_equations(latex)) == 1
+        shown = f"{prefix}{made(latex, block)}{suffix}"
+        is_whole = (prefix or suffix) and (formula is None or whole) and not block and len(_split_equations(latex)) == 1
         return f'<span class="whole">{shown}</span>' if is_whole else shown
 
     return _WITH_SIGNS.sub(with_signs, str(page))
@@ -85,17 +86,17 @@ def to_html(
 @lru_cache(maxsize=512)
 def _mathml(latex: str, block: bool, room: float) -> str:
     if not block:
-        return "".join(mathml(parse_latex(each)) + after for each, after in _split_equations(latex))
+        return "".join(mathml(parse_latex(equation)) + separator for equation, separator in _split_equations(latex))
     shown = fit_formula(parse_latex(latex), room)
     return mathml(shown, True, min(100, int(100 * room / width(shown))))
 
 
 MANY = 3
-"""So many equations in a line of text are formulas of their own, as browsers break no line inside of one."""
+"""Minimum number of equations in an inline list that becomes separate formulas, so that browsers can break lines."""
 
 
 def _split_equations(latex: str) -> list[tuple[str, str]]:
-    r"""Return the equations of a list with what stands behind each; a formula that is no list of many is one.
+    r"""Return each equation of a list with the separator after it; a shorter list is returned as a single formula.
 
     >>> _split_equations("a_1 = 1, a_2 = 2, P = (0, 1)")
     [('a_1 = 1', ', '), ('a_2 = 2', ', '), ('P = (0, 1)', '')]
@@ -113,23 +114,25 @@ def _split_equations(latex: str) -> list[tuple[str, str]]:
 
 
 def fit_latex(latex: str, room: float) -> str:
-    """Return a formula for lines of its own, broken only where it is wider than `room` (em)."""
+    """Return a displayed formula, broken into lines only if it is wider than `room` (em)."""
     laid_out = parse_latex(latex)
     shown = fit_formula(laid_out, room)
     return latex if shown is laid_out else latex_of(shown)
 
 
 def to_html_for_mathjax(text: str) -> str:
-    r"""Return HTML for platforms that set mathematics themselves: formulas as LaTeX in `\(…\)` and `\[…\]`.
+    r"""Return HTML for platforms that typeset formulas themselves: formulas as LaTeX in `\(…\)` and `\[…\]`.
 
-    Tables have the classes without which Moodle's themes and PrairieLearn's show neither their lines nor any space in
-    them. In a window that is narrower than a table, the table alone is moved sideways, with all that is placed in it.
+    Tables have the classes that make the themes of Moodle and PrairieLearn show lines and padding. In a window
+    narrower than a table, only the table scrolls sideways, with all elements placed in it.
     """
 
     def formula(latex: str, block: bool) -> str:
         if block:
             return rf"\[{escape(fit_latex(latex, SCREEN), quote=False)}\]"
-        return "".join(rf"\({escape(each, quote=False)}\)" + after for each, after in _split_equations(latex))
+        return "".join(
+            rf"\({escape(equation, quote=False)}\)" + separator for equation, separator in _split_equations(latex)
+        )
 
     page = to_html(text, formula)
     table = '<table class="generaltable table table-bordered" style="width: auto">'
@@ -155,24 +158,24 @@ _FIXED = {
 }  # fmt: skip
 _ALIGNED = r"\begin{aligned}", r"\end{aligned}"
 MOST_LINES = 8
-"""Lines of a formula that stay on one page."""
+"""Maximum number of lines of a formula that are kept on one page."""
 _TABLE = re.compile(r"(\n\\begin\{tabular\}.*?\\end\{tabular\}\n)", re.DOTALL)
 _POINTED = re.compile(HOLDER.pattern + "([,.;:]?)")
-"""The holder of a formula with the point behind it, which stays with it on lines of its own."""
+"""Matches a formula's placeholder with the punctuation after it, which becomes part of a displayed formula."""
 _SHRUNK = r"\resizebox{\ifdim\width>\linewidth\linewidth\else\width\fi}{!}{%"
-"""What begins something that is made as wide as a line where it is wider."""
+"""The LaTeX that starts a box and shrinks it to the width of the line if it is wider."""
 _SECTIONS = {"h1": "section", "h2": "section", "h3": "subsection"}
 
 
 def latex_escaped(text: str) -> str:
-    """Return plain text with LaTeX's special characters made harmless."""
+    """Return plain text with LaTeX's special characters escaped."""
     return "".join(_SPECIAL.get(ch, ch) for ch in text)
 
 
 def to_latex(text: str, share: float = 1.0) -> str:
-    """Return the body of a LaTeX document; needs amsmath, booktabs and graphicx, leaves raw HTML out.
+    """Return the body of a LaTeX document, which needs amsmath, booktabs and graphicx; raw HTML is omitted.
 
-    It may take a `share` of a page's width.
+    The text may take a `share` of a page's width.
     """
     tokens, formulas = parse_markdown(text)
     room = share * PAPER
@@ -194,12 +197,12 @@ def to_latex(text: str, share: float = 1.0) -> str:
         return f"\n{_SHRUNK}{stretch}{HOLDER.sub(cell, latex).rstrip()}}}\n"
 
     pieces = _TABLE.split(write_tokens(tokens, _FIXED, _SPECIAL_TOKENS))
-    shown = (table(piece) if k % 2 else _POINTED.sub(formula, piece) for k, piece in enumerate(pieces))
-    return "".join(shown).strip() + "\n"
+    converted = (table(piece) if k % 2 else _POINTED.sub(formula, piece) for k, piece in enumerate(pieces))
+    return "".join(converted).strip() + "\n"
 
 
 def _write_display(latex: str, room: float, point: str = "") -> str:
-    """Return a formula on lines of its own, so small that it fits into `room` (em), with a point behind it."""
+    """Return a displayed formula that fits into `room` (em), followed by the punctuation `point`."""
     shown = fit_latex(latex, room)
     laid_out = parse_latex(shown)
     if _has_many_lines(laid_out):
@@ -211,16 +214,16 @@ def _write_display(latex: str, room: float, point: str = "") -> str:
 
 
 def _has_many_lines(formula: Layout) -> bool:
-    """Whether a formula is in lines, so many that a page may end between them."""
+    """Whether a formula has so many lines that a page may break between them."""
     return len(formula.inner) == 1 and formula.inner[0].kind == "aligned" and len(formula.inner[0].inner) > MOST_LINES
 
 
 Special = Mapping[str, "Callable[[Sequence[Token], int], str]"]
-"""What writes a token, from all tokens and its index, by the type of the token."""
+"""Functions that write a token, by its type; their arguments are all tokens and the token's index."""
 
 
 def write_tokens(tokens: "Sequence[Token]", fixed: Mapping[str, str], special: Special) -> str:
-    """Return markup for tokens: a `fixed` text, or what the function for a `special` type returns."""
+    """Return markup for tokens: a `fixed` text, or the result of the function for a `special` type."""
     out: list[str] = []
     for index, token in enumerate(tokens):
         if token.type == "inline":
@@ -235,7 +238,7 @@ def write_tokens(tokens: "Sequence[Token]", fixed: Mapping[str, str], special: S
 
 
 def count_columns(tokens: "Sequence[Token]") -> int:
-    """Return how many columns a table has whose tokens come first."""
+    """Return the number of columns of the table with which the tokens begin."""
     return sum(token.type == "th_open" for token in takewhile(lambda token: token.type != "table_close", tokens))
 
 
@@ -292,13 +295,15 @@ def _text_blocks(node: "SyntaxTreeNode", show: "Callable[[SyntaxTreeNode], str]"
             rows = [row for part in child.children for row in part.children]
             blocks.append(_write_table([[show(cell.children[0]) for cell in row.children] for row in rows]))
         elif child.type in ("bullet_list", "ordered_list"):
-            between = "\n" if child.children[0].children[0].hidden else "\n\n"
+            separator = "\n" if child.children[0].children[0].hidden else "\n\n"
             items = []
             for item in child.children:
                 marker = f"  {item.info}. " if item.info else "  • "
-                inside = textwrap.indent(between.join(_text_blocks(item, show, width - len(marker))), " " * len(marker))
-                items.append(marker + inside[len(marker) :])
-            blocks.append(between.join(items))
+                content = textwrap.indent(
+                    separator.join(_text_blocks(item, show, width - len(marker))), " " * len(marker)
+                )
+                items.append(marker + content[len(marker) :])
+            blocks.append(separator.join(items))
     return blocks
 
 

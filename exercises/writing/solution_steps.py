@@ -115,7 +115,7 @@ class SolutionSteps:
         return HintContext(self.chain)
 
     def lost_where(self, values: Values) -> tuple[LostAt, sp.Matrix] | None:
-        """Return J and the lost direction at given joint values, or None if they are too long to be shown."""
+        """Return J and the lost direction at given joint values, or None if they have no short formula."""
         return lost_direction_where(self.chain, Where(values))
 
     @property

@@ -1,6 +1,6 @@
-r"""What somebody typed, laid out: a tree, its terms and factors in their own order, and nothing simplified.
+r"""Typeset a student's answer from its tree, with terms and factors in the given order and without simplification.
 
-Names and sines are written as everywhere: \theta_{1}, s_{12} for sin(theta1 + theta2), \dot{d}_{2}.
+Names and sines are written as in all other formulas: \theta_{1}, s_{12} for sin(theta1 + theta2), \dot{d}_{2}.
 """
 
 import re
@@ -16,10 +16,10 @@ from qdot.exercises.formula.trees import Node, ReadError, as_matrix, node_text
 from qdot.exercises.writing.latex import symbol_latex
 
 DEEPEST = 30
-"""Formulas that nest deeper are not set: nobody could read them."""
+"""Maximum depth of formulas that are typeset; deeper ones would be unreadable."""
 
 _RELATION, _SUM, _PRODUCT, _FACTOR, _ATOM = range(5)
-"""How tightly a piece holds together: an atom can have a power as it is, a factor needs brackets for that."""
+"""Binding strength of a piece: an atom can be raised to a power directly, a factor needs brackets for that."""
 
 _FUNCTIONS = {
     "asin": Layout("word", "arcsin"), "acos": Layout("word", "arccos"), "atan": Layout("word", "arctan"),
@@ -36,28 +36,28 @@ _ANGLE = re.compile(r"theta(\d)")
 
 
 class TooDeep(ValueError):
-    """A tree that nests too deep to be set."""
+    """The tree is nested too deeply to be typeset."""
 
 
 @dataclass(frozen=True)
 class _Set:
-    """A piece that is set, and how tightly it holds together."""
+    """A typeset piece and its binding strength."""
 
     shown: Pieces
     level: int
 
     def at(self, level: int) -> Pieces:
-        """Return the piece as an operand that must hold together so tightly, in brackets if it does not."""
+        """Return the piece as an operand, in brackets if it binds less strongly than `level`."""
         return self.shown if self.level >= level else layout.bracket(self.shown, _TALL)
 
 
 def typeset(
     node: Node, prismatic: tuple[str, ...] = (), alternatives: bool = False, units: Sequence[str] = ()
 ) -> Layout:
-    r"""Return an answer laid out. Raises TooDeep.
+    r"""Return the layout of an answer. Raises TooDeep.
 
-    `prismatic` are the numbers of the prismatic joints, whose rates are \dot d. The items of a list of conditions are
-    `alternatives`, or hold together. `units` are those of the entries of a vector of numbers.
+    `prismatic` has the numbers of the prismatic joints, whose rates are \dot d. The conditions in a list are
+    `alternatives`, or hold simultaneously. `units` has the units of the entries of a numeric vector.
 
     >>> from qdot.exercises.formula.parser import read
     >>> from qdot.exercises.formula.printers.latex import latex
@@ -68,7 +68,7 @@ def typeset(
 
 
 class _Setter:
-    """Sets trees; the left spines of long sums and products are walked along, everything else by recursion."""
+    """Typesets trees: long sums and products by a loop along their left operands, everything else by recursion."""
 
     def __init__(self, prismatic: tuple[str, ...], alternatives: bool, units: Sequence[str]) -> None:
         self.prismatic, self.units, self.depth = prismatic, units, 0
@@ -115,7 +115,7 @@ class _Setter:
             return (Layout("letter", _CONSTANTS[name]),)
         if _SYMBOL.fullmatch(name):
             return parse_latex(symbol_latex(name, self.prismatic)).inner
-        # A name may hold what its characters are the same as, as the bracketed digits of Unicode.
+        # A name may contain characters that normalize to others, such as Unicode's digits in brackets.
         return (Layout("text", "".join(ch if ch.isalnum() or ch in "._" else "?" for ch in name)),)
 
     def sum(self, node: Node) -> _Set:
@@ -131,21 +131,21 @@ class _Setter:
         degrees = _degrees(node)
         if degrees is not None:
             return _Set(layout.raise_to(self.set(degrees).shown, layout.DEGREE), _FACTOR)
-        above, below = _factors(node)
-        if not below:
-            return _Set(self.row(above), _PRODUCT)
-        rest = [factor for factor in above if factor.kind != "number"]
-        small = all(factor.value == "pi" for factor in rest) and _are_numbers(below)
-        if not small and _are_numbers(below):  # 4*sin(theta1)/25 has its fraction before the sine
-            counted = [factor for factor in above if factor.kind == "number"] or [_ONE]
-            coefficient = layout.fraction(self.row(counted), self.row(below), small=True)
-            return _Set((coefficient, layout.THIN, *self.row(rest, alone=False)), _PRODUCT)
-        if len(above) > 1:  # (1/a1)*a2 is a2/a1
-            above = [factor for factor in above if factor != _ONE] or above[:1]
-        return _Set((layout.fraction(self.row(above), self.row(below), small),), _FACTOR)
+        numerator, denominator = _factors(node)
+        if not denominator:
+            return _Set(self.row(numerator), _PRODUCT)
+        other_factors = [factor for factor in numerator if factor.kind != "number"]
+        is_small = all(factor.value == "pi" for factor in other_factors) and _are_numbers(denominator)
+        if not is_small and _are_numbers(denominator):  # 4*sin(theta1)/25 has its fraction before the sine
+            numbers = [factor for factor in numerator if factor.kind == "number"] or [_ONE]
+            coefficient = layout.fraction(self.row(numbers), self.row(denominator), small=True)
+            return _Set((coefficient, layout.THIN, *self.row(other_factors, alone=False)), _PRODUCT)
+        if len(numerator) > 1:  # (1/a1)*a2 is a2/a1
+            numerator = [factor for factor in numerator if factor != _ONE] or numerator[:1]
+        return _Set((layout.fraction(self.row(numerator), self.row(denominator), is_small),), _FACTOR)
 
     def row(self, factors: Sequence[Node], alone: bool = True) -> Pieces:
-        """Return factors side by side; a single one that stands alone needs no brackets."""
+        """Return factors side by side; a single factor needs no brackets if it is `alone`."""
         if len(factors) == 1 and alone:
             return self.set(factors[0]).shown
         shown = [self.set(factor).at(_FACTOR) for factor in factors]
@@ -169,16 +169,16 @@ class _Setter:
     def call(self, node: Node, above: Layout) -> _Set:
         word = str(node.value)
         if word in ("sin", "cos") and (joints := _joint_sum(node.args[0])):
-            short = script(Layout("letter", word[0]), row(*number(joints)), above)
-            return _Set((short,), _FACTOR if above.inner else _ATOM)
-        inside = self.list_items(node.args)
+            symbol = script(Layout("letter", word[0]), row(*number(joints)), above)
+            return _Set((symbol,), _FACTOR if above.inner else _ATOM)
+        arguments = self.list_items(node.args)
         if word == "sqrt":
-            return _Set((Layout("root", "sqrt", (row(*inside),)),), _FACTOR)
+            return _Set((Layout("root", "sqrt", (row(*arguments),)),), _FACTOR)
         if word == "abs":
-            return _Set((layout.fence("||", inside),), _ATOM)
+            return _Set((layout.fence("||", arguments),), _ATOM)
         called = _FUNCTIONS.get(word) or Layout("word", word)
         called = script(called, layout.EMPTY, above) if above.inner else called
-        return _Set((called, *layout.bracket(inside, _TALL)), _FACTOR)
+        return _Set((called, *layout.bracket(arguments, _TALL)), _FACTOR)
 
     def list_items(self, nodes: Sequence[Node], between: Sequence[Layout] = (layout.COMMA,)) -> Pieces:
         return layout.join(between, (self.set(node).shown for node in nodes))
@@ -198,14 +198,14 @@ class _Setter:
             return _Set(self.list_items(node.args, _AND if node.kind == "and" else _OR), _RELATION)
         left, right = node.args
         if node.kind == "in" or right.kind in ("list", "set"):  # {theta2: [0, pi]} says that theta2 is one of them
-            listed = right if right.kind == "name" else Node("set", right.args if right.kind == "list" else (right,))
-            listed = right if right.kind == "set" else listed
-            return _Set(self.list_items((left, listed), _IN), _RELATION)
+            values = right if right.kind == "name" else Node("set", right.args if right.kind == "list" else (right,))
+            values = right if right.kind == "set" else values
+            return _Set(self.list_items((left, values), _IN), _RELATION)
         return _Set(self.list_items((left, right), (layout.EQUALS,)), _RELATION)
 
 
 def _between(before: Pieces, factor: Layout) -> Pieces:
-    """Return what stands between factors: a dot before a number, room beside a name and behind brackets that grew."""
+    """Return the separator of two factors: a dot before a number, a space beside a name and after tall brackets."""
     last, first, start = before[-1], layout.base(factor), layout.base(before[0])
     if first.kind == "number" or (factor.kind == "fraction" and last.kind == "number"):
         return (layout.DOT,)
@@ -217,27 +217,27 @@ def _are_numbers(factors: Sequence[Node]) -> bool:
 
 
 def _factors(node: Node) -> tuple[list[Node], list[Node]]:
-    """Return what stands above and below the line of a product, in its order."""
-    above: list[Node] = []
-    below: list[Node] = []
-    todo = [(node, above)]
-    while todo:  # from right to left, and turned around in the end
-        top, side = todo.pop()
-        if top.kind == "*":
-            todo += [(top.args[0], side), (top.args[1], side)]
-        elif top.kind == "/" and side is above:
-            todo += [(top.args[0], above), (top.args[1], below)]
+    """Return the factors in the numerator and in the denominator of a product, in their order."""
+    numerator: list[Node] = []
+    denominator: list[Node] = []
+    todo = [(node, numerator)]
+    while todo:  # from right to left, reversed at the end
+        node_on_top, side = todo.pop()
+        if node_on_top.kind == "*":
+            todo += [(node_on_top.args[0], side), (node_on_top.args[1], side)]
+        elif node_on_top.kind == "/" and side is numerator:
+            todo += [(node_on_top.args[0], numerator), (node_on_top.args[1], denominator)]
         else:
-            side.append(top)
-    return above[::-1], below[::-1]
+            side.append(node_on_top)
+    return numerator[::-1], denominator[::-1]
 
 
 def _joint_sum(angle: Node) -> str:
-    """Return "12" for theta1 + theta2, and nothing for an angle that c_{12} can't say."""
+    """Return "12" for theta1 + theta2, and "" for an angle that can't be written like c_{12}."""
     digits: list[str] = []
     while True:
-        last = angle.args[1] if angle.kind == "+" else angle
-        match = _ANGLE.fullmatch(str(last.value)) if last.kind == "name" else None
+        term = angle.args[1] if angle.kind == "+" else angle
+        match = _ANGLE.fullmatch(str(term.value)) if term.kind == "name" else None
         if match is None or match[1] in digits:
             return ""
         digits.append(match[1])
@@ -247,7 +247,7 @@ def _joint_sum(angle: Node) -> str:
 
 
 def _rows(node: Node) -> list[list[Node]] | None:
-    """Return the entries of a list that is read as a matrix or a vector; None of anything else."""
+    """Return the entries of a list that is parsed as a matrix or vector, or None for anything else."""
     if node.kind != "list" and not (node.kind == "set" and node.args and node.args[0].kind == "set"):
         return None
     try:
@@ -258,7 +258,7 @@ def _rows(node: Node) -> list[list[Node]] | None:
 
 
 def _degrees(node: Node) -> Node | None:
-    """Return the number of degrees that an angle is written in, as 30*pi/180 is how 30 degrees are read."""
+    """Return the number of degrees of an angle in degrees, which is parsed as 30*pi/180, or None for others."""
     if node.kind != "/" or node.args[1] != _HALF_TURN or node.args[0].kind != "*":
         return None
     number, pi = node.args[0].args
@@ -268,13 +268,17 @@ def _degrees(node: Node) -> Node | None:
 def _number(node: Node) -> _Set:
     value: Fraction = node.value
     if node.kind == "number" and value.denominator != 1:
-        small = layout.fraction(number(str(value.numerator)), number(str(value.denominator)), small=True)
-        return _Set((small,), _FACTOR)
+        fraction = layout.fraction(number(str(value.numerator)), number(str(value.denominator)), small=True)
+        return _Set((fraction,), _FACTOR)
     digits = node_text(node)
     size = abs(value)
     if node.kind == "decimal" and size and not Fraction(1, 10**5) <= size < 10**9:
         significant = digits.replace(".", "").strip("0")
-        whole, _, behind = digits.partition(".")
-        power = len(whole) - 1 if whole.strip("0") else len(behind.lstrip("0")) - len(behind) - 1
+        integer_digits, _, decimal_digits = digits.partition(".")
+        power = (
+            len(integer_digits) - 1
+            if integer_digits.strip("0")
+            else len(decimal_digits.lstrip("0")) - len(decimal_digits) - 1
+        )
         return _Set(layout.scientific(f"{significant[0]}.{significant[1:]}".rstrip("."), power), _PRODUCT)
     return _Set(number(digits), _ATOM)
