@@ -1,6 +1,6 @@
-"""The parts of an arm's drawing: links, joints, ground, joint angles and sliding lengths.
+"""Draw the parts of an arm: links, joints, ground, joint angles and lengths of prismatic joints.
 
-Joint i rotates about z_{i-1} or slides along it; its glyph stands on that axis where no other glyph is.
+Joint i rotates about z_{i-1} or slides along it. Its glyph is drawn on that axis, apart from the other glyphs.
 """
 
 import math
@@ -20,7 +20,7 @@ from qdot.exercises.figure.shapes import Circle, Glyph, Pair, Polyline, Shape, T
 from qdot.exercises.figure.view import Drawing, View, box, cylinder, direction_at, perpendicular_vectors, tip
 
 JOINT, HALF, SLEEVE = 9.0, 11.0, 19.0
-"""Radius of a revolute joint, half its length in space, and half the length of a sleeve, in pixels."""
+"""Radius of a revolute joint, half its length in space, and half the length of a prismatic joint, in pixels."""
 APART, AWAY = 27.0, 82.0
 """Minimum distance of two glyphs, and their distance in an arm without links, in pixels."""
 FEW = 3
@@ -30,7 +30,7 @@ ARC = {True: 31.0, False: 34.0}
 
 @dataclass(frozen=True)
 class Scene:
-    """An arm, its skeleton in the pose to draw, the view, and the places of the joints' glyphs (n x 3).
+    """An arm, its skeleton in the pose to draw, the view, and the positions of the joints' glyphs (n x 3).
 
     `frames` are the link frames by the arm's convention (n+1 x 4 x 4). `without_x` lists those drawn without their x
     axis, because too many axes start at one point. A `sparse` drawing has only the arm, its origins, its z axes, and
@@ -53,11 +53,11 @@ class Scene:
         return np.asarray(self.bones.frames[i - 1, :3, 2])
 
     def is_flat(self, i: int) -> bool:
-        """Whether joint i is seen along its axis."""
+        """Whether the axis of joint i points at the reader or away, so that the joint is seen end-on."""
         return self.view.is_end_on(self.axis(i))
 
     def is_beside(self, i: int) -> bool:
-        """Whether the glyph of joint i stands on its axis beside the link, away from the origin."""
+        """Whether the glyph of joint i is on the joint's axis but neither on the link nor at the origin."""
         start, place = self.bones.origins[i - 1], self.places[i - 1]
         along, reach = float((place - start) @ self.axis(i)), self.bones.corners[i - 1] - start
         share = along / float(reach @ self.axis(i)) if _is_movable(self.bones, i - 1) else np.inf
@@ -65,28 +65,28 @@ class Scene:
 
 
 def make_scene(chain: Chain, bones: Skeleton, view: View, sparse: bool = False) -> Scene:
-    """Return the scene with a free place for each glyph."""
+    """Return the scene with a position for each glyph at which it does not cover another one."""
     taken: list[np.ndarray] = []
     order = sorted(range(chain.n), key=lambda i: _is_movable(bones, i) and i > 0)
     places: dict[int, np.ndarray] = {}
     for i in order:
         places[i] = _free_place(bones, view, i, taken)
         taken.append(places[i])
-    standing = tuple(places[i] for i in range(chain.n))
+    ordered_places = tuple(places[i] for i in range(chain.n))
     flat, frames = is_flat(chain), convention_frames(chain, bones)
-    bare = frozenset[int]() if flat or _has_room(chain) else _crowded_frames(frames[:, :3, 3])
+    frames_without_x = frozenset[int]() if flat or _has_room(chain) else _crowded_frames(frames[:, :3, 3])
     if sparse:
-        bare = frozenset(range(1, chain.n))
+        frames_without_x = frozenset(range(1, chain.n))
     home = entries_of_pose(chain, {q.name: 0.0 for q in chain.q})
     is_home = bool(np.allclose(bones.entries, home, atol=1e-9))
-    return Scene(chain, bones, view, standing, chain.offsets, bare, flat, frames, sparse, is_home)
+    return Scene(chain, bones, view, ordered_places, chain.offsets, frames_without_x, flat, frames, sparse, is_home)
 
 
 def convention_frames(chain: Chain, bones: Skeleton) -> np.ndarray:
     """Return the link frames of an arm by its convention (n+1 x 4 x 4)."""
     convention = convention_of(chain)
-    place = np.zeros(3) if convention.base.is_world else bones.origins[0]  # at the drawn distance from the world
-    return convention.frames_in_numbers(bones.frames, bones.corners, place)
+    base_origin = np.zeros(3) if convention.base.is_world else bones.origins[0]  # at the drawn distance from the world
+    return convention.frames_in_numbers(bones.frames, bones.corners, base_origin)
 
 
 def _is_movable(bones: Skeleton, i: int) -> bool:
@@ -101,27 +101,27 @@ def _has_room(chain: Chain) -> bool:
 
 def _crowded_frames(origins: np.ndarray) -> frozenset[int]:
     """Return the frames that share their origin with at least two others, except the arm's first and last frame."""
-    apart = np.linalg.norm(origins[:, None] - origins[None], axis=2)
-    crowded = np.sum(apart < 1e-6, axis=1) > 2
+    distances = np.linalg.norm(origins[:, None] - origins[None], axis=2)
+    crowded = np.sum(distances < 1e-6, axis=1) > 2
     return frozenset(i for i in range(1, len(crowded) - 1) if crowded[i])
 
 
 def _free_place(bones: Skeleton, view: View, i: int, taken: list[np.ndarray]) -> np.ndarray:
     origin, along = bones.origins[i], bones.corners[i] - bones.origins[i]
     z = bones.frames[i, :3, 2]
-    spots = [origin + share * along for share in (0.0, 0.45, 0.6, 0.3)]
+    candidates = [origin + share * along for share in (0.0, 0.45, 0.6, 0.3)]
     if not view.is_end_on(z):
         steps: tuple[float, ...] = (-APART, APART) if i == 0 else (APART, -APART)
         if not _is_movable(bones, i) and is_point(bones):
             steps = (-AWAY, AWAY) if i == 0 else (AWAY, AWAY / 2, -AWAY, -AWAY / 2)
-        spots += [origin + step / view.scale * z for step in (*steps, 2 * steps[0], 2 * steps[1])]
+        candidates += [origin + step / view.scale * z for step in (*steps, 2 * steps[0], 2 * steps[1])]
         if i == 0 and _shares_origin(bones):
-            spots = spots[4:]
-    for spot in spots:
-        place = view.px(spot)
-        if all(math.dist(place, view.px(taken_place)) >= APART - 3 for taken_place in taken):
-            return np.asarray(spot)
-    return np.asarray(spots[0])
+            candidates = candidates[4:]
+    for candidate in candidates:
+        pixel = view.px(candidate)
+        if all(math.dist(pixel, view.px(taken_place)) >= APART - 3 for taken_place in taken):
+            return np.asarray(candidate)
+    return np.asarray(candidates[0])
 
 
 def is_point(bones: Skeleton) -> bool:
@@ -131,12 +131,12 @@ def is_point(bones: Skeleton) -> bool:
 
 def _shares_origin(bones: Skeleton) -> bool:
     """Whether joints 1 and 2 have the same origin and neither can be moved along a link."""
-    apart = np.linalg.norm(bones.origins[1] - bones.origins[0])
-    return len(bones.corners) > 1 and bool(apart < 1e-6) and not (_is_movable(bones, 0) or _is_movable(bones, 1))
+    distance = np.linalg.norm(bones.origins[1] - bones.origins[0])
+    return len(bones.corners) > 1 and bool(distance < 1e-6) and not (_is_movable(bones, 0) or _is_movable(bones, 1))
 
 
 def draw_link(scene: Scene, i: int) -> Drawing:
-    """Return the bars of link i, with its lengths and, if it carries P, the way to P."""
+    """Return the bars of link i with its lengths."""
     bones, joint = scene.bones, scene.chain.joints[i - 1]
     start, corner, end = bones.origins[i - 1], bones.corners[i - 1], bones.origins[i]
     shapes: tuple[Shape, ...] = ()
@@ -164,16 +164,16 @@ def draw_way_to_point(scene: Scene) -> Drawing:
 
 
 def _bar(view: View, points: list[np.ndarray], style: str) -> tuple[Shape, ...]:
-    kept = [points[0]]
-    kept += [point for before, point in pairwise(points) if np.linalg.norm(point - before) > 1e-9]
-    if len(kept) < 2:
+    distinct_points = [points[0]]
+    distinct_points += [point for previous, point in pairwise(points) if np.linalg.norm(point - previous) > 1e-9]
+    if len(distinct_points) < 2:
         return ()
-    line = view.path(kept)
+    line = view.path(distinct_points)
     return (Polyline(line, style), Polyline(line, f"{style}-inside"))
 
 
 def _length(view: View, start: np.ndarray, end: np.ndarray, pieces: tuple[TextRun, ...]) -> list[Request]:
-    """Return a label beside the middle of a straight piece, on either side of it."""
+    """Return the label of a straight piece, which can be on either side of its middle; none for a zero length."""
     if np.linalg.norm(end - start) < 1e-9:
         return []
     return [Request(pieces, anchors_beside(view.px(start), view.px(end)), gap=8.0, rank=1)]
@@ -280,8 +280,8 @@ def draw_arc(
 ) -> Drawing:
     """Return an arc with an arrowhead from x towards y (sizes in pixels), with its label outside."""
     count = max(8, int(abs(angle) * 12 + 1e-6))
-    turns = angle * np.arange(count + 1)[:, None] / count
-    points = view.path(center + direction_at(*xy, turns) * radius / view.scale)
+    arc_angles = angle * np.arange(count + 1)[:, None] / count
+    points = view.path(center + direction_at(*xy, arc_angles) * radius / view.scale)
     anchors = []
     for share in (0.5, 0.35, 0.65, 0.2, 0.8):
         out = direction_at(*xy, share * angle)
@@ -296,9 +296,9 @@ def draw_slide(scene: Scene, i: int) -> Drawing:
     if scene.chain.joints[i - 1].kind != "P" or not convention_of(scene.chain).has_frames:
         return Drawing()
     start, end = scene.bones.origins[i - 1], scene.bones.corners[i - 1]
-    moved = np.linalg.norm(scene.places[i - 1] - start) > 1e-9  # then there is a joint with its arc at O_{i-1}
+    is_glyph_apart = np.linalg.norm(scene.places[i - 1] - start) > 1e-9  # then there is a joint with its arc at O_{i-1}
     label = with_offset(scene.chain.q[i - 1], scene.offsets[i - 1], angle=False)
-    return draw_dimension(scene, start, end, label, ARC[scene.is_planar] + 9.0 if moved else 23.0)
+    return draw_dimension(scene, start, end, label, ARC[scene.is_planar] + 9.0 if is_glyph_apart else 23.0)
 
 
 def draw_dimension(
@@ -366,10 +366,10 @@ def fit_drawing(
         low, high = extent(part.shapes)
         spread = max(high[0] - low[0], 1e-9), max(high[1] - low[1], 1e-9)
         shrink = min((size[0] - 2 * margin[0]) / spread[0], (size[1] - 2 * margin[1]) / spread[1])
-        by = (size[0] / 2 - (low[0] + high[0]) / 2, size[1] / 2 - (low[1] + high[1]) / 2)
-        shift = (by[0] + view.shift[0], by[1] + view.shift[1])
+        offset = (size[0] / 2 - (low[0] + high[0]) / 2, size[1] / 2 - (low[1] + high[1]) / 2)
+        shift = (offset[0] + view.shift[0], offset[1] + view.shift[1])
         if shrink >= 0.999:
-            return part.shift(by), View(view.axes, view.scale, shift)
+            return part.shift(offset), View(view.axes, view.scale, shift)
         view = View(view.axes, view.scale * shrink, shift)
     return draw(view), view
 

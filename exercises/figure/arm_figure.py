@@ -1,4 +1,4 @@
-"""The figure of an arm: the clearest pose, the drawing with its labels, and figures made of several drawings."""
+"""Draw the figure of an arm in its clearest pose with labels, and figures that combine several drawings."""
 
 import math
 import textwrap
@@ -222,7 +222,7 @@ def part_alt(chain: Chain, part: Part) -> str:
 
 
 def options_svg(chain: Chain, poses: Sequence[Mapping[str, float]], name: str = "options") -> str:
-    """Return drawings of an arm in numbers in several configurations, with the letters A, B, … under them."""
+    """Return drawings of an arm with numeric lengths in several configurations, with letters A, B, … under them."""
     drawings = [(LETTERS[k], figure_in_pose(chain, pose)) for k, pose in enumerate(poses)]
     title = f"{title_text(chain)}: configurations to choose from"
     return _arrange(drawings, "", name, title, options_text(poses))
@@ -230,7 +230,7 @@ def options_svg(chain: Chain, poses: Sequence[Mapping[str, float]], name: str = 
 
 @dataclass(frozen=True)
 class Example:
-    """A configuration to show: caption, arm in numbers, joint values by name, and the vector from P to a mark."""
+    """A configuration to show: caption, arm with numeric lengths, joint values by name, and vector from P to a mark."""
 
     caption: str
     chain: Chain
@@ -239,7 +239,7 @@ class Example:
 
 
 def examples_svg(examples: Sequence[Example], name: str, below: str = "") -> str:
-    """Return arms in numbers in given configurations side by side, to scale, each with its caption."""
+    """Return drawings to scale of arms with numeric lengths in given configurations, side by side, with captions."""
     drawings = [(example.caption, figure_in_pose(example.chain, example.pose, example.beside)) for example in examples]
     descriptions = (
         f"{example.caption}: {', '.join(_describe_joint_value(q, value) for q, value in example.pose.items())}"
@@ -308,8 +308,8 @@ def _compose(
 ) -> tuple[Composed, float]:
     """Return the drawing of one pose with its labels placed once, and the cost of the places of labels and origins.
 
-    `choices` are the pose with different lengths: the first one is used whose origins are apart from the world's. A
-    drawing that costs clearly more than `most` is not completed; its cost is infinite.
+    `choices` are skeletons in the pose with different lengths. The first one whose origins are apart from the world's
+    is used. A drawing that costs clearly more than `most` is not completed; its cost is infinite.
     """
     layers: list[tuple[float, float, Drawing]] = []
     for bones in choices:

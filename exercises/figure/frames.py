@@ -1,4 +1,4 @@
-"""The frames in an arm's drawing: axes, origins, the world frame with the base's place in it, and the point P."""
+"""Draw the frames of an arm: axes, origins, the world frame with the base's position in it, and the point P."""
 
 import math
 from itertools import combinations
@@ -46,13 +46,13 @@ def draw_axes(scene: Scene) -> Drawing:
     for i, frame in enumerate(scene.frames):
         for k, name in enumerate(NAMES):
             axis, origin = frame[:3, k], frame[:3, 3]
-            shown = view.lies_flat(axis) if flat else name != "y" or (i == 0 and base.is_world)
-            if not shown or (i in scene.without_x and (name == "x" or (name == "y" and scene.sparse))):
+            is_shown = view.lies_flat(axis) if flat else name != "y" or (i == 0 and base.is_world)
+            if not is_shown or (i in scene.without_x and (name == "x" or (name == "y" and scene.sparse))):
                 continue
             key = tuple(round(part) for part in (*(origin * view.scale / 2).tolist(), *(axis * 10).tolist()))
-            before = drawn[key][3] + roman(", ") if key in drawn else ()
+            earlier_names = drawn[key][3] + roman(", ") if key in drawn else ()
             drawn.setdefault(key, (origin, axis, name, ()))
-            drawn[key] = (*drawn[key][:3], (*before, *symbol(name, str(i))))
+            drawn[key] = (*drawn[key][:3], (*earlier_names, *symbol(name, str(i))))
     part = Drawing()
     for origin, axis, name, pieces in drawn.values():
         part += _axis(view, origin, axis, name, pieces, length)
@@ -66,16 +66,16 @@ def _joint_axes(scene: Scene) -> Drawing:
     """
     view, part = scene.view, Drawing()
     home = entries_of_pose(scene.chain, {q.name: 0.0 for q in scene.chain.q})
-    moved = () if np.allclose(scene.bones.entries, home) else roman("′")
+    prime = () if np.allclose(scene.bones.entries, home) else roman("′")
     for i, joint in enumerate(scene.chain.joints, 1):
         name, axis, place = symbol("ω" if joint.kind == "R" else "v", str(i)), scene.axis(i), scene.places[i - 1]
-        name = (*name, *moved)
+        name = (*name, *prime)
         if not view.is_end_on(axis):
             part += _axis(view, place, axis, "z", name, AXIS[scene.is_planar])
             continue
         spot = view.px(place)
-        wishes = tuple((spot, wish) for wish in ((0.7, -0.7), (-0.7, -0.7), (0.7, 0.7), (-0.7, 0.7)))
-        part += Drawing((), (Request(name, wishes, "z", gap=13.0, rank=2, kind="axis"),))
+        anchors = tuple((spot, direction) for direction in ((0.7, -0.7), (-0.7, -0.7), (0.7, 0.7), (-0.7, 0.7)))
+        part += Drawing((), (Request(name, anchors, "z", gap=13.0, rank=2, kind="axis"),))
     return part
 
 
@@ -89,10 +89,10 @@ def _axis(
 
 
 def draw_body_frame(scene: Scene) -> Drawing:
-    """Return the body frame {b} at P of an arm described by its axes, at home, where it is parallel to {s}.
+    """Return the body frame {b} at P of an arm that is described by its axes and drawn at home.
 
-    In another configuration, or if P is not on the last link, it is not drawn. At the world's origin, its names stand
-    beside the axes of {s}.
+    At home, {b} is parallel to {s}. In another configuration, or if P is not on the last link, {b} is not drawn. At the
+    world's origin, the axes of {s} carry the names of {b}'s axes, too.
     """
     if not has_body_frame(scene) or _is_at_world(scene):
         return Drawing()
@@ -118,26 +118,26 @@ def draw_origins(scene: Scene) -> Drawing:
     shown = list(enumerate(scene.frames[:, :3, 3])) if convention_of(scene.chain).has_frames else []
     body = roman(", {b}") if has_body_frame(scene) else ()
     marks = [(point, (*symbol("P"), *body))] + [(o, symbol("O", str(i))) for i, o in shown]
-    for place, pieces in marks:
-        for k, (earlier_place, before) in enumerate(names):
-            if np.linalg.norm(place - earlier_place) * scene.view.scale < 1.0:
-                names[k] = (earlier_place, (*before, *roman(" = "), *pieces))
+    for position, pieces in marks:
+        for k, (earlier_position, earlier_pieces) in enumerate(names):
+            if np.linalg.norm(position - earlier_position) * scene.view.scale < 1.0:
+                names[k] = (earlier_position, (*earlier_pieces, *roman(" = "), *pieces))
                 break
         else:
-            names.append((place, pieces))
+            names.append((position, pieces))
     labels = []
-    for number, (place, pieces) in enumerate(names):
-        spot = scene.view.px(place)
-        wishes = tuple((spot, wish) for wish in ((0.6, 0.8), (-0.6, 0.8), (0.7, -0.7), (-0.7, -0.7)))
-        labels.append(Request(pieces, wishes, gap=11.0, rank=1 if number == 0 else 3, kind="origin"))
+    for number, (position, pieces) in enumerate(names):
+        spot = scene.view.px(position)
+        anchors = tuple((spot, direction) for direction in ((0.6, 0.8), (-0.6, 0.8), (0.7, -0.7), (-0.7, -0.7)))
+        labels.append(Request(pieces, anchors, gap=11.0, rank=1 if number == 0 else 3, kind="origin"))
     dot = (Circle(scene.view.px(point), 4.6, "point"),)
     return Drawing(dot, tuple(labels))
 
 
 def crowding_cost(scene: Scene) -> tuple[float, float]:
-    """Return the cost of origins that are drawn close together: the arm's among themselves, and the world's with them.
+    """Return two costs of origins that are drawn close together: among the arm's own, and with the world's.
 
-    An origin on an axis of the world frame costs, too. 0 means that all are apart.
+    The second also counts origins on an axis of the world frame. A cost of 0 means that all are apart.
     """
     view, base = scene.view, convention_of(scene.chain).base
     spots = [view.px(place) for place in _distinct_origins(scene)]
@@ -164,9 +164,9 @@ def _distance(point: Pair, start: Pair, end: Pair) -> float:
 
 def _distinct_origins(scene: Scene) -> list[np.ndarray]:
     """Return the distinct origins of the arm's frames (3, m), according to the table."""
-    rows, places = convention_of(scene.chain).rows, scene.frames[:, :3, 3]
-    apart = [True, *(row.kind == "P" or row.a != 0 or row.d != 0 for row in rows)]
-    return [place for place, is_new in zip(places, apart, strict=True) if is_new]
+    rows, origins = convention_of(scene.chain).rows, scene.frames[:, :3, 3]
+    is_distinct = [True, *(row.kind == "P" or row.a != 0 or row.d != 0 for row in rows)]
+    return [origin for origin, is_new in zip(origins, is_distinct, strict=True) if is_new]
 
 
 def page_normals(scene: Scene) -> Drawing:
@@ -181,8 +181,8 @@ def page_normals(scene: Scene) -> Drawing:
     for i in labelled:
         if abs(signs[i]) > 0.9:
             spot = view.px(scene.frames[i, :3, 3])
-            wishes = tuple((spot, wish) for wish in ((-0.7, -0.7), (0.7, 0.7), (-0.7, 0.7), (0.7, -0.7)))
-            labels.append(Request(symbol("z", str(i)), wishes, "z", gap=11.0, rank=2, kind="axis"))
+            anchors = tuple((spot, direction) for direction in ((-0.7, -0.7), (0.7, 0.7), (-0.7, 0.7), (0.7, -0.7)))
+            labels.append(Request(symbol("z", str(i)), anchors, "z", gap=11.0, rank=2, kind="axis"))
     return Drawing((), tuple(labels))
 
 
@@ -193,28 +193,28 @@ def draw_world(scene: Scene) -> Drawing:
     if base.is_world and not by_axes:
         return _first_length(scene)
     name = "s" if by_axes else "w"
-    place = scene.frames[0, :3, 3]
-    apart = float(np.linalg.norm(place)) * view.scale > 1.0
-    length = AXIS[scene.is_planar] + (0.0 if apart else 18.0)
+    base_origin = scene.frames[0, :3, 3]
+    is_apart = float(np.linalg.norm(base_origin)) * view.scale > 1.0
+    length = AXIS[scene.is_planar] + (0.0 if is_apart else 18.0)
     part, corner = Drawing(), np.zeros(3)
     for k in [k for k in range(3) if not scene.is_planar or view.lies_flat(np.eye(3)[k])]:
-        also = (*roman(", "), *symbol(NAMES[k], "b")) if has_body_frame(scene) and _is_at_world(scene) else ()
-        part += _axis(view, np.zeros(3), np.eye(3)[k], "w", (*symbol(NAMES[k], name), *also), length)
-        leg = np.eye(3)[k] * place[k]
+        body_name = (*roman(", "), *symbol(NAMES[k], "b")) if has_body_frame(scene) and _is_at_world(scene) else ()
+        part += _axis(view, np.zeros(3), np.eye(3)[k], "w", (*symbol(NAMES[k], name), *body_name), length)
+        leg = np.eye(3)[k] * base_origin[k]
         if scene.sparse:
             part += Drawing((Polyline(view.path([corner, corner + leg]), "leg"),) if base.position[k] != 0 else ())
         elif base.position[k] != 0 and _is_along_first_link(scene, k):
             part += draw_dimension(scene, corner, corner + leg, magnitude(base.position[k]), 46.0)
         elif base.position[k] != 0:
             line = Polyline(view.path([corner, corner + leg]), "leg")
-            wishes = anchors_beside(*view.path([corner, corner + leg]))
-            part += Drawing((line,), (Request(magnitude(base.position[k]), wishes, "text", gap=4.0, rank=1),))
+            anchors = anchors_beside(*view.path([corner, corner + leg]))
+            part += Drawing((line,), (Request(magnitude(base.position[k]), anchors, "text", gap=4.0, rank=1),))
         corner = corner + leg
-    if apart:
+    if is_apart:
         spot = view.px(np.zeros(3))
-        wishes = ((spot, (-0.7, 0.7)), (spot, (0.7, 0.7)))
-        part += Drawing((), (Request(symbol("O", name), wishes, gap=6.0, rank=3, kind="origin"),))
-    return part if by_axes else part + _yaw(scene, apart)
+        anchors = ((spot, (-0.7, 0.7)), (spot, (0.7, 0.7)))
+        part += Drawing((), (Request(symbol("O", name), anchors, gap=6.0, rank=3, kind="origin"),))
+    return part if by_axes else part + _yaw(scene, is_apart)
 
 
 def _first_length(scene: Scene) -> Drawing:

@@ -1,4 +1,7 @@
-"""The lines of a drawing as points, the possible places of one label, and the best of them among lines and labels."""
+"""Find the best place for a label among the lines and other labels of a drawing.
+
+Lines are represented by points; each possible place of the label has a cost.
+"""
 
 import math
 from collections.abc import Iterable, Sequence
@@ -66,12 +69,12 @@ def samples(shapes: Iterable[Shape]) -> np.ndarray:
 
 def _points_along(pieces: np.ndarray) -> np.ndarray:
     """Return points on straight pieces given as x, y, x, y, half width (k x 5), ends included."""
-    start, way, half = pieces[:, :2], pieces[:, 2:4] - pieces[:, :2], pieces[:, 4:]
-    counts = np.maximum(1, np.ceil(np.hypot(*way.T) / 4 - 1e-6)).astype(int)
-    which = np.repeat(np.arange(len(pieces)), counts + 1)
-    step = np.arange(len(which)) - np.repeat(np.cumsum(counts + 1) - counts - 1, counts + 1)
-    share = (step / counts[which])[:, None]
-    return np.hstack([start[which] + way[which] * share, half[which]])
+    start, direction, half = pieces[:, :2], pieces[:, 2:4] - pieces[:, :2], pieces[:, 4:]
+    counts = np.maximum(1, np.ceil(np.hypot(*direction.T) / 4 - 1e-6)).astype(int)
+    piece_index = np.repeat(np.arange(len(pieces)), counts + 1)
+    step = np.arange(len(piece_index)) - np.repeat(np.cumsum(counts + 1) - counts - 1, counts + 1)
+    share = (step / counts[piece_index])[:, None]
+    return np.hstack([start[piece_index] + direction[piece_index] * share, half[piece_index]])
 
 
 class Line:
@@ -120,7 +123,7 @@ def _side(start: Pair, end: Pair, point: Pair) -> int:
 
 @lru_cache(maxsize=64)
 def _order(anchors: int) -> tuple[_PlaceEntry, ...]:
-    """Return the places around this many anchors, the cheapest first."""
+    """Return the places around the given number of anchors, the cheapest first."""
     entries: list[_PlaceEntry] = []
     for anchor in range(anchors):
         for further in FURTHER:
@@ -192,13 +195,13 @@ class Places:
             if place.least > least:
                 continue
             left, top, right, bottom = place.box
-            over = 0
+            overlap_cost = 0
             for x0, y0, x1, y1 in room:
                 if left < x1 and right > x0 and top < y1 and bottom > y0:
-                    over += BOX_COST
-            if over + place.least > least:
+                    overlap_cost += BOX_COST
+            if overlap_cost + place.least > least:
                 continue
-            cost = over + self._cost_with_lines(place, lines)
+            cost = overlap_cost + self._cost_with_lines(place, lines)
             if cost <= least:
                 if place.leader < 0:
                     self._evaluate_leader(place)
@@ -263,12 +266,12 @@ class Places:
     def _bounding_box(self) -> Box:
         """Return the bounding box of all places."""
         if self._all is None:
-            last = [
+            outermost = [
                 self._place(0, anchor, further, turn).box
                 for _, _, anchor, further, turn in _order(len(self._anchors))
                 if further == FURTHER[-1]
             ]
-            left, top, right, bottom = zip(*last, strict=True)
+            left, top, right, bottom = zip(*outermost, strict=True)
             self._all = min(left), min(top), max(right), max(bottom)
         return self._all
 
@@ -294,9 +297,9 @@ def _gap(box: Box, point: Pair) -> float:
     """Return the distance of a box from a point; 0 inside. Rounded, so that it is the same on every machine."""
     left, top, right, bottom = box
     x, y = point
-    aside = left - x if x < left else x - right if x > right else 0.0
-    above = top - y if y < top else y - bottom if y > bottom else 0.0
-    return round((math.hypot(aside, above) if aside and above else aside + above) * 1000) / 1000
+    horizontal = left - x if x < left else x - right if x > right else 0.0
+    vertical = top - y if y < top else y - bottom if y > bottom else 0.0
+    return round((math.hypot(horizontal, vertical) if horizontal and vertical else horizontal + vertical) * 1000) / 1000
 
 
 def _points_near(box: Box, points: Sequence[Pair], most: float) -> list[Pair]:

@@ -1,7 +1,7 @@
-"""The pose in which an arm is drawn: drawing lengths for its table, and candidate poses with a score.
+"""Choose the pose in which an arm is drawn: lengths for the drawing, and candidate poses with a score.
 
 Poses are given by the entries of the DH table (theta_i or d_i with the offset), because a figure shows these. If the
-pose is given, the view is chosen instead: a rotation of the usual view about the vertical axis, so that up stays up.
+pose is given, the view is chosen instead: the usual view is rotated about the vertical axis, so that up stays up.
 """
 
 import itertools
@@ -30,7 +30,7 @@ LONG = 4
 TIGHT, CLOSE = 0.4, 34.0
 """Penalty for a pair of labels at nearly the same place, and the distance in pixels below which it applies."""
 CLEAR = {False: 1.8, True: 4.0}
-"""Maximum bonus for links that are apart, and penalty if two of them cross; higher for a long arm."""
+"""Maximum bonus for links that are apart, and penalty if two of them cross; higher for a long arm (True)."""
 
 
 AZIMUTHS, ELEVATIONS = range(0, 360, 15), (24, 12, 40)
@@ -63,7 +63,7 @@ class Skeleton:
 
 @lru_cache(maxsize=16)
 def drawn_chain(chain: Chain, stretch: float = 1.0) -> Chain:
-    """Return the arm with numbers for all lengths, of similar size, so that the smallest is visible.
+    """Return the arm with numeric lengths of similar size, so that the shortest is visible.
 
     `stretch` is a factor for the base's distance from the world's origin.
     """
@@ -86,8 +86,8 @@ def drawn_chain(chain: Chain, stretch: float = 1.0) -> Chain:
         theta = variable if joint.kind == "R" else angle(joint.theta)
         return Joint(joint.kind, theta, d, length(joint.a), angle(joint.alpha))
 
-    near = (0.55, 1.0) if chain.n <= LONG else (0.3, 0.5)  # a long arm needs more of the drawing
-    x, y, z = (stretch * length(value, *near) for value in chain.base.position)
+    base_range = (0.55, 1.0) if chain.n <= LONG else (0.3, 0.5)  # a long arm needs more of the drawing
+    x, y, z = (stretch * length(value, *base_range) for value in chain.base.position)
     u, v, w = (length(value) for value in chain.point.offset)
     rows = tuple(row(joint, variable) for joint, variable in zip(chain.joints, chain.q, strict=True))
     base = Base((x, y, z), angle(chain.base.yaw), angle(chain.base.tilt))
@@ -95,7 +95,7 @@ def drawn_chain(chain: Chain, stretch: float = 1.0) -> Chain:
 
 
 def symbol_values(chain: Chain, unit: float) -> dict[sp.Symbol, sp.Float]:
-    """Return numbers for the open symbols of an arm whose longest given length is `unit`."""
+    """Return numbers for the symbolic constants of an arm whose longest numeric length is `unit`."""
     shares = itertools.chain((1.0, 0.85, 0.72, 0.62), itertools.repeat(0.55))
     values: dict[sp.Symbol, sp.Float] = {}
 
@@ -104,10 +104,10 @@ def symbol_values(chain: Chain, unit: float) -> dict[sp.Symbol, sp.Float]:
             values.setdefault(symbol, sp.Float(value))
 
     for index, joint in enumerate(chain.joints):
-        turns = joint.alpha not in (0, sp.pi)  # then a is a lateral offset, usually the smaller length
-        for expression, small in ((joint.d, False), (joint.a, turns)):
+        is_twisted = joint.alpha not in (0, sp.pi)  # then a is a lateral offset, usually the smaller length
+        for expression, is_small in ((joint.d, False), (joint.a, is_twisted)):
             if expression.free_symbols - set(chain.q):
-                give(expression, unit * (0.5 if small else next(shares)))
+                give(expression, unit * (0.5 if is_small else next(shares)))
         give(joint.theta, 0.5)
         give(joint.alpha, 0.5 + 0.1 * index)
     for expression in chain.point.offset:
@@ -120,36 +120,38 @@ def symbol_values(chain: Chain, unit: float) -> dict[sp.Symbol, sp.Float]:
 
 
 def example_values(chain: Chain) -> dict[sp.Symbol, sp.Float]:
-    """Return numbers for the open lengths and angles of an arm, in metres and radians, similar to the given ones."""
+    """Return numbers for the symbolic lengths and angles of an arm (m, rad), similar to its numeric ones."""
     return symbol_values(chain, _longest_length(chain))
 
 
 def _longest_length(chain: Chain) -> float:
-    """Return the longest length (m) that an arm has as a number."""
+    """Return the longest numeric length (m) of an arm, or a default if it has none."""
     lengths = [value for joint in chain.joints for value in (joint.a, joint.d)] + list(chain.point.offset)
     return max((abs(float(value)) for value in lengths if value.is_number and value != 0), default=DEFAULT_LENGTH)
 
 
 def entries_of_pose(chain: Chain, pose: Mapping[str, float]) -> np.ndarray:
-    """Return the table's entries (n) for joint values (rad, m), with default values for open symbols."""
+    """Return the table's entries (n) for joint values (rad, m), with default values for symbolic constants."""
     missing = [variable.name for variable in chain.q if variable.name not in pose]
     if missing:
         raise QdotError(f"{chain.name}: the pose lacks {', '.join(missing)}; it tells {', '.join(map(str, chain.q))}")
-    shown = []
+    entries = []
     for joint, variable in zip(chain.joints, chain.q, strict=True):
         entry = (joint.theta if joint.kind == "R" else joint.d).xreplace({variable: sp.Float(pose[variable.name])})
-        shown.append(float(entry.xreplace(symbol_values(chain, DEFAULT_LENGTH))))
-    return np.array(shown)
+        entries.append(float(entry.xreplace(symbol_values(chain, DEFAULT_LENGTH))))
+    return np.array(entries)
 
 
 def candidates(chain: Chain, drawn: Chain) -> np.ndarray:
     """Return a fixed list of poses (k x n): every combination of a few values, or an even selection of them."""
     unit = max([abs(float(v)) for j in drawn.joints for v in (j.a, j.d) if v.is_number] + [0.0]) or DEFAULT_LENGTH
     # only positive angles: readers take the arrow of an arc for the positive direction
-    turns = (40, 50, 33, 65, 115, 130) if is_flat(chain) else (40, 60, 30, 70, 115, 130, 145, 155)
-    slides = (1.7, 2.0) if chain.is_planar else (1.3, 1.0, 1.7) if is_flat(chain) else (1.0, 0.75, 0.55)
+    angles_in_degrees = (40, 50, 33, 65, 115, 130) if is_flat(chain) else (40, 60, 30, 70, 115, 130, 145, 155)
+    length_factors = (1.7, 2.0) if chain.is_planar else (1.3, 1.0, 1.7) if is_flat(chain) else (1.0, 0.75, 0.55)
     choices = [
-        [float(np.radians(value)) for value in turns] if joint.kind == "R" else [unit * value for value in slides]
+        [float(np.radians(value)) for value in angles_in_degrees]
+        if joint.kind == "R"
+        else [unit * value for value in length_factors]
         for joint in chain.joints
     ]
     sizes = tuple(len(values) for values in choices)
@@ -244,12 +246,12 @@ def segments(frames: np.ndarray, corners: np.ndarray, path: np.ndarray, moved: i
     if moved == corners.shape[1]:
         chain += [path[:, k] for k in range(1, 4)]
     pairs = np.stack([np.stack(chain[:-1], axis=1), np.stack(chain[1:], axis=1)], axis=2)
-    some = np.linalg.norm(pairs[:, :, 1] - pairs[:, :, 0], axis=2).max(axis=0) > 1e-6
-    return pairs[:, some] if some.any() else pairs[:, :1]
+    has_length = np.linalg.norm(pairs[:, :, 1] - pairs[:, :, 0], axis=2).max(axis=0) > 1e-6
+    return pairs[:, has_length] if has_length.any() else pairs[:, :1]
 
 
 def clearance(flat: np.ndarray, axes: int) -> np.ndarray:
-    """Return the least distance of segments that are not adjacent (and of far ends of adjacent ones), per pose (k).
+    """Return the minimum distance of segments that are not adjacent (and of far ends of adjacent ones), per pose (k).
 
     It is -inf if two of them cross. The last `axes` segments are axes of the last frame, all adjacent to the last link.
     """
@@ -271,9 +273,9 @@ def _cross(first: np.ndarray, second: np.ndarray) -> np.ndarray:
     """Return whether two segments (k x 2 x 2 each) cross in the drawing (k)."""
 
     def sides(line: np.ndarray, segment: np.ndarray) -> np.ndarray:
-        way, there = (line[:, 1] - line[:, 0])[:, None], segment - line[:, None, 0]
-        turns = way[..., 0] * there[..., 1] - way[..., 1] * there[..., 0]
-        return np.asarray(turns[:, 0] * turns[:, 1] < 0)
+        direction, offsets = (line[:, 1] - line[:, 0])[:, None], segment - line[:, None, 0]
+        cross_products = direction[..., 0] * offsets[..., 1] - direction[..., 1] * offsets[..., 0]
+        return np.asarray(cross_products[:, 0] * cross_products[:, 1] < 0)
 
     return sides(first, second) & sides(second, first)
 
@@ -293,19 +295,19 @@ def _add_last_axes(flat: np.ndarray, frames: np.ndarray, view: np.ndarray, scale
 
 def _angle_score(chain: Chain, frames: np.ndarray, entries: np.ndarray, view: np.ndarray) -> np.ndarray:
     """Return how clearly the joint angles are visible (k), with a preference for angles near 45 degrees."""
-    worst, liked = np.ones(len(entries)), np.zeros(len(entries))
+    worst, preference = np.ones(len(entries)), np.zeros(len(entries))
     for i, joint in enumerate(chain.joints):
         if joint.kind == "P":
             continue
         x, y = frames[:, i, :3, 0] @ view[:2].T, frames[:, i, :3, 1] @ view[:2].T
         end = x * np.cos(entries[:, i, None]) + y * np.sin(entries[:, i, None])
-        turn = np.abs(np.arctan2(x[:, 0] * end[:, 1] - x[:, 1] * end[:, 0], (x * end).sum(axis=1)))
-        seen = np.minimum(np.minimum(turn, np.pi - turn + 0.3) / np.radians(35), 1)
-        seen = seen * np.minimum(np.linalg.norm(end, axis=1) / 0.5, 1)
-        worst = np.minimum(worst, seen)
+        drawn_angle = np.abs(np.arctan2(x[:, 0] * end[:, 1] - x[:, 1] * end[:, 0], (x * end).sum(axis=1)))
+        visibility = np.minimum(np.minimum(drawn_angle, np.pi - drawn_angle + 0.3) / np.radians(35), 1)
+        visibility = visibility * np.minimum(np.linalg.norm(end, axis=1) / 0.5, 1)
+        worst = np.minimum(worst, visibility)
         if i > 0 or is_flat(chain):
-            liked = liked + np.clip(1.4 - np.abs(entries[:, i] - 0.8), 0, 1) * 1.2 / chain.n
-    return np.asarray(1.2 * worst + liked)
+            preference = preference + np.clip(1.4 - np.abs(entries[:, i] - 0.8), 0, 1) * 1.2 / chain.n
+    return np.asarray(1.2 * worst + preference)
 
 
 def _count_crowded(frames: np.ndarray, view: np.ndarray, scale: np.ndarray) -> np.ndarray:
@@ -314,15 +316,15 @@ def _count_crowded(frames: np.ndarray, view: np.ndarray, scale: np.ndarray) -> n
     Pairs that coincide in every pose don't count.
     """
     axes = [frames[:, :, :3, 3] + 54 / scale[:, None, None] * frames[:, :, :3, k] for k in (0, 2)]
-    spots = np.concatenate([frames[:, :, :3, 3], *axes], axis=1)
-    flat = np.moveaxis(spots @ view[:2].T, 0, 2) * scale
+    points = np.concatenate([frames[:, :, :3, 3], *axes], axis=1)
+    flat = np.moveaxis(points @ view[:2].T, 0, 2) * scale
     total = np.zeros(len(frames))
-    for i in range(spots.shape[1] - 1):
-        others = np.arange(i + 1, spots.shape[1])
-        near = np.abs(spots[0, others] - spots[0, i]).max(axis=1) <= 1e-6
-        gone = others[near][np.abs(spots[:, others[near]] - spots[:, [i]]).max(axis=(0, 2)) <= 1e-6]
-        ways = flat[np.setdiff1d(others, gone)] - flat[i]
-        gaps = np.sqrt(ways[:, 0] * ways[:, 0] + ways[:, 1] * ways[:, 1])
+    for i in range(points.shape[1] - 1):
+        others = np.arange(i + 1, points.shape[1])
+        near = np.abs(points[0, others] - points[0, i]).max(axis=1) <= 1e-6
+        coincident = others[near][np.abs(points[:, others[near]] - points[:, [i]]).max(axis=(0, 2)) <= 1e-6]
+        differences = flat[np.setdiff1d(others, coincident)] - flat[i]
+        gaps = np.sqrt(differences[:, 0] * differences[:, 0] + differences[:, 1] * differences[:, 1])
         total += np.maximum(0.0, 1.0 - gaps / CLOSE).sum(axis=0)
     return total
 
@@ -331,12 +333,12 @@ def _axes_apart(frames: np.ndarray, view: np.ndarray) -> np.ndarray:
     """Return how well x and z axes with a common origin can be distinguished (k); 1 from 20 degrees on."""
     worst = np.ones(len(frames))
     arrows = [(frames[:, i, :3, 3], frames[:, i, :3, k]) for i in range(frames.shape[1]) for k in (0, 2)]
-    for (place, first), (second_place, second) in itertools.combinations(arrows, 2):
-        if np.max(np.abs(place - second_place)) > 1e-6 or np.max(np.linalg.norm(first - second, axis=1)) < 1e-6:
+    for (origin, first), (second_origin, second) in itertools.combinations(arrows, 2):
+        if np.max(np.abs(origin - second_origin)) > 1e-6 or np.max(np.linalg.norm(first - second, axis=1)) < 1e-6:
             continue
         a, b = first @ view[:2].T, second @ view[:2].T
-        turn = np.abs(np.arctan2(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0], (a * b).sum(axis=1)))
-        worst = np.minimum(worst, turn / np.radians(20))
+        drawn_angle = np.abs(np.arctan2(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0], (a * b).sum(axis=1)))
+        worst = np.minimum(worst, drawn_angle / np.radians(20))
     return worst
 
 
@@ -344,12 +346,14 @@ def _axes_apart(frames: np.ndarray, view: np.ndarray) -> np.ndarray:
 
 
 def best_views(drawn: Chain, entries: np.ndarray, count: int) -> list[np.ndarray]:
-    """Return the `count` best views (right, up, towards the reader; 3 x 3) of an arm with numbers, the best first.
+    """Return the `count` best views (right, up, towards the reader; 3 x 3) of an arm with numeric lengths, best first.
 
     `entries` (n) are those of the table. Scores are rounded, so that ties are broken alike on every machine.
     """
-    turns = itertools.product(ELEVATIONS, AZIMUTHS)
-    views = np.array([axonometric(np.radians(36.0 + turn), np.radians(height)) for height, turn in turns])
+    directions = itertools.product(ELEVATIONS, AZIMUTHS)
+    views = np.array(
+        [axonometric(np.radians(36.0 + azimuth), np.radians(elevation)) for elevation, azimuth in directions]
+    )
     score = _view_scores(drawn, entries, views)
     score[0] += USUAL
     order = np.argsort(-np.round(score, 3), kind="stable")[:count]
@@ -364,15 +368,18 @@ def _view_scores(drawn: Chain, entries: np.ndarray, views: np.ndarray) -> np.nda
     spread = np.ptp(flat.reshape(len(views), -1, 2), axis=1)
     scale = 1.0 / np.maximum(np.max(spread / ROOM, axis=1), 1e-9)
     origins, z = frames[0, :, :3, 3], frames[0, :, :3, 2]
-    places = scale[:, None, None] * np.einsum("ix,kyx->kiy", origins, views[:, :2])
-    ways = np.einsum("ix,kyx->kiy", z, views[:, :2])
+    drawn_origins = scale[:, None, None] * np.einsum("ix,kyx->kiy", origins, views[:, :2])
+    drawn_axes = np.einsum("ix,kyx->kiy", z, views[:, :2])
     ends = np.stack([origins[-1], origins[-1] + 1e-6 * z[-1]])  # the last link's own direction is no link
-    last = np.broadcast_to(np.einsum("px,kyx->kpy", ends, views[:, :2])[:, None], (len(views), 1, 2, 2))
-    clear = np.clip(clearance(np.concatenate([flat, last], axis=1), 1) * scale / 50, 0, 1)
-    short = np.minimum(np.linalg.norm(ways, axis=2) / VISIBLE, 1)
-    behind = np.round(views[:, 2] @ z[0], 6) < 0  # the wall that carries the arm hides it
+    last_axis = np.broadcast_to(np.einsum("px,kyx->kpy", ends, views[:, :2])[:, None], (len(views), 1, 2, 2))
+    clearances = np.clip(clearance(np.concatenate([flat, last_axis], axis=1), 1) * scale / 50, 0, 1)
+    visible_shares = np.minimum(np.linalg.norm(drawn_axes, axis=2) / VISIBLE, 1)
+    is_hidden = np.round(views[:, 2] @ z[0], 6) < 0  # the wall that carries the arm hides it
     return np.asarray(
-        2.0 * clear + 0.6 * (short - 1).sum(axis=1) - _count_crowded_in_views(origins, z, places, ways) - behind
+        2.0 * clearances
+        + 0.6 * (visible_shares - 1).sum(axis=1)
+        - _count_crowded_in_views(origins, z, drawn_origins, drawn_axes)
+        - is_hidden
     )
 
 
@@ -381,11 +388,11 @@ def _count_crowded_in_views(origins: np.ndarray, z: np.ndarray, places: np.ndarr
 
     The arguments are both in the world (n+1 x 3) and in the drawing (k x n+1 x 2). Coincident points don't count.
     """
-    spots = np.concatenate([origins, origins + 0.37 * z])
+    points = np.concatenate([origins, origins + 0.37 * z])
     drawn, count = np.concatenate([places, places + REACH * ways], axis=1), len(origins)
     total = np.zeros(len(places))
-    for i, j in itertools.combinations(range(len(spots)), 2):
-        if np.linalg.norm(spots[i] - spots[j]) > 1e-6:
+    for i, j in itertools.combinations(range(len(points)), 2):
+        if np.linalg.norm(points[i] - points[j]) > 1e-6:
             gaps = np.linalg.norm(drawn[:, i] - drawn[:, j], axis=1)
             total += np.maximum(0.0, 1.0 - gaps / NEAR) * (4.0 if j < count else 1.0)
     return total

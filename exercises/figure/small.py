@@ -1,7 +1,7 @@
-"""Small drawings of an arm without lettering: a thumbnail, and its singular configurations beside a regular one.
+"""Draw an arm small and without lettering: a thumbnail, and singular configurations beside a regular one.
 
-Singular configurations are drawn to scale, as they depend on the lengths; open lengths get default values. A dashed
-double arrow at P, or a dashed ring if it points at the reader, marks a direction in which P can't move.
+Singular configurations are drawn to scale, because they depend on the lengths; symbolic lengths get default values.
+A dashed double arrow at P marks a direction in which P can't move. If it points at the reader, it becomes a ring.
 """
 
 import itertools
@@ -54,7 +54,7 @@ def draw_thumbnail(chain: Chain) -> Figure:
 
 
 def figure_in_pose(chain: Chain, pose: Mapping[str, float], beside: np.ndarray | None = None) -> Figure:
-    """Return a drawing to scale of an arm whose lengths are all numbers, in a given configuration.
+    """Return a drawing to scale of an arm with numeric lengths in a given configuration.
 
     `beside` (3, in m) is the vector from P to a point that is marked by a cross.
     """
@@ -70,9 +70,9 @@ def _figure(
     lost: tuple[np.ndarray, ...] = (),
     beside: np.ndarray | None = None,
 ) -> Figure:
-    """Return a small drawing; cached, as many arms of a class have the same proportions."""
-    places = (*lost, *(() if beside is None else (beside,)))
-    key = tuple(round(float(entry), 12) for entry in entries), tuple(tuple(map(float, place)) for place in places)
+    """Return a small drawing; cached, because many arms of a class have the same proportions."""
+    vectors = (*lost, *(() if beside is None else (beside,)))
+    key = tuple(round(float(entry), 12) for entry in entries), tuple(tuple(map(float, vector)) for vector in vectors)
     return _draw_cached(drawn, *key, size, beside is not None)
 
 
@@ -93,9 +93,9 @@ def _draw_cached(
         dot = Circle(view.px(bones.path[-1]), 5.0, "point")
         marks = itertools.chain(*(_blocked_direction_mark(view, bones.path[-1], direction) for direction in lost))
         hand, z = bones.origins[-1], bones.frames[-1, :3, 2]
-        last = arrow(view, hand, hand + HAND / view.scale * z, "axis-z") if shown_hand else ()
+        hand_axis = arrow(view, hand, hand + HAND / view.scale * z, "axis-z") if shown_hand else ()
         cross = () if beside is None else _cross(view.px(bones.path[-1] + beside))
-        return Drawing((*draw_body(make_scene(drawn, bones, view)).shapes, *last, *marks, dot, *cross))
+        return Drawing((*draw_body(make_scene(drawn, bones, view)).shapes, *hand_axis, *marks, dot, *cross))
 
     part, _ = fit_drawing(drawn, bones, draw, (0.9 * size[0], 0.9 * size[1]), size, MARGIN)
     return Figure(*size, part.shapes, ())
@@ -120,8 +120,8 @@ def _cross(at: Pair) -> tuple[Shape, ...]:
 
 def _blocked_direction_mark(view: View, point: np.ndarray, direction: np.ndarray) -> tuple[Shape, ...]:
     """Return a dashed double arrow through P along a unit vector, or a dashed ring."""
-    seen = view.axes[:2] @ direction
-    if np.linalg.norm(seen) < SHORT:
+    drawn_direction = view.axes[:2] @ direction
+    if np.linalg.norm(drawn_direction) < SHORT:
         return (Circle(view.px(point), RING, "lost"),)
     ends: list[Pair] = [view.px(point + side * ARROW / view.scale * direction) for side in (1.0, -1.0)]
     heads: list[Polyline] = [tip((view.px(point), end), "lost", 10.0)[1] for end in ends]
@@ -133,9 +133,10 @@ def _blocked_direction_mark(view: View, point: np.ndarray, direction: np.ndarray
 
 @dataclass(frozen=True)
 class _ScaledArm:
-    """An arm in numbers, with offsets (`chain`) and without (`drawn`); the offsets, and the values of open lengths.
+    """An arm with numeric lengths, with joint offsets (`chain`) and without (`drawn`).
 
-    `drawn` is scaled so that its longest length is 1 instead of `unit` (m).
+    `offsets` are the joint offsets, `values` are the values of the symbolic lengths. `drawn` is scaled so that its
+    longest length is 1 instead of `unit` (m).
     """
 
     chain: Chain
@@ -146,15 +147,16 @@ class _ScaledArm:
 
     def entries(self, table_entries: np.ndarray) -> np.ndarray:
         """Return entries of the table (… x n), scaled like `drawn`."""
-        slides = np.array([joint.kind == "P" for joint in self.chain.joints])
-        return np.where(slides, table_entries / self.unit, table_entries)
+        is_prismatic = np.array([joint.kind == "P" for joint in self.chain.joints])
+        return np.where(is_prismatic, table_entries / self.unit, table_entries)
 
 
 @dataclass(frozen=True)
 class Panel:
-    """Drawings with captions, a regular configuration first; the meaning of marks; what is left out, if anything.
+    """Drawings with captions, a regular configuration first.
 
-    `has_lost` says whether directions are marked in which P can't move.
+    `key` explains the marks. `remark` says how many configurations are omitted, if any. `has_lost` says whether a
+    direction in which P can't move is marked.
     """
 
     drawings: tuple[tuple[str, Figure], ...] = ()
@@ -165,16 +167,16 @@ class Panel:
 
 @lru_cache(maxsize=64)
 def singular_panel(chain: Chain, language: str = ENGLISH) -> Panel:
-    """Return drawings of a regular configuration and of each singular value or condition, as many as there is room for.
+    """Return drawings of a regular configuration and of singular ones for each component, up to a maximum number.
 
-    The captions number the components of the singular set from 1, with letters for several drawings of one. Nothing is
-    drawn if the arm has no singular configuration for its task, or no regular one.
+    The captions number the components of the singular set from 1, with letters if a component has several drawings.
+    Nothing is drawn if the arm has no singular configuration for its task, or no regular one.
     """
     chain, words, components = exact(chain), catalogue(language), singular_set(chain) or ()
     scaled_arm = _scale_arm(chain)
     regular = best_poses(chain, scaled_arm.drawn, 1)[0]
     drawings = [(words.pgettext("caption of a drawing", "regular"), _figure(scaled_arm.drawn, regular, PANEL))]
-    left_out = 0
+    omitted_count = 0
     for number, component in enumerate(components, 1):
         configurations = [
             (caption, _figure(scaled_arm.drawn, entries, PANEL, lost))
@@ -184,10 +186,14 @@ def singular_panel(chain: Chain, language: str = ENGLISH) -> Panel:
         shown = configurations[: max(1, MOST // len(components))]
         letters = ascii_lowercase if len(shown) > 1 else ("",)
         drawings += [(f"{number}{letters[k]}. {caption}", figure) for k, (caption, figure) in enumerate(shown)]
-        left_out += len(configurations) - len(shown)
+        omitted_count += len(configurations) - len(shown)
     if len(drawings) == 1:
         return Panel()
-    remark = words.gettext("%(count)s more singular configurations are not drawn.", count=left_out) if left_out else ""
+    remark = (
+        words.gettext("%(count)s more singular configurations are not drawn.", count=omitted_count)
+        if omitted_count
+        else ""
+    )
     styles = {shape.style for _, figure in drawings for shape in figure.shapes if not isinstance(shape, Glyph)}
     return Panel(tuple(drawings), _key(chain, styles, words), remark, "lost" in styles)
 
@@ -204,8 +210,8 @@ def _key(chain: Chain, styles: set[str], words: Catalogue) -> str:
 
 def _scale_arm(chain: Chain) -> _ScaledArm:
     sizes = [abs(float(v)) for joint in chain.joints for v in (joint.a, joint.d) if v.is_number and v != 0]
-    chosen = symbol_values(chain, max(sizes, default=0.5))
-    values = {symbol: sp.Rational(round(float(value) * 100), 100) for symbol, value in chosen.items()}
+    default_values = symbol_values(chain, max(sizes, default=0.5))
+    values = {symbol: sp.Rational(round(float(value) * 100), 100) for symbol, value in default_values.items()}
 
     def numbers(joint: Joint) -> Joint:
         return Joint(joint.kind, *(value.xreplace(values) for value in (joint.theta, joint.d, joint.a, joint.alpha)))
@@ -214,18 +220,20 @@ def _scale_arm(chain: Chain) -> _ScaledArm:
     base = Base(Base().position, chain.base.yaw.xreplace(values), chain.base.tilt.xreplace(values))
     tool = replace(chain.point, offset=(u, v, w))
     joints = tuple(map(numbers, chain.joints))
-    plain = tuple(
+    joints_without_offsets = tuple(
         replace(joint, theta=q) if joint.kind == "R" else replace(joint, d=q)
         for joint, q in zip(joints, chain.q, strict=True)
     )
     filled = replace(chain, joints=joints, base=base, tool=tool)
     offsets = np.array([float(value) for value in filled.offsets])
-    drawn, unit = _normalize_size(replace(filled, name="drawn", title="", joints=plain, axis_points=()))
+    drawn, unit = _normalize_size(
+        replace(filled, name="drawn", title="", joints=joints_without_offsets, axis_points=())
+    )
     return _ScaledArm(filled, drawn, offsets, values, unit)
 
 
 def _normalize_size(chain: Chain) -> tuple[Chain, float]:
-    """Return an arm in numbers scaled so that its longest length is 1, and that length (m)."""
+    """Return an arm with numeric lengths scaled so that its longest length is 1, and that length (m)."""
     lengths = [value for joint in chain.joints for value in (joint.a, joint.d) if value.is_number]
     unit = max((abs(value) for value in (*lengths, *chain.point.offset)), default=sp.S.Zero) or sp.S.One
 
@@ -240,11 +248,11 @@ def _normalize_size(chain: Chain) -> tuple[Chain, float]:
 def _configurations(
     chain: Chain, scaled: _ScaledArm, component: Component, regular: np.ndarray, words: Catalogue
 ) -> list[tuple[str, np.ndarray]]:
-    """Return captions and table entries (n) of configurations on a component; empty if the numbers allow none."""
+    """Return captions and table entries (n) of configurations on a component; empty if none is real."""
     if component.solutions is None:
         entries = _best_on_condition(chain, scaled, component)
-        both = words.pgettext("between two conditions", "and")
-        shown = f" {both} ".join(f"{_text(condition, chain)} = 0" for condition in component.conditions)
+        conjunction = words.pgettext("between two conditions", "and")
+        shown = f" {conjunction} ".join(f"{_text(condition, chain)} = 0" for condition in component.conditions)
         return [] if entries is None else [(_fit_caption(shown, words), entries)]
     configurations = []
     joints = [joint for joint, _ in component.solutions]
@@ -273,8 +281,8 @@ def _best_on_condition(chain: Chain, scaled: _ScaledArm, component: Component) -
     if not samples:
         return None
     entries = scaled.entries(np.array([sample.q for sample in samples]))
-    turning = np.array([joint.kind == "R" for joint in chain.joints])
-    entries = np.where(turning, np.arctan2(np.sin(entries), np.cos(entries)), entries)
+    is_revolute = np.array([joint.kind == "R" for joint in chain.joints])
+    entries = np.where(is_revolute, np.arctan2(np.sin(entries), np.cos(entries)), entries)
     return np.asarray(entries[int(np.argmax(np.round(score_poses(chain, scaled.drawn, entries), 3)))])
 
 
@@ -283,15 +291,17 @@ def _text(expression: sp.Expr, chain: Chain) -> str:
 
 
 def _value(value: sp.Expr, kind: str, chain: Chain) -> str:
-    """Return an angle in degrees or a length in metres; open symbols are unchanged.
+    """Return the text of an angle in degrees or a length in metres; symbolic constants are unchanged.
 
     Multiples of a degree are exact, other angles have two decimals.
     """
-    known, rest = value.as_independent(*value.free_symbols, as_Add=True) if value.free_symbols else (value, sp.S.Zero)
-    number = _angle(known) if kind == "R" else f"{decimal(known)} m"
+    constant, rest = (
+        value.as_independent(*value.free_symbols, as_Add=True) if value.free_symbols else (value, sp.S.Zero)
+    )
+    number = _angle(constant) if kind == "R" else f"{decimal(constant)} m"
     if rest == 0:
         return number.replace("-", "−")
-    sign = "" if known == 0 else f" − {number[1:]}" if number.startswith("-") else f" + {number}"
+    sign = "" if constant == 0 else f" − {number[1:]}" if number.startswith("-") else f" + {number}"
     return f"{_text(rest, chain)}{sign}"
 
 
@@ -301,7 +311,7 @@ def _angle(value: sp.Expr) -> str:
 
 
 def _fit_caption(caption: str, words: Catalogue) -> str:
-    """Return a caption that fits below its drawing; the number before it says which condition is meant."""
+    """Return the caption, or a reference to the numbered condition if it is too long to fit below its drawing."""
     return words.with_decimal(caption) if len(caption) <= CAPTION else words.gettext("see the condition above")
 
 
@@ -331,10 +341,10 @@ def _canonical_basis(basis: np.ndarray) -> list[np.ndarray]:
     the space, one after another, and their new components form the basis.
     """
     projector, vectors = basis @ basis.T, list[np.ndarray]()
-    for least in (0.3, 1e-3):
+    for threshold in (0.3, 1e-3):
         for axis in projector:
             new = axis - sum((axis @ vector) * vector for vector in vectors)
-            if len(vectors) < basis.shape[1] and np.linalg.norm(new) > least:
+            if len(vectors) < basis.shape[1] and np.linalg.norm(new) > threshold:
                 vectors.append(new / np.linalg.norm(new))
     return vectors
 
