@@ -1,12 +1,12 @@
-"""Question kinds: each asks an arm for one result; the registry is in the order of the chapter.
+"""Question kinds, each of which asks for one result of an arm. The registry is in the order of the chapter.
 
 Beside the questions:
 
-    base            what a question is
-    reference       the stages of a derivation as people read them, over which references are worked out
-    geometry        configurations that questions on singularities are asked at
+    base            the definition of a question
+    reference       the stages of a derivation in textbook form, from which reference answers are derived
+    geometry        configurations for questions on singularities
     lost_lines      the lines of an arm along which a motion is lost
-    results         answers as they come out of a derivation, with the mistakes made in it
+    results         answers computed by a derivation, including the mistakes made in it
 """
 
 from qdot.exercises.questions import (

@@ -1,4 +1,4 @@
-"""What a question is: how it is asked of an arm, when it applies, and what it builds on."""
+"""Define a question: how it is generated for an arm, when it applies, and which questions it builds on."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import KW_ONLY, dataclass, field
@@ -23,21 +23,21 @@ from qdot.exercises.questions.reference import Written, reference_working
 Option = TypeVar("Option")
 
 BY_HAND = 3
-"""Up to so many joints an inverse is written out."""
+"""Maximum number of joints for which an inverse is written as formulas."""
 
 ASKED_OF = {
     FRAMES: "it is asked in the frames of a table, and this arm is told by its axes",
     FRAMES_OF_JOINTS: 'it is asked of arms with a modified table (convention = "modified-dh")',
     SCREWS: 'it is asked of arms that are told by their axes (convention = "screws")',
 }
-"""Of which arms a question is asked that speaks of what not every convention has."""
+"""Why a question does not apply to an arm, by the feature of its convention that the question needs."""
 
 Asked = tuple[Answer, Details]
-"""The answer, and what the wording needs in addition."""
+"""The answer, and the details that the wording also needs."""
 
 
 def no_objection(chain: Chain) -> str | None:
-    """Return no objection."""
+    """Return None: the question applies to every arm."""
     return None
 
 
@@ -56,7 +56,7 @@ def objection_unless_square(chain: Chain) -> str | None:
 
 
 MOST_TERMS = 30
-"""Terms that a result worked out by hand may have, all entries together; Example 6.3 has 15."""
+"""Maximum number of terms of a result worked out by hand, over all entries; Example 6.3 has 15."""
 
 
 @lru_cache(maxsize=4096)
@@ -65,17 +65,20 @@ def _count_terms(generic: Chain, result: str) -> int:
 
 
 def objection_to_terms(count: int) -> str | None:
-    """Return the objection to a result of so many terms, if they are too many for a person."""
+    """Return the objection to a result with `count` terms, or None if it can be worked out by hand."""
     return f"it has {count} terms, too many to be worked out by hand" if count > MOST_TERMS else None
 
 
 def objection_to_length(result: str) -> Callable[[Chain], str | None]:
-    """Return the objection to arms for which a result of `Derivation` ("geometric", "z", …) is too long by hand."""
+    """Return a function that objects to arms for which a result of `Derivation` ("geometric", "z", …) is too long."""
     return lambda chain: objection_to_terms(_count_terms(structure(chain).chain, result))
 
 
 def objection_to_size(result: str, most_joints: int, count: Callable[[Chain], int]) -> Callable[[Chain], str | None]:
-    """Return the objection to arms for which a result, "... of {n} joints ...", has too many joints or terms."""
+    """Return a function that objects to arms for which a result has too many joints or terms.
+
+    `result` describes it, with {n} for the number of joints.
+    """
 
     def object_to_size(chain: Chain) -> str | None:
         if chain.n > most_joints:
@@ -86,29 +89,35 @@ def objection_to_size(result: str, most_joints: int, count: Callable[[Chain], in
 
 
 def objection_to_inverse(chain: Chain) -> str | None:
-    """Return the objection to arms whose task Jacobian can't be inverted by hand: up to 3 x 3, of few terms."""
+    """Return the objection to arms whose task Jacobian is larger than 3 x 3 or has too many terms to be inverted."""
     if chain.n > BY_HAND:
         return f"the inverse of a {chain.n} x {chain.n} Jacobian is too long to be worked out by hand"
     return objection_to_length("jacobian")(chain)
 
 
 def objection_to_point(chain: Chain) -> str | None:
-    """Return the objection to arms whose point is not fixed in the last frame."""
+    """Return the objection to arms whose tool point is not fixed in the last frame."""
     return None if chain.point.frame == chain.n else f"its point moves with frame {chain.point.frame}, not the last"
 
 
 Formula = Callable[[Working, Details], np.ndarray]
-"""An answer as a formula over the stages of a derivation, in any arithmetic: (rows, columns, …), or (rows, …)."""
+"""A function that computes an answer, (rows, columns, …) or (rows, …), from the stages of a derivation.
+
+It works in any arithmetic.
+"""
 
 Substitution = Callable[[np.ndarray], Mapping[str, Change]]
-"""The stages that change if an answer to a question, (rows, columns, …), is given."""
+"""A function that returns how an answer, (rows, columns, …), changes the stages of a derivation."""
 
 RowOrder = Callable[[Chain], Sequence[int]]
-"""The order in which rows are asked for, as rows of a stage; applied twice, it gives the order of the stage again."""
+"""A function that returns the order in which rows are asked for, as indices of a stage's rows.
+
+The order is its own inverse.
+"""
 
 
 def stage_formula(name: str, row_order: RowOrder | None = None) -> Formula:
-    """Return the formula of an answer that is a stage of the derivation: a matrix, a vector or a single number."""
+    """Return a formula whose value is a stage of the derivation: a matrix, a vector or a single number."""
 
     def formula(w: Working, _: Details) -> np.ndarray:
         values = np.asarray(w[name])
@@ -120,12 +129,12 @@ def stage_formula(name: str, row_order: RowOrder | None = None) -> Formula:
 
 
 def stage_substitution(name: str, row_order: RowOrder | None = None) -> Substitution:
-    """Return how an answer takes the place of a stage."""
+    """Return a substitution that replaces a stage by an answer."""
 
     def substitute(rows: np.ndarray) -> Mapping[str, Change]:
         def change(w: Working, right: np.ndarray) -> np.ndarray:
-            in_order = rows if row_order is None else rows[row_order(w.chain)]
-            return np.asarray({1: in_order[0, 0], 2: in_order[:, 0], 3: in_order}[np.ndim(right)])
+            ordered_rows = rows if row_order is None else rows[row_order(w.chain)]
+            return np.asarray({1: ordered_rows[0, 0], 2: ordered_rows[:, 0], 3: ordered_rows}[np.ndim(right)])
 
         return {name: change}
 
@@ -133,31 +142,34 @@ def stage_substitution(name: str, row_order: RowOrder | None = None) -> Substitu
 
 
 def times_rates(name: str, row_order: RowOrder | None = None) -> Formula:
-    """Return the formula of a Jacobian, which is a stage, times the joint rates."""
+    """Return a formula that multiplies a stage, which is a Jacobian, by the joint rates."""
     jacobian = stage_formula(name, row_order)
     return lambda w, details: apply_matrix(jacobian(w, details), w["joint rates"])
 
 
 def substitute_columns(name: str, **also: Change) -> Substitution:
-    """Return how the columns of an answer replace the first vectors of a stage; `also` are more changes."""
+    """Return a substitution that replaces the first vectors of a stage by the columns of an answer.
+
+    `also` are changes of other stages.
+    """
     return lambda rows: {name: lambda _, right: np.concatenate([rows.swapaxes(0, 1), right[rows.shape[1] :]]), **also}
 
 
 def shuffle_options(
     options: Sequence[Option], right: Option, rng: Stream, words: Callable[[Option], str] = str
 ) -> tuple[Choice, list[Option]]:
-    """Return the choice between options in random order, described by `words`, and this order."""
+    """Return a choice between options in random order, described by `words`, and the shuffled options."""
     order = rng.permutation(options)
     return Choice(tuple(map(words, order)), order.index(right)), order
 
 
 def nothing(*_: object) -> tuple[()]:
-    """Return no names: entries are called by row and column."""
+    """Return no names: entries are referred to by row and column."""
     return ()
 
 
 Grid = tuple[Sequence[str], Sequence[str]]
-"""What the rows and the columns of a matrix belong to: as it is typed, or in LaTeX where that can't be typed."""
+"""Labels of the rows and of the columns of a matrix: in typed form, or in LaTeX if they can't be typed."""
 
 
 def no_grid(chain: Chain) -> Grid:
@@ -166,7 +178,7 @@ def no_grid(chain: Chain) -> Grid:
 
 
 def rates_to(rows: Callable[[Chain], Sequence[str]]) -> Callable[[Chain], Grid]:
-    """Return the grid of a Jacobian to these components, whose columns belong to the joint rates."""
+    """Return a function for the grid of a Jacobian: `rows` labels its rows, and the joint rates its columns."""
     return lambda chain: (rows(chain), joint_rates(chain))
 
 
@@ -179,7 +191,7 @@ def joint_rates(chain: Chain) -> tuple[str, ...]:
 
 
 def velocities(rows: Sequence[str]) -> list[str]:
-    r"""Return the LaTeX of components of a twist.
+    r"""Return the LaTeX names of components of a twist.
 
     >>> velocities(["vx", "wz"])
     ['v_{x}', '\\omega_{z}']
@@ -189,39 +201,42 @@ def velocities(rows: Sequence[str]) -> list[str]:
 
 @dataclass(frozen=True)
 class Question:
-    r"""A kind of question: what is asked of an arm, in which cases, and what else is known of its answer.
+    r"""A kind of question: what it asks for, to which arms it applies, and how its answer is derived and presented.
 
-    An answer that is a formula over the stages of the derivation is described as data:
+    If the answer is a formula over the stages of the derivation, these fields describe it:
 
-    - `stage`: the answer is this stage, with its rows in `row_order`; an answer may then also take its place. For any
-      other formula, `formula` and `substitutes` say how it comes out of the stages and which stages it replaces.
-    - `written`: stages as people read them, in addition to those of `reference.WRITTEN`; the reference is the formula
-      over these. `reference` gives it where people read it in another form.
-    - `answer_type` is Matrix, also for a vector, or Expression; `details` is what the wording needs in addition.
+    - `stage`: the answer is this stage, with its rows in `row_order`. A student's answer can then replace the stage.
+      For any other formula, `formula` computes the answer from the stages, and `substitutes` returns which stages an
+      answer replaces.
+    - `written`: stages in textbook form, in addition to those of `reference.WRITTEN`. The reference answer is computed
+      from these. If it should have another form, `reference` returns it.
+    - `answer_type`: Matrix (also for a vector) or Expression.
+    - `details`: returns what the wording needs in addition to the answer.
 
-    Any other answer comes from `sample`, which returns None if it finds nothing to ask. It may have a `formula`, too,
-    so that a mistake in the derivation shows in the answer: without one, only mistakes made with the answer itself are
-    known, and no consequences of mistakes.
+    Any other answer comes from `sample`, which returns None if it finds nothing to ask. If such a question also has a
+    `formula`, consequences of mistakes in the derivation are recognised. Without one, only mistakes made with the
+    answer itself are.
 
-    `objection` returns why it makes no sense for an arm, `too_long` why it is too much by hand, or None. A short
-    question of a quiz has a `form`, and shows the answers to the questions named in `shows`, which are therefore not
-    asked with it. The `template` is the one of its name, unless given.
+    `objection` returns why the question makes no sense for an arm, and `too_long` why it is too long by hand, or None.
+    A short question of a quiz has a `form`. It shows the answers to the questions named in `shows`, which are therefore
+    not asked with it. By default the `template` is the one with the question's name.
 
-    A student may write the entries of an answer under `labels`, and the columns of a matrix under `columns`;
-    `entry_names` are the names of the entries in LaTeX, and `grid` names the rows and columns. If it
-    `is_made_of_jacobian`, J is given; if it `is_made_of_minors`, deriving it as formulas takes minutes for many joints,
-    and a single formula is a product whose factors count.
+    A student may label the entries of an answer by `labels`, and the columns of a matrix by `columns`. `entry_names`
+    are the names of the entries in LaTeX, and `grid` names the rows and columns. If it `is_made_of_jacobian`, J is
+    given. If it `is_made_of_minors`, to derive it as formulas takes minutes for many joints, and a single formula is a
+    product whose factors are compared.
 
-    Sums over the links are looked for in the `linear_rows` of an answer, each with its axis (0 to 2): in an entry, or
-    in columns of one link each. A `last_row` that is the same for all arms is shown where a platform has a box for each
-    entry.
+    `adds_up` says whether an entry is a sum over the links, or whether each column has such sums. `linear_rows` are the
+    rows with these sums, each with its axis (0 to 2). If an export format has a box for each entry, a `last_row` that
+    is the same for all arms is shown instead of boxes.
 
-    Later parts are marked on a student's own earlier results: `follows_from` names the questions from whose answers
-    this one is derived, in the order in which that is tried; unless given, they are those that it `needs`. The
-    conditions of a set are where the result that `vanishes` does.
+    Later parts are marked on a student's own earlier results. `follows_from` names the questions from whose answers
+    this one is derived, in the order in which they are tried; by default they are those that it `needs`. An answer
+    that is a set of conditions consists of the configurations at which the result `vanishes` is zero.
 
-    It is asked of arms whose convention has what it `speaks_of`, one of ASKED_OF; of all arms if that is empty. Where
-    `title` would be wrong, as for a Jacobian without differentiation, `title_for` returns the right one.
+    The question applies to arms whose convention has the feature `speaks_of`, one of ASKED_OF, or to all arms if that
+    is empty. `title_for` returns the title for an arm if `title` does not fit all arms: some Jacobians are found
+    without differentiation.
     """
 
     name: str
@@ -264,7 +279,7 @@ class Question:
             object.__setattr__(self, "substitutes", stage_substitution(self.stage, self.row_order))
 
     def ask(self, chain: Chain, rng: Stream) -> Asked:
-        """Return the answer, and what the wording needs in addition. Raises RuntimeError if there is nothing to ask."""
+        """Return the answer, and the details that the wording needs. Raises RuntimeError if there is nothing to ask."""
         if self.sample is not None:
             asked = self.sample(chain, rng)
             if asked is None:
@@ -280,22 +295,22 @@ class Question:
 
     @property
     def follows(self) -> tuple[tuple[str, ...], ...]:
-        """The questions from whose answers this one is derived, in the order in which that is tried."""
+        """The questions from whose answers this one is derived, in the order in which they are tried."""
         if self.follows_from is not None:
             return self.follows_from
         return (self.needs,) if self.needs else ()
 
     def heading(self, chain: Chain) -> str:
-        """Return the title over the question where it is asked of an arm."""
+        """Return the title of the question for an arm."""
         return self.title if self.title_for is None else self.title_for(chain)
 
     @property
     def is_long(self) -> bool:
-        """Whether the result is made of minors, which are too many in formulas for many joints."""
+        """Whether the result is made of minors, whose formulas are too long for many joints."""
         return self.is_made_of_minors or self.vanishes is not None
 
     def typed_labels(self, chain: Chain, part: Part) -> tuple[str, ...]:
-        """Return the names under which the entries of a vector, or the one result, may be typed: qd1, vx, tau1."""
+        """Return the names that a student may type for the entries of a vector, or for a single result: qd1, tau1."""
         labels = self.labels(chain) or tuple(
             name.removeprefix(r"\text").translate(_OF_LATEX)
             for name in self.entry_names(chain, part)
@@ -305,23 +320,23 @@ class Question:
 
     @property
     def conventions(self) -> tuple[str, ...]:
-        """The names of the conventions in which it is asked."""
+        """The names of the conventions to whose arms it applies."""
         return tuple(name for name, convention in REGISTRY.items() if {self.speaks_of} - {""} <= convention.has)
 
     def objection_to_convention(self, convention: str) -> str | None:
-        """Return why it is not asked of arms that are presented in a convention."""
+        """Return why it does not apply to arms that are presented in a convention, or None."""
         return None if convention in self.conventions else ASKED_OF[self.speaks_of]
 
     def refusal(self, chain: Chain) -> str | None:
-        """Return why it is not asked of an arm, for one reason or the other."""
+        """Return why it can't be asked for an arm: it does not apply, or is too long. Return None if it can."""
         return self.objects(chain) or self.too_long(chain)
 
     def object_to_arm(self, chain: Chain) -> str | None:
-        """Return why it makes no sense for an arm of its conventions. Raises TooLong."""
+        """Return why it makes no sense for an arm in a suitable convention, or None. Raises TooLong."""
         return self.objection(chain)
 
     def objects(self, chain: Chain) -> str | None:
-        """Return why it makes no sense for an arm, or can't be worked out."""
+        """Return why it makes no sense for an arm, or can't be derived, or None."""
         try:
             return self.objection_to_convention(chain.convention) or self.object_to_arm(chain)
         except TooLong as error:

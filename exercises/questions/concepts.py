@@ -1,4 +1,4 @@
-"""Short questions on the concepts: size of J, effect of one joint, when (6.7) can be used, what a singularity costs."""
+"""Questions on concepts: the size of J, the effect of one joint, when (6.7) applies, and which velocities are lost."""
 
 import math
 from collections.abc import Iterable
@@ -35,20 +35,20 @@ from qdot.exercises.questions.inversion import sample_pose
 from qdot.exercises.questions.singular import objection_unless_direction_lost
 
 DIFFERENT = 0.2
-"""Share of the larger one by which two options differ at least."""
+"""Minimum difference of two options, as a fraction of the larger one."""
 
 # --- size of J ---
 
 
 def _list_other_tasks(chain: Chain) -> list[tuple[str, ...]]:
-    """Return the tasks in which an arm can move, other than its own: the rows that are not zero identically."""
+    """Return the tasks other than the arm's own whose rows of the Jacobian are not identically zero."""
     rows = moving_rows(derive(chain).geometric)
     tasks = [task for size in range(1, len(rows) + 1) for task in combinations(rows, size)]
     return [task for task in tasks if task != chain.task]
 
 
 def moving_rows(geometric: sp.Matrix) -> tuple[str, ...]:
-    """Return the names of the rows of a 6 x n Jacobian that are not zero identically."""
+    """Return the names of the rows of a 6 x n Jacobian that are not identically zero."""
     return tuple(name for name, row in zip(TASK_ROWS, geometric.tolist(), strict=True) if any(e != 0 for e in row))
 
 
@@ -68,7 +68,7 @@ def _object_to_task(chain: Chain) -> str | None:
 
 @dataclass(frozen=True)
 class Effect:
-    """Which joint moves alone in which pose, and the components of velocity that are shown."""
+    """The joint that moves alone, the configuration, and the components of velocity that are shown."""
 
     joint: int
     place: Pose
@@ -77,17 +77,20 @@ class Effect:
 
 @dataclass(frozen=True, kw_only=True)
 class OfJoint(Details):
-    """About what one joint does."""
+    """About the velocity that one joint causes."""
 
     effect: Effect
 
     def given_values(self, chain: Chain) -> dict[str, float]:
-        """Return the numbers of the pose."""
+        """Return the numbers of the configuration."""
         return self.effect.place.numbers
 
 
 def _choose_rows(chain: Chain) -> tuple[str, ...]:
-    """Return the components in which the effect of a joint is shown: of P, or of the last link if P does not count."""
+    """Return the velocity components in which a joint's effect is shown.
+
+    They are those of P, or of the last link if the task has no linear rows or P moves in one component only.
+    """
     rows = moving_rows(derive(chain).geometric)
     linear = tuple(row for row in rows if row[0] == "v")
     if len(linear) < 2 or not chain.linear_rows:
@@ -109,19 +112,19 @@ def _ask_effect(chain: Chain, rng: Stream) -> Asked | None:
     for _ in range(60):
         lengths, joints = sample_unequal_lengths(chain, rng), sample_pose(chain, rng)
         pose = make_pose(chain, lengths, joints)
-        shown = evaluate_precisely(chain, pose, derive(chain).geometric)[indices, :]
-        moving = [i for i in range(chain.n) if _measure(shown.col(i)) > 0.1]
-        if not moving:
+        jacobian = evaluate_precisely(chain, pose, derive(chain).geometric)[indices, :]
+        moving_joints = [i for i in range(chain.n) if _measure(jacobian.col(i)) > 0.1]
+        if not moving_joints:
             continue
-        joint = rng.choice(moving)
-        right = _round_vector(shown.col(joint))
-        wrong: list[Numbers] = []
-        for vector in rng.permutation(_distort(chain, pose, joint, shown, [row for row in indices if row < 3])):
+        joint = rng.choice(moving_joints)
+        correct = _round_vector(jacobian.col(joint))
+        wrong_answers: list[Numbers] = []
+        for vector in rng.permutation(_distort(chain, pose, joint, jacobian, [row for row in indices if row < 3])):
             candidate = _round_vector(vector)
-            if all(_differ(candidate, known) for known in (right, *wrong)):
-                wrong.append(candidate)
-        if len(wrong) >= 3:
-            answer, _ = shuffle_options([right, *wrong[:3]], right, rng, write_vector)
+            if all(_differ(candidate, known) for known in (correct, *wrong_answers)):
+                wrong_answers.append(candidate)
+        if len(wrong_answers) >= 3:
+            answer, _ = shuffle_options([correct, *wrong_answers[:3]], correct, rng, write_vector)
             return answer, OfJoint(effect=Effect(joint + 1, pose, rows), pose=pose.figure)
     return None
 
@@ -133,7 +136,7 @@ def _derive_effect(w: Working, details: Details) -> np.ndarray:
 
 
 def _distort(chain: Chain, pose: Pose, joint: int, shown: sp.Matrix, linear: list[int]) -> list[sp.Matrix]:
-    """Return what mistakes make of a column: sign, another column, p* itself, p* from the next origin, next frame."""
+    """Return wrong versions of a column: wrong sign, another joint's column, p*, p* of the next origin, wrong axes."""
     column = shown.col(joint)
     vectors = [-column, *(shown.col(i) for i in range(chain.n) if i != joint)]
     if linear:
@@ -149,12 +152,12 @@ def _distort(chain: Chain, pose: Pose, joint: int, shown: sp.Matrix, linear: lis
 
 
 def _measure(vector: Iterable[sp.Expr]) -> float:
-    """Return the length of a vector; by sums that are the same on every machine, as lengths may be just 0.05 m."""
+    """Return the norm of a vector, by sums that are equal on every machine, since norms may be exactly at a limit."""
     return math.sqrt(math.fsum(float(value) ** 2 for value in vector))
 
 
 def _round_vector(vector: sp.Matrix) -> Numbers:
-    """Return entries to three decimals."""
+    """Return the entries of a vector, rounded to three decimals."""
     return tuple(_round_to(value, 3) for value in vector)
 
 
@@ -163,12 +166,12 @@ def _round_to(value: sp.Expr, places: int) -> sp.Rational:
 
 
 def _differ(a: Numbers, b: Numbers) -> bool:
-    apart = _measure(x - y for x, y in zip(a, b, strict=True))
-    return apart > DIFFERENT * max(_measure(a), _measure(b))
+    distance = _measure(x - y for x, y in zip(a, b, strict=True))
+    return distance > DIFFERENT * max(_measure(a), _measure(b))
 
 
 def write_vector(vector: Numbers) -> str:
-    """Return a vector as the text of an option, three decimals each.
+    """Return a vector as the text of an option, with three decimals per entry.
 
     >>> write_vector((sp.Rational(1, 3).limit_denominator(1000), sp.S(-2)))
     '(0.333, -2.000)'
@@ -177,7 +180,7 @@ def write_vector(vector: Numbers) -> str:
 
 
 def read_vector(words: str) -> list[float]:
-    """Return the vector that an option shows, as `write_vector` wrote it.
+    """Return the vector that an option shows, parsed from the text of `write_vector`.
 
     >>> read_vector("(0.333, -2.000)")
     [0.333, -2.0]
@@ -197,7 +200,7 @@ USES = {
 
 @dataclass(frozen=True, kw_only=True)
 class ForUse(AtPose):
-    """About the use of (6.7) for a task: which of USES it is, J in numbers, and its determinant where it is square."""
+    """About the use of (6.7) for a task: the key in USES, the numeric J, and its determinant if J is square."""
 
     use: str
     task: tuple[str, ...]
@@ -206,19 +209,19 @@ class ForUse(AtPose):
 
 
 def _ask_use(chain: Chain, rng: Stream) -> Asked | None:
-    """Choose the answer first, then a task and a pose that have it."""
+    """Choose the answer first, then a task and a configuration for which it is correct."""
     for use in rng.permutation(tuple(USES)):
         for task in rng.permutation(_list_tasks(chain, use))[:6]:
-            asked = chain.with_task(*task)
-            pose = _sample_pose_for(asked, use, rng)
+            arm = chain.with_task(*task)
+            pose = _sample_pose_for(arm, use, rng)
             if pose is not None:
                 answer, _ = shuffle_options(tuple(USES), use, rng, USES.__getitem__)
-                return answer, _describe_use(asked, use, pose)
+                return answer, _describe_use(arm, use, pose)
     return None
 
 
 def _describe_use(chain: Chain, use: str, pose: Pose) -> ForUse:
-    """Return the details for an arm with the task asked about; numbers to four digits."""
+    """Return the details for an arm with the given task, with numbers to four digits."""
     jacobian = evaluate_precisely(chain, pose, derive(chain).jacobian)
     numbers = [[numeric(value) for value in row] for row in jacobian.tolist()]
     value = four_digits(determinant(numbers)) if jacobian.is_square else None
@@ -229,7 +232,7 @@ def _describe_use(chain: Chain, use: str, pose: Pose) -> ForUse:
 
 @lru_cache(maxsize=1024)
 def _list_tasks(chain: Chain, use: str) -> tuple[tuple[str, ...], ...]:
-    """Return the tasks of an arm for which J can have the shape asked for; where square, its own if it is square."""
+    """Return the tasks for which J has the shape that an answer needs; for square J, the arm's own if that fits."""
     rows = moving_rows(derive(chain).geometric)
     sizes = {
         "regular": [chain.n], "singular": [chain.n],
@@ -251,14 +254,14 @@ def _sample_pose_for(chain: Chain, use: str, rng: Stream) -> Pose | None:
 # --- what a singularity costs ---
 
 MOST_ROWS = 4
-"""Components of velocity that an option may have."""
+"""Maximum number of velocity components of an option."""
 
 
 @dataclass(frozen=True)
 class Cost:
-    """The singular pose, whether the velocity asked for is the one that can be produced, and the lost direction.
+    """The singular configuration, whether the correct option is a possible velocity, and the lost direction.
 
-    `products` are the scalar products of the options (by letter) with it, to two decimals.
+    `products` are the scalar products of the lost direction with the options (by letter), to two decimals.
     """
 
     place: Pose
@@ -269,7 +272,7 @@ class Cost:
 
 @dataclass(frozen=True, kw_only=True)
 class OfCost(Details):
-    """About what a singularity costs."""
+    """About the velocities that are impossible at a singular configuration."""
 
     cost: Cost
 
@@ -279,8 +282,8 @@ class OfCost(Details):
 
 
 def _object_to_cost(chain: Chain) -> str | None:
-    if refused := objection_unless_direction_lost(chain):
-        return refused
+    if objection := objection_unless_direction_lost(chain):
+        return objection
     if len(chain.task) > MOST_ROWS:
         return f"its task counts {len(chain.task)} components of velocity"
     return None if _has_cost(chain) else "no singular configuration loses exactly one direction"
@@ -292,7 +295,7 @@ def _has_cost(chain: Chain) -> bool:
 
 
 def _ask_cost(chain: Chain, rng: Stream) -> Asked | None:
-    """Choose at random whether three velocities can be produced and one not, or one can and three not."""
+    """Choose at random whether one of four velocities can be produced, or all but one."""
     possible = rng.choice((True, False))
     for _ in range(20):
         pose = find_singular_pose(chain, rng, 1)
@@ -301,49 +304,51 @@ def _ask_cost(chain: Chain, rng: Stream) -> Asked | None:
         jacobian = evaluate_precisely(chain, pose, derive(chain).jacobian)
         lost = lost_direction(jacobian_at(chain, pose))
         assert lost is not None
-        chosen = _sample_velocities(jacobian, lost, possible, rng)
-        if chosen is not None:
-            answer, order = shuffle_options(chosen, chosen[0], rng, write_vector)
-            shown = _round_vector(precise_lost_direction(chain, pose))
-            products = [sum(a * b for a, b in zip(vector, shown, strict=True)) for vector in order]
-            lettered = tuple((letter, _round_to(value, 2)) for letter, value in zip("ABCD", products, strict=True))
-            return answer, OfCost(cost=Cost(pose, possible, shown, lettered), pose=pose.figure)
+        velocities = _sample_velocities(jacobian, lost, possible, rng)
+        if velocities is not None:
+            answer, shuffled = shuffle_options(velocities, velocities[0], rng, write_vector)
+            lost_entries = _round_vector(precise_lost_direction(chain, pose))
+            products = [sum(a * b for a, b in zip(vector, lost_entries, strict=True)) for vector in shuffled]
+            lettered_products = tuple(
+                (letter, _round_to(value, 2)) for letter, value in zip("ABCD", products, strict=True)
+            )
+            return answer, OfCost(cost=Cost(pose, possible, lost_entries, lettered_products), pose=pose.figure)
     return None
 
 
 def _sample_velocities(jacobian: sp.Matrix, lost: np.ndarray, possible: bool, rng: Stream) -> list[Numbers] | None:
-    """Return four velocities, the one asked for first: `possible` tells whether it or the others can be produced."""
-    chosen: list[Numbers] = []
+    """Return four velocities, the correct option first: it can be produced if `possible`, else the others can."""
+    velocities: list[Numbers] = []
     for _ in range(80):
         rates = sp.Matrix([sp.Rational(rng.choice([k for k in range(-9, 10) if k]), 10) for _ in range(jacobian.cols)])
         produced = jacobian * rates
-        can = possible == (not chosen)
-        added = sp.zeros(jacobian.rows, 1) if can else _sample_velocity_along(lost, _measure(produced), rng)
-        velocity = _round_vector(produced + added)
+        is_possible = possible == (not velocities)
+        addition = sp.zeros(jacobian.rows, 1) if is_possible else _sample_velocity_along(lost, _measure(produced), rng)
+        velocity = _round_vector(produced + addition)
         if (
             0.1 < _measure(sp.Matrix(velocity)) < 3
-            and _has_clear_share(velocity, lost, can)
-            and _is_new(velocity, chosen)
+            and _has_clear_share(velocity, lost, is_possible)
+            and _is_new(velocity, velocities)
         ):
-            chosen.append(velocity)
-        if len(chosen) == 4:
-            return chosen
+            velocities.append(velocity)
+        if len(velocities) == 4:
+            return velocities
     return None
 
 
 def _sample_velocity_along(lost: np.ndarray, size: float, rng: Stream) -> sp.Matrix:
-    """Return a velocity along the lost direction, in whole hundredths of its length."""
+    """Return a velocity along the lost direction whose length is `size` in whole hundredths, at least 0.2."""
     factor = rng.choice((1, -1)) * sp.Rational(round(100 * max(size, 0.2)), 100)
-    first = next(value for value in lost if abs(value) > 1e-3)
-    oriented = lost if first > 0 else -lost
+    first_entry = next(value for value in lost if abs(value) > 1e-3)
+    oriented = lost if first_entry > 0 else -lost
     return factor * sp.Matrix([sp.Rational(round(float(value) * 10**6), 10**6) for value in oriented])
 
 
 def _has_clear_share(velocity: Numbers, lost: np.ndarray, can: bool) -> bool:
-    """Tell whether a velocity has a clear component along the lost direction, or none but by rounding."""
+    """Return whether a velocity has a clear component along the lost direction, or, if it `can` be produced, none."""
     numbers = np.array([float(value) for value in velocity])
-    share = abs(float(numbers @ lost)) / float(np.linalg.norm(numbers))
-    return share < 0.012 if can else share > 0.5
+    lost_share = abs(float(numbers @ lost)) / float(np.linalg.norm(numbers))
+    return lost_share < 0.012 if can else lost_share > 0.5
 
 
 def _is_new(velocity: Numbers, chosen: list[Numbers]) -> bool:

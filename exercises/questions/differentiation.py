@@ -16,27 +16,27 @@ from qdot.exercises.questions.base import Question, objection_to_length, objecti
 
 
 def moving_rows(chain: Chain) -> list[int]:
-    """Return the rows of x, y, z in which the task lets the point move."""
+    """Return the indices of the coordinates x, y, z whose velocity is in the task."""
     return ["xyz".index(axis) for axis in chain.linear_rows]
 
 
 @dataclass(frozen=True, kw_only=True)
 class ForTask(Details):
-    """About the Jacobian for a task, which need not be the arm's own."""
+    """About the Jacobian for a task, which may differ from the arm's own."""
 
     task: tuple[str, ...]
 
 
 def find_power_of_metres(part: Part) -> int | None:
-    """Return the power of metres that a determinant is in, one for each row of linear velocity; None of others."""
+    """Return the power of metres in a determinant's unit, one per linear row of the task; None for other parts."""
     return sum(row.startswith("v") for row in part.about(ForTask).task) if part.kind == "determinant" else None
 
 
 @dataclass(frozen=True, kw_only=True)
 class AlongAxes(Details):
-    """About the coordinates of the point that the task counts, some of "x", "y", "z".
+    """About the coordinates of the tool point whose velocity is in the task, from "x", "y", "z".
 
-    Of a velocity that is written link by link, `by_links` is true.
+    `by_links` says that a velocity is written link by link.
     """
 
     axes: tuple[str, ...]
@@ -45,17 +45,17 @@ class AlongAxes(Details):
 
 @dataclass(frozen=True, kw_only=True)
 class AlongAxis(OneOfSeveral):
-    """About one component of the velocity of the point: its axis, and the row (0 to 2) that it is in."""
+    """About one component of the tool point's velocity: its axis and its row (0 to 2)."""
 
     axis: str
     row: int
 
 
 def linear_velocity(chain: Chain) -> sp.Matrix:
-    """Return the velocity of the point, the coordinates that the task counts (6.2).
+    """Return the components of the tool point's velocity that are in the task (6.2).
 
-    Where every term of the position has the sine or cosine of one angle, it is written link by link as in Example 6.1,
-    -a1 s1 qd1 - a2 s12 (qd1 + qd2); else joint by joint, as J qd.
+    If every term of the position has the sine or cosine of at most one angle, it is written link by link as in Example
+    6.1, -a1 s1 qd1 - a2 s12 (qd1 + qd2), otherwise joint by joint, as J qd.
     """
     d = derive(chain)
     if is_by_links(chain):
@@ -65,37 +65,39 @@ def linear_velocity(chain: Chain) -> sp.Matrix:
 
 
 def is_by_links(chain: Chain) -> bool:
-    """Tell whether every term of the position turns by one angle, and one of them by a sum of joint angles."""
+    """Return whether each term of the position depends on at most one angle, and one of these is a sum of angles."""
     position = derive(chain).position.extract(moving_rows(chain), [0])
-    turning = [term.atoms(sp.sin, sp.cos) for entry in position for term in sp.Add.make_args(sp.expand(entry))]
-    sums = any(len(trig.args[0].free_symbols) > 1 for trigs in turning for trig in trigs)
-    return sums and all(len(trigs) <= 1 for trigs in turning)
+    trig_terms = [term.atoms(sp.sin, sp.cos) for entry in position for term in sp.Add.make_args(sp.expand(entry))]
+    has_angle_sum = any(len(trig.args[0].free_symbols) > 1 for trigs in trig_terms for trig in trigs)
+    return has_angle_sum and all(len(trigs) <= 1 for trigs in trig_terms)
 
 
 def _differentiate_by_links(coordinate: sp.Expr, chain: Chain) -> sp.Expr:
-    """Return the rate of change of a coordinate; what turns by the same angle has the same sum of joint rates."""
+    """Return the rate of change of a coordinate; terms of the same angle share one sum of joint rates."""
     rates = dict(zip(chain.q, chain.rates, strict=True))
-    turning: dict[sp.Expr, sp.Expr] = {}
+    terms_by_angle: dict[sp.Expr, sp.Expr] = {}
     for term in sp.Add.make_args(sp.expand(coordinate)):
         angle = next((trig.args[0] for trig in term.atoms(sp.sin, sp.cos)), sp.S.Zero)
-        turning[angle] = turning.get(angle, sp.S.Zero) + term
+        terms_by_angle[angle] = terms_by_angle.get(angle, sp.S.Zero) + term
     velocity = sp.S.Zero
-    for angle, group in turning.items():
-        sliding = [q for q in chain.q if group.has(q) and q not in angle.free_symbols]
-        velocity += sp.Add(*(group.diff(q) * rates[q] for q in sliding))
-        turned = [q for q in chain.q if q in angle.free_symbols]
-        if turned:
+    for angle, term_sum in terms_by_angle.items():
+        prismatic_variables = [q for q in chain.q if term_sum.has(q) and q not in angle.free_symbols]
+        velocity += sp.Add(*(term_sum.diff(q) * rates[q] for q in prismatic_variables))
+        angle_variables = [q for q in chain.q if q in angle.free_symbols]
+        if angle_variables:
             velocity += (
-                group.diff(turned[0]) / angle.diff(turned[0]) * sp.Add(*(angle.diff(q) * rates[q] for q in turned))
+                term_sum.diff(angle_variables[0])
+                / angle.diff(angle_variables[0])
+                * sp.Add(*(angle.diff(q) * rates[q] for q in angle_variables))
             )
     return velocity
 
 
 def _choose_component(chain: Chain, rng: Stream) -> AlongAxis:
     velocity = linear_velocity(chain)
-    useful = [i for i, entry in enumerate(velocity) if len(entry.free_symbols & set(chain.rates)) > 1]
-    chosen = rng.choice(useful or list(range(len(velocity))))
-    return AlongAxis(axis=chain.linear_rows[chosen], row=moving_rows(chain)[chosen])
+    multi_rate_rows = [i for i, entry in enumerate(velocity) if len(entry.free_symbols & set(chain.rates)) > 1]
+    index = rng.choice(multi_rate_rows or list(range(len(velocity))))
+    return AlongAxis(axis=chain.linear_rows[index], row=moving_rows(chain)[index])
 
 
 def _write_component(chain: Chain, details: Details) -> sp.Matrix:
@@ -118,12 +120,12 @@ def _choose_title(chain: Chain) -> str:
 
 
 def _substitute_position(rows: np.ndarray) -> dict[str, Change]:
-    """Differentiate a position, (rows, 1, …), with respect to each joint variable."""
+    """Return the change of the linear Jacobian to the derivatives of a position, (rows, 1, …)."""
 
     def differentiate(w: Working, right: np.ndarray) -> np.ndarray:
-        slopes, linear = w.arithmetic.slopes(rows[:, 0]), right.copy()
+        derivatives, linear = w.arithmetic.slopes(rows[:, 0]), right.copy()
         for k, row in enumerate(moving_rows(w.chain)):
-            linear[row] = slopes[:, k]
+            linear[row] = derivatives[:, k]
         return linear
 
     return {"linear": differentiate}

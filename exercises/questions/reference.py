@@ -1,4 +1,4 @@
-"""References: the stages of a derivation as formulas that people read, over which answers are worked out."""
+"""Reference answers: the stages of a derivation in textbook form, from which answers are derived."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
@@ -14,7 +14,7 @@ from qdot.exercises.arm.derivation import derive
 from qdot.exercises.arm.derivation_graph import Working
 
 Written = Mapping[str, Callable[[Chain], sp.Matrix | sp.Expr]]
-"""Stages by name, as a textbook writes them: proved on the arm's structure, then filled with its numbers."""
+"""Stages in textbook form, by name: proved on the arm's structure, then filled with the arm's numbers."""
 
 WRITTEN: Written = {
     "point": lambda chain: derive(chain).position,
@@ -29,12 +29,12 @@ WRITTEN: Written = {
 }
 
 VECTORS = frozenset({"point", "last origin", "rates"})
-"""Stages that are vectors, which are written as matrices of one column."""
+"""Stages that are vectors; their formulas are matrices with one column."""
 
 
 @dataclass
 class ReferenceWorking(Working):
-    """A derivation whose stages are as people read them, where these are `written`, else made of those."""
+    """A derivation that takes the stages in `written` in textbook form and computes the others from them."""
 
     written: Written = field(default_factory=dict)
 
@@ -48,10 +48,10 @@ class ReferenceWorking(Working):
         return rows if stage in VECTORS else rows[..., None]
 
     def up_to(self, frame: int) -> Working:
-        """Return the working for the origin of a frame inside the arm and its link."""
+        """Return the working for the first joints of the arm, up to a frame and its link."""
         return reference_working(convention_of(self.chain).first_joints(frame), self.written)
 
 
 def reference_working(chain: Chain, written: Written) -> ReferenceWorking:
-    """Return the derivation of an arm with the stages of WRITTEN, and others that are `written` for a question."""
+    """Return the derivation of an arm with the stages of WRITTEN and those that a question adds in `written`."""
     return ReferenceWorking(chain, Formulas([q.name for q in chain.q]), written={**WRITTEN, **written})

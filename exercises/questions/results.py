@@ -1,4 +1,4 @@
-"""Answers as they come out of a derivation, with whatever went wrong in it."""
+"""Answers computed by a derivation, including the mistakes made in it."""
 
 from collections.abc import Iterable
 
@@ -15,22 +15,22 @@ from qdot.exercises.questions import QUESTIONS
 
 
 def is_derived(part: Part) -> bool:
-    """Return whether the answer to a part comes out of a derivation."""
+    """Return whether the answer to a part is computed by a derivation."""
     return part.kind in QUESTIONS and QUESTIONS[part.kind].formula is not None
 
 
 def is_made_of_jacobian(part: Part) -> bool:
-    """Return whether the answer to a part is worked out from a Jacobian that is there."""
+    """Return whether the answer to a part is derived from a given Jacobian."""
     return part.kind in QUESTIONS and QUESTIONS[part.kind].is_made_of_jacobian
 
 
 def is_product(part: Part) -> bool:
-    """Return whether the answer to a part is a product whose factors count, as a determinant is."""
+    """Return whether the answer to a part is a product whose factors are compared, such as a determinant."""
     return part.kind in QUESTIONS and QUESTIONS[part.kind].is_made_of_minors and part.shape is None
 
 
 def divisor(chain: Chain, part: Part, known: Iterable[str]) -> Node | None:
-    """Return det J, if the answer to a part has several entries that are divided by it, as those of the inverse are.
+    """Return det J if the answer to a part has several entries with that denominator, such as the inverse, else None.
 
     `known` are the names of the problem's symbols.
     """
@@ -42,9 +42,9 @@ def divisor(chain: Chain, part: Part, known: Iterable[str]) -> Node | None:
 
 
 def result(w: Working, part: Part) -> np.ndarray:
-    """Return the answer to a part as it comes out of a working, (rows, columns, …), mistakes in writing it included.
+    """Return the answer that a working gives to a part, (rows, columns, …), including mistakes in writing it down.
 
-    Raises TypeError for a part whose answer comes out of none.
+    Raises TypeError if the answer to the part is not computed by a derivation.
     """
     formula = QUESTIONS[part.kind].formula
     if formula is None:

@@ -13,13 +13,13 @@ from qdot.exercises.questions.base import Question, objection_to_length
 
 @dataclass(frozen=True, kw_only=True)
 class Loaded(Details):
-    """About an arm that exerts a force, which has the rows of the task."""
+    """About an arm that exerts a force or moment, with one component for each row of the task."""
 
     force: sp.Matrix
 
 
 def make_load_symbols(chain: Chain) -> dict[str, SymbolInfo]:
-    """Return the components of force and moment that go with the rows of the task: fx for vx, mx for wx."""
+    """Return the components of force and moment that correspond to the rows of the task: fx for vx, mx for wx."""
     return {
         f"{'f' if row[0] == 'v' else 'm'}{row[1]}": SymbolInfo(
             *(("force", "N") if row[0] == "v" else ("moment", "N m"))

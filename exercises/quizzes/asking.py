@@ -1,4 +1,4 @@
-"""Define a short question: asked of an arm if it makes sense and sampling finds something to ask."""
+"""Define a short question, which applies to an arm if it makes sense and sampling finds something to ask."""
 
 from dataclasses import dataclass
 from functools import lru_cache
@@ -13,10 +13,10 @@ from qdot.exercises.questions.base import Asked, Question
 
 @dataclass(frozen=True)
 class ShortQuestion(Question):
-    """A short question on what the question `about` asks for, asked of an arm if that question makes sense.
+    """A short question about the result that the question `about` asks for. It applies only if that question does.
 
-    `otherwise` is the objection if sampling finds nothing to ask. Whether there is anything is determined once for all
-    arms of a structure; if an arm's numbers leave nothing, another arm is sampled (`generate`).
+    `otherwise` is the objection if sampling finds nothing to ask. This is determined once for all arms of a structure.
+    If an arm's own numbers leave nothing to ask, `generate` samples another arm.
     """
 
     about: str = ""
@@ -24,7 +24,7 @@ class ShortQuestion(Question):
     points: float = 0.5
 
     def ask(self, chain: Chain, rng: Stream) -> Asked:
-        """Return what is found for the arm, else what is found for any stream."""
+        """Return answer and details sampled from `rng`, or, if it finds nothing, from a fixed stream."""
         try:
             return super().ask(chain, rng)
         except RuntimeError:
@@ -34,10 +34,10 @@ class ShortQuestion(Question):
             return asked
 
     def object_to_arm(self, chain: Chain) -> str | None:
-        """Return why it makes no sense, or finds nothing to ask."""
-        if refused := QUESTIONS[self.about].objects(chain) or self.objection(chain):
-            return refused
-        # The structure of an arm does not determine where its screws are at home.
+        """Return why the question makes no sense for an arm or finds nothing to ask, or None."""
+        if objection := QUESTIONS[self.about].objects(chain) or self.objection(chain):
+            return objection
+        # An arm's structure does not determine its screws at home.
         arms = (chain, structure(chain).chain) if self.speaks_of == SCREWS else (structure(chain).chain,)
         return self.otherwise if any(_find(self, arm) is None for arm in arms) else None
 

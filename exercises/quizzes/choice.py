@@ -1,4 +1,4 @@
-"""One right option out of four: which is the position, the Jacobian, a column of it, its determinant, …"""
+"""Multiple-choice questions with four options: which is the position, the Jacobian, one of its columns, …?"""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -18,13 +18,16 @@ from qdot.exercises.quizzes.wrong_sets import make_four_sets
 
 @dataclass(frozen=True, kw_only=True)
 class AboutSubject(Options):
-    """Formulas that are offered for a subject."""
+    """The formulas offered as options for a subject."""
 
     subject: Subject
 
 
 Subjects = Callable[[Chain, str], list[Subject]]
-"""What a question about the answer to another one could be about on an arm."""
+"""A function that returns the subjects (whole answer, column or entry) that options can be about.
+
+Its arguments are the arm and the name of the question whose answer the options are variants of.
+"""
 
 
 def _take_whole_answer(_: Chain, base: str) -> list[Subject]:
@@ -32,12 +35,12 @@ def _take_whole_answer(_: Chain, base: str) -> list[Subject]:
 
 
 def _take_whole_answer_or_entry(chain: Chain, base: str) -> list[Subject]:
-    """Return the position as a whole and, for arms where that is too long, each coordinate."""
+    """Return the whole position, and each coordinate in case the whole position is too long for an option."""
     return [Subject(base), *(Subject(base, None, row) for row in range(len(chain.linear_rows)))]
 
 
 def _find_moving_columns(chain: Chain, base: str) -> list[Subject]:
-    """Return the columns that depend on the configuration: the others can be seen without a calculation."""
+    """Return the columns that depend on the configuration; the others are obvious without a calculation."""
     matrix, joints = QUESTIONS[base].ask(chain, Stream("quiz"))[0].as_matrix(), set(chain.q)
     return [Subject(base, column) for column in range(matrix.cols) if matrix.col(column).free_symbols & joints]
 
@@ -53,7 +56,7 @@ def _take_columns(chain: Chain, base: str) -> list[Subject]:
 
 
 def _take_columns_but_first(chain: Chain, base: str) -> list[Subject]:
-    """Return all columns except the first, for which there are no three mistakes."""
+    """Return all columns except the first, for which there are not three plausible wrong answers."""
     return _take_columns(chain, base)[1:]
 
 

@@ -1,4 +1,4 @@
-"""Questions about drawings: is a statement about this configuration true, and which of these is singular?"""
+"""Questions about drawings: is a statement about a configuration true, and which configuration is singular?"""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -15,19 +15,19 @@ from qdot.exercises.quizzes.options import Places
 from qdot.exercises.quizzes.places import regular_poses, singular_poses, take_distinct, with_random_lengths, write_pose
 
 SEEN = 0.08
-"""Least component of a velocity (m/s for a unit rate) whose sign is asked for, large enough to see in the drawing."""
+"""Minimum velocity component (m/s for a unit joint rate) whose sign is asked for: large enough to see in a drawing."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class PoseStatement(AtPose):
-    """A statement about a pose; `said` is "singular" or "moves", a name that the digests of problems hold."""
+    """A statement about a configuration; `said` is "singular" or "moves". It is part of problem digests."""
 
     said: str
 
 
 @dataclass(frozen=True, kw_only=True)
 class JointStatement(PoseStatement):
-    """The statement that a joint (from 1) moves the point in one sense along an axis, that of the velocity in `row`."""
+    """The statement that a joint (from 1) gives the velocity component `row` of the tool point a certain sign."""
 
     joint: int
     row: str
@@ -38,7 +38,7 @@ class JointStatement(PoseStatement):
 
 
 def _ask_true_or_false(chain: Chain, rng: Stream) -> Asked | None:
-    """Choose whether the statement is true, then the statement."""
+    """Choose first whether the statement is true, then the statement."""
     truth = rng.choice((True, False))
     for _ in range(30):
         for statement in _sample_statements(chain, truth, rng):
@@ -47,27 +47,29 @@ def _ask_true_or_false(chain: Chain, rng: Stream) -> Asked | None:
 
 
 def _sample_statements(chain: Chain, truth: bool, rng: Stream) -> Iterator[PoseStatement]:
-    for kind in rng.permutation(("singular", "moves")):
-        if kind == "singular" and (components := singular_set(chain)):
+    for statement_kind in rng.permutation(("singular", "moves")):
+        if statement_kind == "singular" and (components := singular_set(chain)):
             if truth:
                 pose = sample_shown_pose(chain, (rng.choice(components),), rng)
             else:
                 pose = sample_regular_pose(chain, rng, 0.12)
             if pose is not None:
                 yield PoseStatement(said="singular", place=pose, pose=pose.figure)
-        if kind == "moves":
+        if statement_kind == "moves":
             yield from _sample_joint_statements(chain, truth, rng)
 
 
 def _sample_joint_statements(chain: Chain, truth: bool, rng: Stream) -> Iterator[PoseStatement]:
-    """Yield in which sense a joint moves the point along an axis; a false statement has the opposite sign."""
+    """Yield a statement about the sign of a velocity component that a joint causes; a false one has the wrong sign."""
     pose = sample_regular_pose(chain, rng, 0.05, misleading=False)
     if pose is None:
         return
     linear = evaluate_precisely(chain, pose, derive(chain).linear)
-    seen = [(row, joint) for row in range(3) for joint in range(chain.n) if abs(float(linear[row, joint])) > SEEN]
-    if seen:
-        row, joint = rng.choice(seen)
+    visible_entries = [
+        (row, joint) for row in range(3) for joint in range(chain.n) if abs(float(linear[row, joint])) > SEEN
+    ]
+    if visible_entries:
+        row, joint = rng.choice(visible_entries)
         positive = bool(linear[row, joint] > 0) == truth
         yield JointStatement(
             said="moves", place=pose, pose=pose.figure, joint=joint + 1, row=TASK_ROWS[row], positive=positive
@@ -80,13 +82,13 @@ def _sample_joint_statements(chain: Chain, truth: bool, rng: Stream) -> Iterator
 def _ask_which_drawing(chain: Chain, rng: Stream) -> Asked | None:
     for _ in range(4):
         arm, lengths = with_random_lengths(chain, rng)
-        right = take_distinct(singular_poses(arm, rng), 1)
-        wrong = take_distinct(regular_poses(arm, rng), 3, [pose for pose, _ in right])
-        if right and len(wrong) == 3:
-            order = rng.permutation([*right, *wrong])
-            places, blames = (tuple(column) for column in zip(*order, strict=True))
-            answer = Choice(tuple(write_pose(pose) for pose in places), order.index(right[0]))
-            return answer, Places(places=places, lengths=lengths, blames=blames, drawn=True)
+        singular = take_distinct(singular_poses(arm, rng), 1)
+        regular = take_distinct(regular_poses(arm, rng), 3, [pose for pose, _ in singular])
+        if singular and len(regular) == 3:
+            shuffled = rng.permutation([*singular, *regular])
+            shown_poses, blames = (tuple(column) for column in zip(*shuffled, strict=True))
+            answer = Choice(tuple(write_pose(pose) for pose in shown_poses), shuffled.index(singular[0]))
+            return answer, Places(places=shown_poses, lengths=lengths, blames=blames, drawn=True)
     return None
 
 

@@ -1,4 +1,4 @@
-"""To each item its option: columns of the Jacobian to the joints that they belong to."""
+"""Matching questions: assign columns of the Jacobian to the joints to which they belong."""
 
 from functools import lru_cache
 
@@ -12,27 +12,27 @@ from qdot.exercises.quizzes.options import OfferedOption, Options
 from qdot.exercises.quizzes.wrong import Subject, all_differ, make_four_options
 
 LONGEST, MOST = 260, 6
-"""Characters of a column, and columns."""
+"""Maximum number of characters of a column, and maximum number of columns."""
 
 
 def _ask_columns(chain: Chain, rng: Stream) -> Asked | None:
-    """Choose the order of the columns; if there are few, add a column with a mistake."""
+    """Sample the order of the columns; add one wrong column if the maximum number allows it."""
     if not 2 <= chain.n <= MOST or not _are_distinct(chain):
         return None
     jacobian = derive(chain).jacobian
-    offered = [OfferedOption(jacobian.col(column)) for column in range(chain.n)]
-    extra = _make_extra_column(chain, rng) if chain.n < MOST else None
-    order = tuple(rng.permutation([*offered, *([] if extra is None else [extra])]))
+    correct_options = [OfferedOption(jacobian.col(column)) for column in range(chain.n)]
+    wrong_option = _make_extra_column(chain, rng) if chain.n < MOST else None
+    shuffled = tuple(rng.permutation([*correct_options, *([] if wrong_option is None else [wrong_option])]))
     answer = Matching(
         tuple(f"joint {number}" for number in range(1, chain.n + 1)),
-        tuple(option.text for option in order),
-        tuple(order.index(option) for option in offered),
+        tuple(option.text for option in shuffled),
+        tuple(shuffled.index(option) for option in correct_options),
     )
-    return answer, Options(offered=order)
+    return answer, Options(offered=shuffled)
 
 
 def _make_extra_column(chain: Chain, rng: Stream) -> OfferedOption | None:
-    """Return a wrong column that equals none of the right ones."""
+    """Return a wrong column that differs from all the correct ones."""
     jacobian = derive(chain).jacobian
     columns = [jacobian.col(column) for column in range(chain.n)]
     for number in rng.permutation(range(chain.n)):
@@ -51,7 +51,7 @@ def _are_distinct(chain: Chain) -> bool:
 
 @lru_cache(maxsize=1024)
 def _is_short(generic: Chain) -> bool:
-    """Tell whether the columns of the structure are short: all of its arms are asked or none."""
+    """Return whether the columns of a structure are short; the question applies to all of its arms or to none."""
     jacobian = derive(generic).jacobian
     return all(len(OfferedOption(jacobian.col(column)).text) <= LONGEST for column in range(generic.n))
 

@@ -1,7 +1,7 @@
-"""Why an option is wrong: the mistakes behind the options of every question with letters.
+"""Why an option is wrong: the mistakes behind the options of all questions with lettered options.
 
-Some are stored with the options that they produced. Others are found where one meaning is mistaken for another, or
-where a derivation with a mistake in it gives the option. For the rest, the option itself shows the mistake.
+Some mistakes are stored with the options that they produced. Others are found by comparison: an option may name
+another meaning, or equal the result of a derivation with a mistake. Otherwise the option itself shows the mistake.
 """
 
 from collections.abc import Mapping
@@ -23,13 +23,13 @@ from qdot.exercises.quizzes.selections import OfQuantity
 
 Blames = tuple[Blame, ...]
 THREE_DECIMALS = 6e-4
-"""Tolerance of the numbers of an option."""
+"""Absolute tolerance for the numbers of an option, which are rounded to three decimals."""
 
 
 def explain_options(problem: Problem, part: Part, stream: Stream) -> list[Blames]:
-    """Return the mistakes behind each option if it is wrong; for matches, if it is assigned to another item.
+    """Return the mistakes behind each wrong option; in a matching question, those behind a wrong assignment.
 
-    `stream` samples the configuration at which an option in numbers is evaluated, if the question has none.
+    `stream` samples the configuration at which numeric options are evaluated if the question has none.
     """
     answer = part.answer
     blames = {**_blame_by_derivation(problem, part, stream), **_blame_by_meaning(problem, part)}
@@ -42,7 +42,7 @@ def explain_options(problem: Problem, part: Part, stream: Stream) -> list[Blames
 
 
 def _blame_by_meaning(problem: Problem, part: Part) -> Mapping[int, Blames]:
-    """Return the likelier mistake behind each option that names another meaning."""
+    """Return the most likely mistake behind each option that names another meaning."""
     blames: dict[int, Blames] = {}
     for mistake, variant in mistaken_answers(problem.chain, part):
         if isinstance(variant.answer, Letters):
@@ -52,25 +52,29 @@ def _blame_by_meaning(problem: Problem, part: Part) -> Mapping[int, Blames]:
 
 
 def _blame_by_derivation(problem: Problem, part: Part, stream: Stream) -> Mapping[int, Blames]:
-    """Return the likeliest mistake behind each option in numbers that a derivation with a mistake gives."""
+    """Return the most likely mistake behind each numeric option that equals the result of a wrong derivation."""
     if not is_derived(part):
         return {}
     w = numbers(problem.chain, sample_configurations(problem.chain, part, problem.domain(), 1, stream))
-    every = list(wrong_answers(w, part))
+    all_wrong_answers = list(wrong_answers(w, part))
     blames: dict[int, Blames] = {}
     for index, option in enumerate(part.answer.offered):
         expected = np.array(read_vector(option))[:, None, None]
-        same = [wrong for wrong in every if wrong.answer.shape == expected.shape and _is_near(wrong.answer, expected)]
-        if same:
-            first = max(same, key=variant_frequency)
-            blames[index] = (Blame.of(first.mistake, first.variant.words.items()),)
+        equal_answers = [
+            wrong
+            for wrong in all_wrong_answers
+            if wrong.answer.shape == expected.shape and _is_near(wrong.answer, expected)
+        ]
+        if equal_answers:
+            likeliest = max(equal_answers, key=variant_frequency)
+            blames[index] = (Blame.of(likeliest.mistake, likeliest.variant.words.items()),)
         elif isinstance(part.details, OfJoint) and _is_of_other_joint(w, part, expected):
             blames[index] = (Blame.of(CATALOGUE["column-of-other-joint"], ()),)
     return blames
 
 
 def _is_of_other_joint(w: Working, part: Part, expected: np.ndarray) -> bool:
-    """Tell whether the values are the effect of another joint."""
+    """Return whether the values are the effect of another joint."""
     effect = part.about(OfJoint).effect
     others = (replace(effect, joint=joint) for joint in range(1, w.n + 1) if joint != effect.joint)
     return any(
@@ -84,7 +88,7 @@ def _is_near(values: np.ndarray, expected: np.ndarray) -> bool:
 
 
 def _blame_by_choice(problem: Problem, part: Part, index: int) -> Blames:
-    """Return the mistake that the choice of an option shows by itself."""
+    """Return the mistake that is obvious from the choice of an option."""
     answer, details = part.answer, part.details
     if answer.matched:
         return (Blame("column-of-other-joint", ()),)
@@ -94,6 +98,6 @@ def _blame_by_choice(problem: Problem, part: Part, index: int) -> Blames:
         return (Blame("joint-without-effect", (("joint", str(problem.chain.q[index])),)),)
     if isinstance(details, PoseStatement):
         is_true = answer.offered[answer.right[0]] == TRUE_FALSE[0]
-        of_singular = "singular-taken-for-regular" if is_true else "regular-taken-for-singular"
-        return (Blame(of_singular if details.said == "singular" else "motion-turned-round", ()),)
+        confusion = "singular-taken-for-regular" if is_true else "regular-taken-for-singular"
+        return (Blame(confusion if details.said == "singular" else "motion-turned-round", ()),)
     return ()

@@ -19,38 +19,38 @@ Formula: TypeAlias = Any
 """A matrix, an expression, or the components of a singular set."""
 
 SPREAD, MOST_SPREAD = 1.35, 2.0
-"""Ratio of the longest option to the shortest: the limit where there is a choice, and where there is none."""
+"""Maximum length ratio of the longest option to the shortest: the preferred limit, and the limit if none meets it."""
 
 SHOWS_ITSELF = frozenset({"rates-left-in", "angles-in-degrees"})
-"""Mistakes that show without a calculation: symbols and values that can't be there."""
+"""Mistakes that are visible without a calculation: they produce symbols or values that can't occur."""
 
 
 @dataclass(frozen=True)
 class Blame:
-    """A mistake, and the words of its sentence for the way in which it was made."""
+    """The name of a mistake, and the words that describe this instance of it in the mistake's sentence."""
 
     mistake: str
     words: tuple[tuple[str, str], ...]
 
     @staticmethod
     def of(mistake: Mistake, words: Iterable[tuple[str, object]]) -> "Blame":
-        """Return the blame on a mistake; words are kept as plain text."""
+        """Return the blame on a mistake, with its words as plain text."""
         return Blame(mistake.name, tuple((name, str(word)) for name, word in sorted(words, key=lambda pair: pair[0])))
 
     @property
     def title(self) -> str:
-        """The mistake in a few words."""
+        """The title of the mistake."""
         return CATALOGUE[self.mistake].title
 
     @property
     def sentence(self) -> str:
-        """The message to a student who made it."""
+        """The message to a student who made the mistake."""
         return CATALOGUE[self.mistake].sentence(dict(self.words))
 
 
 @dataclass(frozen=True)
 class OfferedOption:
-    """One option: what it shows, and the mistakes that lead to it (none for a right one)."""
+    """One option: what it shows, and the mistakes that lead to it (none if it is correct)."""
 
     shown: Formula
     behind: tuple[Blame, ...] = ()
@@ -62,7 +62,7 @@ class OfferedOption:
 
     @property
     def is_tall(self) -> bool:
-        """Whether it takes several lines."""
+        """Whether it is displayed in several lines."""
         return isinstance(self.shown, sp.MatrixBase) and self.shown.rows > 1
 
     @property
@@ -72,7 +72,7 @@ class OfferedOption:
 
     @property
     def text(self) -> str:
-        """What it shows as plain text, as an answer could be typed: [[1, a1]] for a matrix."""
+        """What it shows, as plain text in the syntax of an answer: [[1, a1]] for a matrix."""
         if isinstance(self.shown, tuple):
             return " or ".join(piece for component in self.shown for piece in component.pieces())
         if isinstance(self.shown, sp.Expr):
@@ -84,48 +84,48 @@ class OfferedOption:
 
 @dataclass(frozen=True, kw_only=True)
 class Options(Details):
-    """The formulas or sets offered."""
+    """The formulas or sets offered as options."""
 
     offered: tuple[OfferedOption, ...]
 
 
 @dataclass(frozen=True, kw_only=True)
 class Places(Details):
-    """The configurations offered, the lengths of the arm, and the mistakes that make one seem singular."""
+    """The configurations offered, the lengths of the arm, and the mistake that makes each one seem singular, if any."""
 
     places: tuple[Pose, ...]
     lengths: dict[sp.Symbol, sp.Rational]
     blames: tuple[Blame | None, ...]
 
     def shown_values(self, chain: Chain) -> dict[str, float]:
-        """Return the lengths: the arm that is shown is in none of the configurations."""
+        """Return the lengths only: the arm is not shown in any of the configurations."""
         return by_name(self.lengths)
 
     @property
     def rounded(self) -> tuple[sp.Symbol, ...]:
-        """The joints whose value is shown rounded in some of the configurations."""
-        return tuple(q for q in self.places[0].joints if any(q in place.about for place in self.places))
+        """The joints whose value is shown rounded in at least one configuration."""
+        return tuple(q for q in self.places[0].joints if any(q in pose.about for pose in self.places))
 
     def shown_rounded(self, place: Pose, q: sp.Symbol) -> str:
-        """Return the number of a joint of `rounded`: in degrees or metres, with the same decimals in all options."""
-        turns = q.name.startswith("theta")
-        value = place.about.get(q, place.joints[q] * 180 / sp.pi if turns else place.joints[q])
-        return f"{float(value) + 0.0:.{2 if turns else 4}f}"
+        """Return the text of a rounded joint's value, in degrees or metres, with the same decimals in all options."""
+        is_revolute = q.name.startswith("theta")
+        value = place.about.get(q, place.joints[q] * 180 / sp.pi if is_revolute else place.joints[q])
+        return f"{float(value) + 0.0:.{2 if is_revolute else 4}f}"
 
 
 def rank_right_option(lengths: Sequence[int]) -> int:
-    """Return how many options are shorter than the first, the right one."""
+    """Return how many options are shorter than the first, which is the correct one."""
     return sum(length < lengths[0] for length in lengths[1:])
 
 
 def offer_choice(offered: Sequence[OfferedOption], rng: Stream) -> tuple[Choice, tuple[OfferedOption, ...]]:
-    """Return the options, the first of which is right, as a choice in random order, and in that order."""
+    """Return a choice between options in random order, the first of which is correct, and the shuffled options."""
     answer, order = shuffle_options(offered, offered[0], rng, lambda option: option.text)
     return answer, tuple(order)
 
 
 def list_blames(part: Part, index: int) -> tuple[Blame, ...]:
-    """Return the known mistakes behind an option of a part (none for a right one)."""
+    """Return the known mistakes behind an option of a part (none if it is correct)."""
     if isinstance(part.details, Options):
         return part.details.offered[index].behind
     blame = part.details.blames[index] if isinstance(part.details, Places) else None

@@ -1,4 +1,4 @@
-"""Configurations to choose from: an arm with lengths, and its singular and regular poses."""
+"""Configurations to choose from: an arm with numeric lengths, and its singular and regular configurations."""
 
 from collections.abc import Iterator, Sequence
 from functools import lru_cache
@@ -28,26 +28,26 @@ from qdot.exercises.quizzes.options import Blame, Places
 from qdot.exercises.quizzes.wrong_sets import wrong_sets
 
 CLEAR = 0.12
-"""Ratio of the least singular value of a regular pose to the largest, large enough to be clear to the eye."""
+"""Ratio of the smallest to the largest singular value at which a configuration is visibly regular."""
 TRIES = 40
 _LOOKED_AT = 200
 
 Lengths = dict[sp.Symbol, sp.Rational]
 PoseAndBlame = tuple[Pose, Blame | None]
-"""A pose, and the mistake (if any) that makes it seem singular."""
+"""A configuration, and the mistake (if any) that makes it seem singular."""
 
 
 def with_random_lengths(chain: Chain, rng: Stream) -> tuple[Chain, Lengths]:
-    """Return the arm with a number for each open length of its table, and these numbers."""
+    """Return the arm with a random number for each symbolic length of its table, and these numbers."""
     lengths = sample_unequal_lengths(chain, rng)
     return with_lengths(chain, lengths), lengths
 
 
 @lru_cache(maxsize=256)
 def clearness(chain: Chain) -> float:
-    """Return the ratio of the least to the largest singular value that a clearly regular pose of this arm has.
+    """Return the ratio of smallest to largest singular value at which a configuration of this arm is clearly regular.
 
-    Some arms, such as a SCARA with short links, hardly ever reach `CLEAR`: for these it is the ratio of usual poses.
+    Some arms, such as a SCARA with short links, hardly ever reach `CLEAR`. For these it is the median of the ratio.
     """
     rng, arm = Stream("clearness"), NumericChain(chain, {})
     q = np.array([[float(value) for value in sample_pose(chain, rng).values()] for _ in range(_LOOKED_AT)])
@@ -56,7 +56,7 @@ def clearness(chain: Chain) -> float:
 
 
 def singular_poses(chain: Chain, rng: Stream) -> Iterator[PoseAndBlame]:
-    """Yield singular poses of an arm in numbers, from all parts of its singular set in turn."""
+    """Yield singular configurations of an arm, from all components of its singular set in turn."""
     components = singular_set(chain) or ()
     for _ in range(TRIES):
         for component in rng.permutation(components):
@@ -66,7 +66,7 @@ def singular_poses(chain: Chain, rng: Stream) -> Iterator[PoseAndBlame]:
 
 
 def regular_poses(chain: Chain, rng: Stream) -> Iterator[PoseAndBlame]:
-    """Yield regular poses: first those that a mistake of the catalogue makes seem singular, then random ones."""
+    """Yield regular configurations: first those that a known mistake makes seem singular, then random ones."""
     for component, blame in rng.permutation(_find_falsely_singular(chain)):
         pose = _sample_regular_pose_with(chain, component, rng)
         if pose is not None:
@@ -78,17 +78,17 @@ def regular_poses(chain: Chain, rng: Stream) -> Iterator[PoseAndBlame]:
 
 
 def _find_falsely_singular(chain: Chain) -> list[tuple[Component, Blame]]:
-    right = singular_set(chain) or ()
+    correct_set = singular_set(chain) or ()
     return [
         (component, option.behind[0])
-        for option in wrong_sets(chain, right)
+        for option in wrong_sets(chain, correct_set)
         for component in option.shown
-        if component not in right and component.solutions is not None
+        if component not in correct_set and component.solutions is not None
     ]
 
 
 def _sample_regular_pose_with(chain: Chain, component: Component, rng: Stream) -> Pose | None:
-    """Return a regular pose with the joint values of a component that is wrongly called singular."""
+    """Return a regular configuration with the joint values of a component that is wrongly called singular."""
     assert component.solutions is not None
     for _ in range(6):
         pose = sample_regular_pose(chain, rng, clearness(chain), misleading=False)
@@ -102,7 +102,7 @@ def _sample_regular_pose_with(chain: Chain, component: Component, rng: Stream) -
 
 
 def regular_pose_at(chain: Chain, joints: dict[sp.Symbol, sp.Expr]) -> Pose | None:
-    """Return the pose with these joint values if it is clearly regular."""
+    """Return the configuration with these joint values if it is clearly regular, else None."""
     if any(value.free_symbols or not sp.N(value).is_real for value in joints.values()):
         return None
     pose = make_pose(chain, {}, {q: wrap_angle(chain, q, value) for q, value in joints.items()})
@@ -110,7 +110,7 @@ def regular_pose_at(chain: Chain, joints: dict[sp.Symbol, sp.Expr]) -> Pose | No
 
 
 def take_distinct(candidates: Iterator[PoseAndBlame], count: int, excluded: Sequence[Pose] = ()) -> list[PoseAndBlame]:
-    """Return up to `count` poses whose texts differ from each other and from those of the excluded ones."""
+    """Return up to `count` candidates whose texts differ from each other and from those of the excluded ones."""
     texts = {write_pose(pose) for pose in excluded}
     chosen: list[PoseAndBlame] = []
     for pose, blame in candidates:
@@ -123,20 +123,20 @@ def take_distinct(candidates: Iterator[PoseAndBlame], count: int, excluded: Sequ
 
 
 def write_pose(pose: Pose) -> str:
-    """Return joint values as plain text, as in "theta1 = 30 deg, d2 = 0.4 m"."""
+    """Return joint values as plain text, such as "theta1 = 30 deg, d2 = 0.4 m"."""
     return ", ".join(f"{q} = {_write_value(pose, q)}" for q in pose.joints)
 
 
 def _write_value(pose: Pose, q: sp.Symbol) -> str:
-    revolute = q.name.startswith("theta")
-    value = pose.about.get(q, pose.joints[q] * 180 / sp.pi if revolute else pose.joints[q])
+    is_revolute = q.name.startswith("theta")
+    value = pose.about.get(q, pose.joints[q] * 180 / sp.pi if is_revolute else pose.joints[q])
     shown = str(value) if value.is_Integer else f"{float(value):.10g}"
-    return f"{shown} {'deg' if revolute else 'm'}"
+    return f"{shown} {'deg' if is_revolute else 'm'}"
 
 
 def find_drawn_options(chain: Chain, part: Part) -> tuple[Chain, list[dict[str, float]]] | None:
-    """Return the arm in numbers and the poses to draw if the options of a part are drawings, else None."""
+    """Return the numeric arm and the configurations to draw if the options of a part are drawings, else None."""
     if not part.has_drawn_options:
         return None
     details = part.about(Places)
-    return with_lengths(chain, details.lengths), [place.figure for place in details.places]
+    return with_lengths(chain, details.lengths), [pose.figure for pose in details.places]

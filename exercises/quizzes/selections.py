@@ -1,4 +1,4 @@
-"""Select all right options out of five: singular configurations, forms of a result, joints on which it depends."""
+"""Select all correct options: singular configurations, forms of a result, or joints on which a result depends."""
 
 from dataclasses import dataclass
 
@@ -23,15 +23,15 @@ OPTIONS = 5
 def _ask_configurations(chain: Chain, rng: Stream) -> Asked | None:
     for _ in range(4):
         arm, lengths = with_random_lengths(chain, rng)
-        many = rng.choice((2, 3))
-        right = take_distinct(singular_poses(arm, rng), many)
-        wrong = take_distinct(regular_poses(arm, rng), OPTIONS - len(right), [pose for pose, _ in right])
-        if len(right) == many and len(right) + len(wrong) == OPTIONS:
-            order = rng.permutation([*right, *wrong])
-            places, blames = (tuple(column) for column in zip(*order, strict=True))
-            correct = tuple(index for index, place_and_blame in enumerate(order) if place_and_blame in right)
-            answer = Selection(tuple(write_pose(pose) for pose in places), correct)
-            return answer, Places(places=places, lengths=lengths, blames=blames)
+        singular_count = rng.choice((2, 3))
+        singular = take_distinct(singular_poses(arm, rng), singular_count)
+        regular = take_distinct(regular_poses(arm, rng), OPTIONS - len(singular), [pose for pose, _ in singular])
+        if len(singular) == singular_count and len(singular) + len(regular) == OPTIONS:
+            shuffled = rng.permutation([*singular, *regular])
+            shown_poses, blames = (tuple(column) for column in zip(*shuffled, strict=True))
+            correct = tuple(index for index, pose_and_blame in enumerate(shuffled) if pose_and_blame in singular)
+            answer = Selection(tuple(write_pose(pose) for pose in shown_poses), correct)
+            return answer, Places(places=shown_poses, lengths=lengths, blames=blames)
     return None
 
 
@@ -47,7 +47,7 @@ class Quantity:
     column: int | None = None
 
     def of(self, chain: Chain) -> sp.Matrix:
-        """Return its formulas, a column."""
+        """Return the formulas of the quantity as a column."""
         d = derive(chain)
         if self.name == "determinant":
             return sp.Matrix([d.determinant])
@@ -59,14 +59,14 @@ class Quantity:
 
 @dataclass(frozen=True, kw_only=True)
 class OfQuantity(Details):
-    """Asks about a result of the derivation."""
+    """About a result of the derivation."""
 
     quantity: Quantity
 
 
 @dataclass(frozen=True, kw_only=True)
 class EqualForms(Options):
-    """Right and wrong ways to write a result of the derivation."""
+    """Correct and wrong forms of a result of the derivation."""
 
     quantity: Quantity
 
@@ -76,15 +76,15 @@ def _list_determinant(chain: Chain) -> list[Quantity]:
 
 
 def quantities(chain: Chain) -> list[Quantity]:
-    """Return the results that can be asked about on an arm."""
+    """Return the results of an arm's derivation that can be asked about."""
     coordinates = [Quantity("position", "xyz".index(axis)) for axis in chain.linear_rows]
     return [*_list_determinant(chain), *coordinates, *(Quantity("column", None, column) for column in range(chain.n))]
 
 
 def joints_of(chain: Chain, quantity: Quantity) -> tuple[int, ...]:
-    """Return the joints, from 0, on whose variables a quantity depends."""
-    free = quantity.of(chain).free_symbols
-    return tuple(index for index, q in enumerate(chain.q) if q in free)
+    """Return the indices (from 0) of the joints on whose variables a quantity depends."""
+    symbols = quantity.of(chain).free_symbols
+    return tuple(index for index, q in enumerate(chain.q) if q in symbols)
 
 
 def _ask_dependence(chain: Chain, rng: Stream) -> Asked | None:
@@ -102,10 +102,10 @@ def _ask_forms(chain: Chain, rng: Stream) -> Asked | None:
     for quantity in rng.permutation(_find_short_quantities(chain)):
         offered = _make_five_options(chain, quantity, rng)
         if offered is not None:
-            order = tuple(rng.permutation(offered))
-            correct = tuple(index for index, option in enumerate(order) if not option.behind)
-            answer = Selection(tuple(option.text for option in order), correct)
-            return answer, EqualForms(offered=order, quantity=quantity)
+            shuffled = tuple(rng.permutation(offered))
+            correct = tuple(index for index, option in enumerate(shuffled) if not option.behind)
+            answer = Selection(tuple(option.text for option in shuffled), correct)
+            return answer, EqualForms(offered=shuffled, quantity=quantity)
     return None
 
 
@@ -119,36 +119,41 @@ def _find_short_quantities(chain: Chain) -> list[Quantity]:
 
 
 def _make_five_options(chain: Chain, quantity: Quantity, rng: Stream) -> list[OfferedOption] | None:
-    """Return two or three right ways to write a result, with wrong ones to make five; None if there are too few."""
+    """Return five options: two or three correct forms of a result, and wrong ones; None if there are too few."""
     generic = structure(chain).chain
-    right = _write_ways(generic, quantity.of(generic)[0], quantity)
+    correct_forms = _write_ways(generic, quantity.of(generic)[0], quantity)
     base = "determinant" if quantity.name == "determinant" else "jacobian"
     subject = Subject(base, quantity.column, quantity.row)
-    wrong = [
-        (way, blame) for formula, blame in list_wrong_forms(generic, subject) for way in _write_ways(generic, formula)
+    wrong_forms = [
+        (form, blame) for formula, blame in list_wrong_forms(generic, subject) for form in _write_ways(generic, formula)
     ]
-    if len(right) < 2 or len(wrong) < 3:
+    if len(correct_forms) < 2 or len(wrong_forms) < 3:
         return None
     fill = derive(chain).fill
-    many = min(rng.choice((2, 3)), len(right))
+    correct_count = min(rng.choice((2, 3)), len(correct_forms))
     for _ in range(8):
-        chosen = [OfferedOption(fill(way)) for way in rng.permutation(right)[:many]]
-        others = [OfferedOption(fill(way), (blame,)) for way, blame in rng.permutation(wrong)[: OPTIONS - many]]
-        texts = {option.text for option in (*chosen, *others)}
-        right_one, *wrong_ones = (sp.Matrix([option.shown]) for option in (chosen[0], *others))
-        if len(texts) == OPTIONS and all(all_differ(chain, [right_one, wrong_one]) for wrong_one in wrong_ones):
-            return [*chosen, *others]
+        correct_options = [OfferedOption(fill(form)) for form in rng.permutation(correct_forms)[:correct_count]]
+        wrong_options = [
+            OfferedOption(fill(form), (blame,))
+            for form, blame in rng.permutation(wrong_forms)[: OPTIONS - correct_count]
+        ]
+        texts = {option.text for option in (*correct_options, *wrong_options)}
+        correct_matrix, *wrong_matrices = (sp.Matrix([option.shown]) for option in (correct_options[0], *wrong_options))
+        if len(texts) == OPTIONS and all(
+            all_differ(chain, [correct_matrix, wrong_matrix]) for wrong_matrix in wrong_matrices
+        ):
+            return [*correct_options, *wrong_options]
     return None
 
 
 def _write_ways(generic: Chain, formula: sp.Expr, quantity: Quantity | None = None) -> list[sp.Expr]:
-    """Return a formula as it is and with sums of angles expanded; a determinant also as products of entries."""
-    apart = sp.expand(sp.expand_trig(formula))
-    ways = [formula, apart, sp.expand(formula)]
+    """Return a formula unchanged and with sums of angles expanded; a determinant also as products of entries."""
+    expanded = sp.expand(sp.expand_trig(formula))
+    forms = [formula, expanded, sp.expand(formula)]
     if quantity is not None and quantity.name == "determinant" and generic.n == 2:
         (a, b), (c, d) = derive(generic).jacobian.tolist()
-        ways.append(sp.expand(a * d) - sp.expand(b * c))
-    return [way for way in dict.fromkeys(ways) if len(str(way)) <= 2 * LONGEST]
+        forms.append(sp.expand(a * d) - sp.expand(b * c))
+    return [form for form in dict.fromkeys(forms) if len(str(form)) <= 2 * LONGEST]
 
 
 SELECTIONS = (

@@ -1,4 +1,4 @@
-"""Numbers with their unit: the determinant in a configuration, the speed of the point."""
+"""Questions for a number with its unit: the determinant at a configuration, and the speed of the tool point."""
 
 from dataclasses import dataclass
 
@@ -16,7 +16,7 @@ from qdot.exercises.questions.inversion import THREE_DIGITS
 from qdot.exercises.quizzes.asking import ShortQuestion
 
 SLOW = 0.05
-"""Least speed that is asked for, in m/s."""
+"""Minimum speed that is asked for, in m/s."""
 
 
 def _sample_pose(chain: Chain, rng: Stream) -> Pose | None:
@@ -29,26 +29,26 @@ def _ask_determinant(chain: Chain, rng: Stream) -> Asked | None:
         return None
     jacobian = evaluate_precisely(chain, pose, derive(chain).jacobian)
     value = ten_digits(determinant([[numeric(entry) for entry in row] for row in jacobian.tolist()]))
-    turning = sum(joint.kind == "R" for joint in chain.joints)
-    unit = {0: "", 1: "m"}.get(turning, f"m^{turning}")
+    revolute_count = sum(joint.kind == "R" for joint in chain.joints)
+    unit = {0: "", 1: "m"}.get(revolute_count, f"m^{revolute_count}")
     floor = THREE_DIGITS * abs(float(value)) / 5
     return Number(sp.Matrix([value]), (unit,), THREE_DIGITS, floor), AtPose(place=pose, pose=pose.figure)
 
 
 def _object_to_units(chain: Chain) -> str | None:
-    linear = all(row.startswith("v") for row in chain.task)
-    return None if linear else "its Jacobian counts metres and radians together"
+    is_linear = all(row.startswith("v") for row in chain.task)
+    return None if is_linear else "its Jacobian counts metres and radians together"
 
 
 @dataclass(frozen=True, kw_only=True)
 class AtRates(AtPose):
-    """Asked at a pose in which the joints move."""
+    """About a configuration at which the joints move at given rates."""
 
     rates: dict[sp.Symbol, sp.Rational]
 
 
 def _ask_speed(chain: Chain, rng: Stream) -> Asked | None:
-    """Sample rates of all joints; the speed is the length of the linear velocity."""
+    """Sample rates of all joints; the answer is the norm of the linear velocity."""
     for _ in range(40):
         pose = _sample_pose(chain, rng)
         if pose is None:
@@ -65,8 +65,8 @@ def _ask_speed(chain: Chain, rng: Stream) -> Asked | None:
 
 
 def _object_to_line(chain: Chain) -> str | None:
-    moving = sum(any(entry != 0 for entry in row) for row in derive(chain).linear.tolist())
-    return None if moving >= 2 else "its point moves along a line, or not at all"
+    moving_row_count = sum(any(entry != 0 for entry in row) for row in derive(chain).linear.tolist())
+    return None if moving_row_count >= 2 else "its point moves along a line, or not at all"
 
 
 VALUES = (

@@ -1,4 +1,4 @@
-"""Wrong sets of singular configurations: one mistake made, another, and both."""
+"""Wrong sets of singular configurations: with one mistake, with another, and with both."""
 
 from collections.abc import Iterator
 from functools import lru_cache
@@ -21,34 +21,34 @@ Components = tuple[Component, ...]
 
 PAIRS = 60
 MOST_PIECES = 6
-"""Most pieces of a set in a short question."""
+"""Maximum number of pieces of a set in a short question."""
 
 
 def make_four_sets(chain: Chain, rng: Stream) -> list[OfferedOption] | None:
-    """Return the singular set and three wrong ones, or None if the catalogue gives no three."""
-    right = singular_set(chain)
-    if not right:
+    """Return the singular set and three wrong ones, or None if the mistakes of the catalogue don't give three."""
+    correct_set = singular_set(chain)
+    if not correct_set:
         return None
-    wanted, others = rng.below(4), list[tuple[Score, list[OfferedOption]]]()
-    for options in islice(_make_sets_of_four(chain, right, rng), PAIRS):
-        score = _rate_options(options, wanted)
+    intended_rank, scored_options = rng.below(4), list[tuple[Score, list[OfferedOption]]]()
+    for options in islice(_make_sets_of_four(chain, correct_set, rng), PAIRS):
+        score = _rate_options(options, intended_rank)
         if score is not None and score[:2] != BEST:
-            others.append((score, options))
+            scored_options.append((score, options))
         elif score is not None and all_differ(chain, options):
             return options
-    others.sort(key=itemgetter(0))
-    return next((options for _, options in others if all_differ(chain, options)), None)
+    scored_options.sort(key=itemgetter(0))
+    return next((options for _, options in scored_options if all_differ(chain, options)), None)
 
 
 Score = tuple[bool, int, float]
-"""How badly options match: whether their lengths are far apart, how far the right one is from the intended rank in
-length, and the ratio of the longest to the shortest."""
+"""How badly options match: whether their lengths differ much, how far the correct one is from its intended rank by
+length, and the length ratio of the longest to the shortest."""
 BEST = (False, 0)
 """The first two components of the best possible score."""
 
 
 def _rate_options(options: list[OfferedOption], wanted: int) -> Score | None:
-    """Return how badly options match (cheap compared to whether they differ), None if they don't match at all."""
+    """Return how badly options match, or None if they are unsuitable; this is cheaper than `all_differ`."""
     texts = [option.text for option in options]
     if len(set(texts)) < 4 or any(text.count(" or ") >= MOST_PIECES for text in texts):
         return None
@@ -60,15 +60,15 @@ def _rate_options(options: list[OfferedOption], wanted: int) -> Score | None:
 
 
 def _make_sets_of_four(chain: Chain, right: Components, rng: Stream) -> Iterator[list[OfferedOption]]:
-    first = wrong_sets(chain, right)
-    pairs = rng.permutation(list(combinations(first, 2)))
+    single_mistake_sets = wrong_sets(chain, right)
+    pairs = rng.permutation(list(combinations(single_mistake_sets, 2)))
     for wrong_set, second_set in pairs:
-        for both in wrong_sets(chain, _components_of(wrong_set)):
-            if both.behind == second_set.behind:
+        for set_with_both in wrong_sets(chain, _components_of(wrong_set)):
+            if set_with_both.behind == second_set.behind:
                 blames = (*wrong_set.behind, *second_set.behind)
-                yield [OfferedOption(right), wrong_set, second_set, OfferedOption(both.shown, blames)]
-    for three in rng.permutation(list(islice(combinations(first, 3), PAIRS))):
-        yield [OfferedOption(right), *three]
+                yield [OfferedOption(right), wrong_set, second_set, OfferedOption(set_with_both.shown, blames)]
+    for wrong_options in rng.permutation(list(islice(combinations(single_mistake_sets, 3), PAIRS))):
+        yield [OfferedOption(right), *wrong_options]
 
 
 def _components_of(option: OfferedOption) -> Components:
@@ -78,7 +78,7 @@ def _components_of(option: OfferedOption) -> Components:
 
 @lru_cache(maxsize=4096)
 def wrong_sets(chain: Chain, components: Components) -> tuple[OfferedOption, ...]:
-    """Return the singular set with each mistake."""
+    """Return the wrong sets that single mistakes give, each with its mistake."""
     part = Part("singular-angles", "singular-angles", ConditionSet(components))
     return tuple(
         OfferedOption(variant.answer.components, (Blame.of(mistake, variant.words.items()),))
@@ -88,7 +88,7 @@ def wrong_sets(chain: Chain, components: Components) -> tuple[OfferedOption, ...
 
 
 def all_differ(chain: Chain, options: list[OfferedOption]) -> bool:
-    """Tell whether no two of the sets hold the same configurations, and none is empty."""
+    """Return whether the sets contain different configurations, and none is empty."""
     texts = [tuple(piece for component in _components_of(option) for piece in component.pieces()) for option in options]
     return all(not _are_same(chain, a, b) for a, b in combinations(texts, 2))
 
@@ -98,7 +98,7 @@ def _are_same(chain: Chain, a: tuple[str, ...], b: tuple[str, ...]) -> bool:
     joints = [q.name for q in chain.q]
     space = Space(joints, domain_of(chain))
     comparison = compare_sets(_parse_pieces(a, joints), _parse_pieces(b, joints), space, "quiz")
-    return comparison.equal or all(held is None for held in (*comparison.covered, *comparison.sound))
+    return comparison.equal or all(example is None for example in (*comparison.covered, *comparison.sound))
 
 
 def _parse_pieces(texts: tuple[str, ...], joints: list[str]) -> list[Piece]:
