@@ -1,15 +1,17 @@
 """Certify problems: test every reference numerically, by methods independent of its derivation.
 
-The references come from symbolic algebra on a structure (`derivation`). Here they are parsed from their text, as an
-answer is, evaluated at random places and compared with products of 4 x 4 matrices, finite differences of the poses and
-NumPy's linear algebra. A singular set is tested both ways: on every piece of it rank is lost, and every configuration
-of lower rank that Newton's method finds lies in it.
+The references come from symbolic algebra on a structure (`derivation`). Here they are parsed from their text, like an
+answer, and evaluated at random configurations. Their values are compared with products of 4 x 4 matrices, finite
+differences of the poses and NumPy's linear algebra.
+
+A singular set is tested in both directions: J loses rank on every piece of it, and it contains every configuration of
+lower rank that Newton's method finds.
 
     certificate         `certify`, and the tests of questions, listed in its `CHECKS`
     formulas, numbers   tests of questions: formulas and vectors, numbers,
     rank, singular      ranks and lost directions, singular sets,
     screws, path        screws and exponentials, a path,
     concepts, quizzes   statements, short questions
-    numeric_reference   the arm in numbers, by 4 x 4 products, finite differences and the product of exponentials
-    appearance          what a worked solution says about singular configurations, by moving joints
+    numeric_reference   a numeric model of the arm: 4 x 4 products, finite differences, the product of exponentials
+    appearance          tests of what a worked solution says about singular configurations, by moving joints
 """

@@ -1,4 +1,4 @@
-"""The certificate of a problem: every reference tested by methods independent of its derivation."""
+"""Certify a problem: test every reference by methods that are independent of its derivation."""
 
 import re
 from collections.abc import Callable
@@ -30,28 +30,28 @@ class ProblemCertificate:
     digests: Digests
 
     def __repr__(self) -> str:
-        how = "passed" if self.passed else f"{len(self.failures)} failed"
-        return f"ProblemCertificate({self.problem}: {len(self.checks)} checks, {how})"
+        outcome = "passed" if self.passed else f"{len(self.failures)} failed"
+        return f"ProblemCertificate({self.problem}: {len(self.checks)} checks, {outcome})"
 
     @property
     def passed(self) -> bool:
-        """Whether every check held."""
+        """Whether every check passed."""
         return all(check.passed for check in self.checks)
 
     @property
     def failures(self) -> tuple[Check, ...]:
-        """The checks that did not hold."""
+        """The checks that did not pass."""
         return tuple(check for check in self.checks if not check.passed)
 
     def as_json(self) -> dict[str, Any]:
-        """Return the form in which `show` prints it."""
+        """Return the certificate in the form that `show` prints."""
         checks = [check._asdict() for check in self.checks]
-        known_by = {"problem": str(self.problem), "engine": self.engine, **as_json(self.digests)}
-        return {**known_by, "passed": self.passed, "checks": checks}
+        identity = {"problem": str(self.problem), "engine": self.engine, **as_json(self.digests)}
+        return {**identity, "passed": self.passed, "checks": checks}
 
 
 def certify(problem: Problem) -> ProblemCertificate:
-    """Test every reference of a problem; a question without a test fails, too.
+    """Return the certificate of a problem, with every reference tested; a question without a test fails.
 
     >>> from qdot import generate
     >>> certify(generate("planar-2r/7", ["determinant"])).passed
@@ -69,49 +69,55 @@ def certify(problem: Problem) -> ProblemCertificate:
 
 
 def _check_unknown(table: str, what: str) -> Callable[..., Checks]:
-    """Return the check that fails because a table of this module has none."""
+    """Return a check that fails because the named table of this module has no entry."""
     return lambda *_: iter([Check("known", False, f"nothing in qdot.exercises.verify.{table} tests this {what}")])
 
 
 def _check_symbols(chain: Chain) -> Check:
-    """Look for a symbol with two meanings, as a length named after another entry of the table."""
-    taken = {symbol.name for symbol in (*chain.q, *chain.rates)} | set(TASK_ROWS)
-    twice = sorted(symbol.name for symbol in chain.parameters if symbol.name in taken)
-    for symbol in chain.parameters if convention_of(chain).has_frames else ():  # axes at home show no table
+    """Check that no symbol has two meanings, such as a length named after another entry of the table."""
+    reserved = {symbol.name for symbol in (*chain.q, *chain.rates)} | set(TASK_ROWS)
+    ambiguous = sorted(symbol.name for symbol in chain.parameters if symbol.name in reserved)
+    for symbol in (
+        chain.parameters if convention_of(chain).has_frames else ()
+    ):  # an arm described by its axes at home shows no table
         match = re.fullmatch(r"([ad])([1-9]\d*)", symbol.name)
         if match and int(match.group(2)) <= chain.n:
             joint = chain.joints[int(match.group(2)) - 1]
             entry = joint.a if match.group(1) == "a" else joint.d
             if entry != 0 and not entry.has(symbol):
-                twice.append(symbol.name)
-    return Check("symbols", not twice, f"{', '.join(twice)} stands for two things" if twice else "each has one meaning")
+                ambiguous.append(symbol.name)
+    return Check(
+        "symbols",
+        not ambiguous,
+        f"{', '.join(ambiguous)} stands for two things" if ambiguous else "each has one meaning",
+    )
 
 
 FULL_RANK = "full rank"
-"""The check that fails if the task does not suit the arm."""
+"""The name of the check that fails if the task does not suit the arm."""
 
 
 def _check_full_rank(numeric: NumericReference) -> Check:
-    """Look for a place of full rank: without one, the arm is singular everywhere, and there is little to ask."""
+    """Check that J has full rank at some configuration: otherwise the arm is singular everywhere."""
     chain, jacobian = numeric.chain, numeric.exponential_jacobian
     sigma = np.linalg.svd(jacobian[:, numeric.task], compute_uv=False)
-    largest = int((sigma > rank.GONE * np.linalg.norm(jacobian, axis=(1, 2))[:, None]).sum(axis=1).max())
+    rank_found = int((sigma > rank.GONE * np.linalg.norm(jacobian, axis=(1, 2))[:, None]).sum(axis=1).max())
     full = min(len(chain.task), chain.n)
-    detail = f"J for the task {', '.join(chain.task)} has rank {largest}"
-    if largest < full:
+    detail = f"J for the task {', '.join(chain.task)} has rank {rank_found}"
+    if rank_found < full:
         detail += f" of {full}, whatever the configuration"
-    return Check(FULL_RANK, largest == full, detail)
+    return Check(FULL_RANK, rank_found == full, detail)
 
 
 def _check_modified_table(numeric: NumericReference) -> Checks:
-    """Multiply the rows of a modified table, and compare axes and point."""
+    """Multiply the rows of a modified table, and compare the axes and the point with the standard table."""
     chain = numeric.chain
-    ours, written_axes = numeric.frames[:, : chain.n, :3, 2], numeric.convention_frames[:, 1:, :3, 2]
+    standard_axes, written_axes = numeric.frames[:, : chain.n, :3, 2], numeric.convention_frames[:, 1:, :3, 2]
     point = convention_of(chain).point
     pose, offset = numeric.convention_frames[:, point.frame], numeric.numbers(sp.Matrix(point.offset))
-    there = pose[:, :3, 3] + np.einsum("kij,kj->ki", pose[:, :3, :3], offset)
-    yield formulas.agree("modified table: axes", written_axes, ours, formulas.EXACT)
-    yield formulas.agree("modified table: point", there[:, None], numeric.point[:, None], formulas.EXACT)
+    convention_point = pose[:, :3, 3] + np.einsum("kij,kj->ki", pose[:, :3, :3], offset)
+    yield formulas.agree("modified table: axes", written_axes, standard_axes, formulas.EXACT)
+    yield formulas.agree("modified table: point", convention_point[:, None], numeric.point[:, None], formulas.EXACT)
 
 
 def _check_axes(numeric: NumericReference) -> Checks:
@@ -120,11 +126,11 @@ def _check_axes(numeric: NumericReference) -> Checks:
     z, origins = numeric.home[:, :-1, :3, 2], numeric.home[:, :-1, :3, 3]
     directions = np.stack([numeric.numbers(axis.direction) for axis in axes], axis=1)
     yield formulas.agree("axes at home: directions", directions, z, formulas.EXACT)
-    turning = [i for i, axis in enumerate(axes) if axis.kind == "R"]
-    if turning:
-        away = np.stack([numeric.numbers(axes[i].point) for i in turning], axis=1) - origins[:, turning]
-        off = np.cross(away, z[:, turning])
-        yield formulas.agree("axes at home: points on them", off, 0 * off, formulas.EXACT)
+    revolute = [i for i, axis in enumerate(axes) if axis.kind == "R"]
+    if revolute:
+        offsets = np.stack([numeric.numbers(axes[i].point) for i in revolute], axis=1) - origins[:, revolute]
+        distances = np.cross(offsets, z[:, revolute])
+        yield formulas.agree("axes at home: points on them", distances, 0 * distances, formulas.EXACT)
     yield formulas.agree(
         "axes at home: P", numeric.numbers(point)[:, None], numeric.point_at_home[:, None], formulas.EXACT
     )
@@ -135,20 +141,22 @@ PRESENTED: dict[str, Callable[[NumericReference], Checks]] = {
     "modified-dh": _check_modified_table,
     "screws": _check_axes,
 }
-"""What holds the arm as a convention presents it against the standard table; without it, nothing is certified."""
+"""For each convention, the check that compares the arm that it presents with the standard table.
+
+An arm in a convention without a check can't be certified."""
 
 
 def _check_readable(numeric: NumericReference, part: Part) -> Check:
-    """Parse every text of the reference as an answer is parsed, and look for symbols that the problem lacks."""
+    """Check that every text of the reference can be parsed, and that it contains only symbols of the problem."""
     name, usable = f"{part.name}: readable", set(numeric.known)
-    if part.answer.is_a_set:  # of joints and lengths only
+    if part.answer.is_a_set:  # a set contains joints and lengths only
         usable = {symbol.name for symbol in (*numeric.chain.q, *numeric.chain.parameters)}
     try:
-        strange = set[str]().union(*(names(numeric.tree(text)) for text in part.answer.formulas())) - usable
+        unknown = set[str]().union(*(names(numeric.tree(text)) for text in part.answer.formulas())) - usable
     except ReadError as error:
         return Check(name, False, str(error))
-    if strange:
-        return Check(name, False, f"{', '.join(sorted(strange))} is no symbol of the problem")
+    if unknown:
+        return Check(name, False, f"{', '.join(sorted(unknown))} is no symbol of the problem")
     return Check(name, True, "its text is understood, and holds the problem's symbols only")
 
 

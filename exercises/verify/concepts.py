@@ -1,4 +1,4 @@
-"""Test the questions on concepts: by differences of poses and by least squares, at the pose of the question."""
+"""Check the questions on concepts by finite differences and least squares, at the question's configuration."""
 
 import numpy as np
 
@@ -14,17 +14,17 @@ from qdot.exercises.verify.numeric_reference import Check, Checks, NumericRefere
 from qdot.exercises.verify.rank import rank_of
 
 ROUNDED = 0.0006
-"""Error of a number to three decimals."""
+"""Maximum error of a number that is rounded to three decimals."""
 
 
 def _check_size(numeric: NumericReference, part: Part) -> Checks:
     task = part.about(ForTask).task
-    counted = numeric.differenced_jacobian[:, [TASK_ROWS.index(row) for row in task]]
-    expected = np.array([[float(counted.shape[1])], [float(counted.shape[2])]])
+    task_rows = numeric.differenced_jacobian[:, [TASK_ROWS.index(row) for row in task]]
+    expected = np.array([[float(task_rows.shape[1])], [float(task_rows.shape[2])]])
     yield agree("size", reference_numbers(part), expected[None], EXACT)
-    empty = [row for row, values in zip(task, counted.swapaxes(0, 1), strict=True) if np.abs(values).max() < 1e-6]
+    zero_rows = [row for row, values in zip(task, task_rows.swapaxes(0, 1), strict=True) if np.abs(values).max() < 1e-6]
     yield Check(
-        "rows that move", not empty and task != numeric.chain.task, f"always zero: {', '.join(empty) or 'none'}"
+        "rows that move", not zero_rows and task != numeric.chain.task, f"always zero: {', '.join(zero_rows) or 'none'}"
     )
 
 
@@ -34,51 +34,57 @@ def _parse_numbers(text: str) -> np.ndarray:
 
 def _check_effect(numeric: NumericReference, part: Part) -> Checks:
     answer, effect = part.of(Choice), part.about(OfJoint).effect
-    moved = _difference_velocity(at_place(numeric, effect.place), effect.joint - 1)
-    expected = moved[[TASK_ROWS.index(row) for row in effect.rows]]
+    velocity = _difference_velocity(at_place(numeric, effect.place), effect.joint - 1)
+    expected = velocity[[TASK_ROWS.index(row) for row in effect.rows]]
     errors = [float(np.abs(_parse_numbers(option) - expected).max()) for option in answer.options]
-    right = [error < ROUNDED for error in errors]
-    wanted = [index == answer.correct for index in range(len(right))]
-    yield Check("finite differences", right == wanted, f"errors {', '.join(f'{error:.3f}' for error in errors)}")
+    is_correct = [error < ROUNDED for error in errors]
+    expected_correct = [index == answer.correct for index in range(len(is_correct))]
+    yield Check(
+        "finite differences", is_correct == expected_correct, f"errors {', '.join(f'{error:.3f}' for error in errors)}"
+    )
     yield Check("clearly different", sum(error < 0.01 for error in errors) == 1, "one option is near the right one")
 
 
 def _difference_velocity(sample: Sample, joint: int) -> np.ndarray:
-    """Return the velocity of the point and of the last link for a joint's unit rate."""
+    """Return the velocity of the point and of the last link for a joint's unit rate, by finite differences."""
     step = 1e-5 * np.eye(len(sample.q))[joint]
     ahead, behind = (sample.arm.frames(sample.q + side * step) for side in (1, -1))
     linear = (sample.arm.point_of(ahead) - sample.arm.point_of(behind)) / 2e-5
-    spin = (ahead[-1, :3, :3] - behind[-1, :3, :3]) / 2e-5 @ sample.arm.frames(sample.q)[-1, :3, :3].T
-    return np.array([*linear, spin[2, 1], spin[0, 2], spin[1, 0]])
+    angular_matrix = (ahead[-1, :3, :3] - behind[-1, :3, :3]) / 2e-5 @ sample.arm.frames(sample.q)[-1, :3, :3].T
+    return np.array([*linear, angular_matrix[2, 1], angular_matrix[0, 2], angular_matrix[1, 0]])
 
 
 def _check_use(numeric: NumericReference, part: Part) -> Checks:
     answer, asked = part.of(Choice), part.about(ForUse)
     jacobian = exponential_at(numeric, asked.place)[[TASK_ROWS.index(row) for row in asked.task]]
-    rank, clear = rank_of(jacobian)
+    rank, is_clear = rank_of(jacobian)
     m, n = jacobian.shape
     expected_use = ("regular" if rank == n else "singular") if m == n else "redundant" if m < n else "few"
-    yield Check("clear", clear and (m == n or rank == min(m, n)), f"{m} x {n}, rank {rank}")
+    yield Check("clear", is_clear and (m == n or rank == min(m, n)), f"{m} x {n}, rank {rank}")
     options = answer.options
     is_stated = options[answer.correct] == USES[expected_use] and sorted(options) == sorted(USES.values())
     yield Check("use", is_stated and asked.use == expected_use, f"{answer.letter} is {options[answer.correct]}")
 
 
 def _check_cost(numeric: NumericReference, part: Part) -> Checks:
-    """Solve J qd = v by least squares for each option, and test the residuals."""
+    """Solve J qd = v by least squares for each option, and check the residuals."""
     answer, cost = part.of(Choice), part.about(OfCost).cost
     jacobian = exponential_at(numeric, cost.place)[numeric.task]
-    rank, clear = rank_of(jacobian)
-    yield Check("one direction lost", clear and rank == len(numeric.task) - 1, f"rank {rank}")
-    left = []
+    rank, is_clear = rank_of(jacobian)
+    yield Check("one direction lost", is_clear and rank == len(numeric.task) - 1, f"rank {rank}")
+    residual_shares = []
     for option in answer.options:
         velocity = _parse_numbers(option)
         rates = np.linalg.pinv(jacobian, rcond=1e-8) @ velocity
-        left.append(float(np.linalg.norm(velocity - jacobian @ rates) / np.linalg.norm(velocity)))
-    produced = [share < 0.02 for share in left]
-    wanted = [(index == answer.correct) == cost.possible for index in range(len(left))]
-    detail = f"left of the velocities: {', '.join(f'{share:.3f}' for share in left)}"
-    yield Check("least squares", produced == wanted and all(share < 0.02 or share > 0.4 for share in left), detail)
+        residual_shares.append(float(np.linalg.norm(velocity - jacobian @ rates) / np.linalg.norm(velocity)))
+    produced = [share < 0.02 for share in residual_shares]
+    expected_produced = [(index == answer.correct) == cost.possible for index in range(len(residual_shares))]
+    detail = f"left of the velocities: {', '.join(f'{share:.3f}' for share in residual_shares)}"
+    yield Check(
+        "least squares",
+        produced == expected_produced and all(share < 0.02 or share > 0.4 for share in residual_shares),
+        detail,
+    )
 
 
 CHECKS: dict[str, PartCheck] = {

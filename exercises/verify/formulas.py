@@ -1,4 +1,4 @@
-"""Test formulas: evaluate references at random places and compare them with the arm in numbers."""
+"""Check formulas: evaluate references at random samples and compare them with the numeric arm."""
 
 from collections.abc import Callable
 
@@ -17,26 +17,28 @@ EXACT, DIFFERENCED = 1e-9, 1e-7
 
 
 def agree(name: str, values: np.ndarray, expected: np.ndarray, allowed: float) -> Check:
-    """Compare values with those expected, both (…, rows, columns)."""
+    """Return the check that values agree with the expected ones, both (…, rows, columns)."""
     if values.shape != expected.shape:
         shapes = [" x ".join(map(str, array.shape[1:])) for array in (values, expected)]
         return Check(name, False, f"the reference is {shapes[0]}, expected {shapes[1]}")
     scale = 1 + np.abs(expected).max(axis=(1, 2), keepdims=True)
     error = np.where(np.isfinite(values), np.abs(values - expected) / scale, np.inf)
-    worst = np.unravel_index(int(error.argmax()), error.shape)
-    if error[worst] <= allowed:
-        return Check(name, True, f"{len(values)} places, error at most {error[worst]:.1e}")
-    row, column = worst[1] + 1, worst[2] + 1
-    return Check(name, False, f"entry ({row}, {column}): {values[worst]:.6g}, expected {expected[worst]:.6g}")
+    worst_index = np.unravel_index(int(error.argmax()), error.shape)
+    if error[worst_index] <= allowed:
+        return Check(name, True, f"{len(values)} places, error at most {error[worst_index]:.1e}")
+    row, column = worst_index[1] + 1, worst_index[2] + 1
+    return Check(
+        name, False, f"entry ({row}, {column}): {values[worst_index]:.6g}, expected {expected[worst_index]:.6g}"
+    )
 
 
 Expected = dict[str, tuple[np.ndarray, float]]
-"""The values expected, by each way of finding them, with the error allowed."""
+"""The expected values by the name of each method that computes them, with the allowed error."""
 PartCheck = Callable[[NumericReference, Part], Checks]
 
 
 def formula_check(expected: Callable[[NumericReference, Part], Expected]) -> PartCheck:
-    """Return the check that a symbolic reference has the values expected, by each way of finding them."""
+    """Return the check that a symbolic reference has the expected values, by each method that computes them."""
 
     def check(numeric: NumericReference, part: Part) -> Checks:
         claimed = numeric.read(part.answer.as_matrix())
@@ -47,7 +49,7 @@ def formula_check(expected: Callable[[NumericReference, Part], Expected]) -> Par
 
 
 def expect_by_each_route(numeric: NumericReference, take: Callable[[np.ndarray], np.ndarray]) -> Expected:
-    """Return `take` of the 6 x n Jacobian by each route: propagation, finite differences and exponentials."""
+    """Return `take` of the 6 x n Jacobian by three methods: propagation, finite differences and exponentials."""
     return {
         "frames": (take(numeric.jacobian), EXACT),
         "finite differences": (take(numeric.differenced_jacobian), DIFFERENCED),
@@ -95,16 +97,17 @@ def _twist(numeric: NumericReference, _: Part) -> Expected:
 
 def _link_velocity(numeric: NumericReference, part: Part) -> Expected:
     frame = part.about(OfFrame).frame
-    carried = numeric.convention_velocities[:, :, frame].transpose(0, 2, 1)
-    return {"finite differences": (carried @ numeric.rates, DIFFERENCED)}
+    frame_velocities = numeric.convention_velocities[:, :, frame].transpose(0, 2, 1)
+    return {"finite differences": (frame_velocities @ numeric.rates, DIFFERENCED)}
 
 
 def _own_frame(numeric: NumericReference, part: Part) -> Expected:
     frame = part.about(FromFrameToFrame).frame
     velocity = (numeric.convention_velocities[:, :, frame].transpose(0, 2, 1) @ numeric.rates)[..., 0]
-    turn = numeric.convention_frames[:, frame, :3, :3].swapaxes(1, 2)
+    rotation = numeric.convention_frames[:, frame, :3, :3].swapaxes(1, 2)
     local_velocity = np.concatenate(
-        [np.einsum("kij,kj->ki", turn, half) for half in (velocity[:, :3], velocity[:, 3:])], axis=1
+        [np.einsum("kij,kj->ki", rotation, part_velocity) for part_velocity in (velocity[:, :3], velocity[:, 3:])],
+        axis=1,
     )
     return {"finite differences": (local_velocity[..., None], DIFFERENCED)}
 
@@ -114,12 +117,12 @@ def _determinant(numeric: NumericReference, _: Part) -> Expected:
 
 
 def _check_inverse(numeric: NumericReference, part: Part) -> Checks:
-    """Multiply the Jacobian by its inverse; the result is 1."""
+    """Check that the Jacobian times its inverse is the identity."""
     yield _check_product(numeric, part, np.broadcast_to(np.eye(numeric.chain.n), numeric.task_jacobian.shape))
 
 
 def _check_rate_law(numeric: NumericReference, part: Part) -> Checks:
-    """Multiply the Jacobian by the rates; the result is the velocity asked for."""
+    """Check that the Jacobian times the rates is the desired velocity."""
     yield _check_product(numeric, part, numeric.velocity)
 
 
@@ -127,8 +130,8 @@ def _check_product(numeric: NumericReference, part: Part, expected: np.ndarray) 
     claimed = numeric.read(part.answer.as_matrix())
     if claimed.shape != expected.shape:
         return agree("J times it", claimed, expected, EXACT)
-    size = (np.abs(numeric.task_jacobian) @ np.abs(claimed)).max(axis=(1, 2), keepdims=True)
-    return agree("J times it", numeric.task_jacobian @ claimed / size, expected / size, EXACT)
+    scale = (np.abs(numeric.task_jacobian) @ np.abs(claimed)).max(axis=(1, 2), keepdims=True)
+    return agree("J times it", numeric.task_jacobian @ claimed / scale, expected / scale, EXACT)
 
 
 # --- transforms, wrists and statics ---
@@ -139,9 +142,9 @@ def _transform(numeric: NumericReference, _: Part) -> Expected:
 
 
 def _tool_jacobian(numeric: NumericReference, _: Part) -> Expected:
-    turn = numeric.convention_frames[:, -1, :3, :3].swapaxes(1, 2)
+    rotation = numeric.convention_frames[:, -1, :3, :3].swapaxes(1, 2)
     return expect_by_each_route(
-        numeric, lambda jacobian: np.concatenate([turn @ jacobian[:, :3], turn @ jacobian[:, 3:]], axis=1)
+        numeric, lambda jacobian: np.concatenate([rotation @ jacobian[:, :3], rotation @ jacobian[:, 3:]], axis=1)
     )
 
 
@@ -150,26 +153,28 @@ def _arm_block(numeric: NumericReference, _: Part) -> Expected:
 
 
 def _wrist_block(numeric: NumericReference, _: Part) -> Expected:
-    turn = numeric.convention_frames[:, convention_of(numeric.chain).frame_on_axis(4), :3, :3].swapaxes(1, 2)
-    return expect_by_each_route(numeric, lambda jacobian: turn @ jacobian[:, 3:, 3:])
+    rotation = numeric.convention_frames[:, convention_of(numeric.chain).frame_on_axis(4), :3, :3].swapaxes(1, 2)
+    return expect_by_each_route(numeric, lambda jacobian: rotation @ jacobian[:, 3:, 3:])
 
 
 def _check_block_determinants(numeric: NumericReference, part: Part) -> Checks:
     """Compare each determinant with its block, and their product with det J of all six rows."""
     claimed = numeric.read(part.answer.as_matrix())
-    turn = numeric.frames[:, 3, :3, :3].swapaxes(1, 2)
-    blocks = (numeric.jacobian[:, :3, :3], turn @ numeric.jacobian[:, 3:, 3:])
+    rotation = numeric.frames[:, 3, :3, :3].swapaxes(1, 2)
+    blocks = (numeric.jacobian[:, :3, :3], rotation @ numeric.jacobian[:, 3:, 3:])
     expected = np.stack([np.linalg.det(block) for block in blocks], axis=1)[:, :, None]
     yield agree("LU decomposition", claimed, expected, EXACT)
     if claimed.shape == expected.shape:
-        whole = np.linalg.det(numeric.task_jacobian)[:, None, None]
-        yield agree("their product is det J", claimed.prod(axis=1, keepdims=True), whole, EXACT)
-    beside = np.abs(numeric.jacobian[:, :3, 3:]).max()
-    yield Check("the wrist does not move P", bool(beside < EXACT), f"largest entry beside J11: {beside:.1e}")
+        full_determinant = np.linalg.det(numeric.task_jacobian)[:, None, None]
+        yield agree("their product is det J", claimed.prod(axis=1, keepdims=True), full_determinant, EXACT)
+    wrist_effect = np.abs(numeric.jacobian[:, :3, 3:]).max()
+    yield Check(
+        "the wrist does not move P", bool(wrist_effect < EXACT), f"largest entry beside J11: {wrist_effect:.1e}"
+    )
 
 
 def _joint_torques(numeric: NumericReference, part: Part) -> Expected:
-    """Compute the power of the force for each joint's unit rate, which is that joint's torque."""
+    """Return the joint torques: the power of the force for each joint's unit rate."""
     force = np.stack([numeric.values[name] for name in part.symbols], axis=1)
     return expect_by_each_route(
         numeric, lambda jacobian: np.einsum("pij,pi->pj", jacobian[:, numeric.task], force)[:, :, None]

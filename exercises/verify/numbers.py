@@ -1,4 +1,4 @@
-"""Test numbers at a pose by NumPy: joint rates, self-motions, manipulability and condition number."""
+"""Check numbers at a configuration by NumPy: joint rates, self-motions, manipulability and condition number."""
 
 from collections.abc import Callable
 
@@ -18,19 +18,19 @@ from qdot.exercises.verify.numeric_reference import (
 )
 
 WELL_CONDITIONED = 0.7
-"""Least sigma_min/sigma_max of a pose in numbers, as a part of what was required when it was sampled."""
+"""Minimum sigma_min/sigma_max of a configuration, as a fraction of the minimum required when it was sampled."""
 
 NUMBERS = 1e-8
 """Relative error allowed for numbers of ten digits."""
 
 
 def reference_numbers(part: Part) -> np.ndarray:
-    """Return a reference of numbers as (1, rows, columns)."""
+    """Return a numeric reference as an array, (1, rows, columns)."""
     return np.array(part.answer.as_matrix().tolist(), dtype=float)[None]
 
 
 def check_three_digits(part: Part) -> Check:
-    """Test whether numbers stay right when they are rounded to three digits."""
+    """Check that the numbers are still accepted when they are rounded to three digits."""
     answer = part.of(Number)
     exact = np.array([float(value) for value in answer.reference])
     rounded = np.array([float(f"{value:.2e}") for value in exact])
@@ -38,15 +38,15 @@ def check_three_digits(part: Part) -> Check:
 
 
 def _check_conditioning(numeric: NumericReference, jacobian: np.ndarray) -> Check:
-    """Test whether small errors stay small at a pose."""
+    """Check that J is well conditioned at a configuration, so that small errors stay small."""
     sigma = np.linalg.svd(jacobian, compute_uv=False)
     ratio = float(sigma[-1] / sigma[0])
-    least = WELL_CONDITIONED * least_conditioning(numeric.chain)
-    return Check("well conditioned", ratio > least, f"sigma_min/sigma_max = {ratio:.3f}")
+    minimum = WELL_CONDITIONED * least_conditioning(numeric.chain)
+    return Check("well conditioned", ratio > minimum, f"sigma_min/sigma_max = {ratio:.3f}")
 
 
 def _check_rates(numeric: NumericReference, part: Part) -> Checks:
-    """Find the rates of least norm, which are the only ones of a square J, and compare."""
+    """Compare the rates with those of minimum norm, which are the only ones if J is square."""
     situation = part.about(InSituation).situation
     jacobian = jacobian_at(numeric, situation)
     velocity = np.array([float(situation.velocity[sp.Symbol(row)]) for row in numeric.chain.task])
@@ -59,25 +59,25 @@ def _check_rates(numeric: NumericReference, part: Part) -> Checks:
 
 
 def _check_self_motion(numeric: NumericReference, part: Part) -> Checks:
-    """Test that the Jacobian times the motion is zero, and the motion is not."""
+    """Check that the Jacobian times the motion is zero and the motion is not."""
     in_formulas = part.of(Direction).tolerance is None
     if in_formulas:
         claimed, jacobian = numeric.read(part.answer.as_matrix()), numeric.task_jacobian
     else:
         claimed = reference_numbers(part)
         jacobian = jacobian_at(numeric, part.about(InSituation).situation)[None]
-    size = np.linalg.norm(claimed, axis=1, keepdims=True) if np.all(np.isfinite(claimed)) else np.zeros(1)
-    if claimed.shape[1:] != (numeric.chain.n, 1) or not np.all(size > EXACT):
+    norms = np.linalg.norm(claimed, axis=1, keepdims=True) if np.all(np.isfinite(claimed)) else np.zeros(1)
+    if claimed.shape[1:] != (numeric.chain.n, 1) or not np.all(norms > EXACT):
         yield Check("motion", False, f"no motion of {numeric.chain.n} joints at some place")
         return
-    yield agree("null space", jacobian @ (claimed / size), np.zeros((len(claimed), len(numeric.task), 1)), NUMBERS)
+    yield agree("null space", jacobian @ (claimed / norms), np.zeros((len(claimed), len(numeric.task), 1)), NUMBERS)
     if not in_formulas:
-        yield agree("unit vector", size, np.ones((1, 1, 1)), NUMBERS)
+        yield agree("unit vector", norms, np.ones((1, 1, 1)), NUMBERS)
         yield _check_conditioning(numeric, jacobian[0])
 
 
 def _measure_check(measure: Callable[[np.ndarray], float]) -> PartCheck:
-    """Return the check that a number is `measure` of the task Jacobian, which is computed in two ways."""
+    """Return the check that a number is `measure` of the task Jacobian, computed by two methods."""
 
     def check(numeric: NumericReference, part: Part) -> Checks:
         situation = part.about(InSituation).situation
@@ -94,14 +94,14 @@ def _measure_check(measure: Callable[[np.ndarray], float]) -> PartCheck:
 
 
 def _check_unit(numeric: NumericReference, part: Part, jacobian: np.ndarray) -> Check:
-    """Measure the same arm in half metres: w grows by 2^k if its unit is m^k."""
+    """Check the unit of the manipulability w by measuring the arm in half metres: w grows by 2^k if its unit is m^k."""
     scale = np.array([[2.0 if row < 3 else 1.0] for row in numeric.task])
     columns = np.array([1.0 if joint.kind == "R" else 0.5 for joint in numeric.chain.joints])
-    grown = _volume(jacobian * scale * columns) / _volume(jacobian)
-    power = round(float(np.log2(grown)))
+    growth = _volume(jacobian * scale * columns) / _volume(jacobian)
+    power = round(float(np.log2(growth)))
     unit = {0: "", 1: "m"}.get(power, f"m^{power}")
-    exact = abs(grown - 2.0**power) < EXACT * grown
-    return Check("unit", bool(exact and part.of(Number).units == (unit,)), f"{unit or 'a plain number'}")
+    is_power_of_two = abs(growth - 2.0**power) < EXACT * growth
+    return Check("unit", bool(is_power_of_two and part.of(Number).units == (unit,)), f"{unit or 'a plain number'}")
 
 
 def _volume(jacobian: np.ndarray) -> float:

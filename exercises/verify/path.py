@@ -1,4 +1,7 @@
-"""Test rates along a path: follow the line independently with 4 x 4 products, and difference its joints."""
+"""Check rates along a path.
+
+The line is followed independently, with 4 x 4 products, and the joint values on it are differenced.
+"""
 
 import numpy as np
 
@@ -11,23 +14,23 @@ from qdot.exercises.verify.numbers import NUMBERS, WELL_CONDITIONED, check_three
 from qdot.exercises.verify.numeric_reference import Check, Checks, NumericReference
 
 STATIONS = 60
-"""Places at which a line is tested."""
+"""Number of stations along a line at which it is tested."""
 
 NEAR, NUDGE = 0.02, 1e-4
-"""Least sigma_min/sigma_max on a line towards a singularity; distance over which joints are differenced (m)."""
+"""Minimum sigma_min/sigma_max on a line towards a singularity; step for the finite differences along a line (m)."""
 
 
 class LineFollower:
-    """A line followed in floating point, each place found from the one before it."""
+    """Follows a line in floating point; the joint values at each station start from those at the previous one."""
 
     def __init__(self, numeric: NumericReference, seam: Seam) -> None:
         self.arm = NumericChain(numeric.chain, {symbol.name: float(value) for symbol, value in seam.lengths.items()})
         self.task, self.speed = numeric.task, float(seam.speed)
         self.first = np.array([float(seam.joints[q]) for q in numeric.chain.q])
         self.origin = self.arm.point(self.first)[self.task]
-        way = np.array([float(value) for value in seam.target.values()]) - self.origin
-        self.length = float(np.linalg.norm(way))
-        self.unit = way / self.length
+        displacement = np.array([float(value) for value in seam.target.values()]) - self.origin
+        self.length = float(np.linalg.norm(displacement))
+        self.unit = displacement / self.length
 
     def jacobian(self, q: np.ndarray) -> np.ndarray:
         """Return the task Jacobian at q."""
@@ -38,7 +41,7 @@ class LineFollower:
         return self._joints_and_jacobian_at(q, s)[0]
 
     def _joints_and_jacobian_at(self, q: np.ndarray, s: float) -> tuple[np.ndarray, np.ndarray]:
-        """Return the same, and the task Jacobian there."""
+        """Return the joint values at s, by Newton's method from q, and the task Jacobian there."""
         frames = self.arm.frames(q)
         for _ in range(20):
             error = self.origin + s * self.unit - self.arm.point_of(frames)[self.task]
@@ -49,32 +52,32 @@ class LineFollower:
         return q, np.asarray(self.arm.jacobian_of(frames)[self.task])
 
     def joints(self, places: np.ndarray) -> np.ndarray:
-        """Return the joint values at places in order, the first of them near the start."""
-        q, followed, last = self.first, [], 0.0
+        """Return the joint values at increasing distances `places`, the first of them near the start."""
+        q, configurations, previous_s = self.first, [], 0.0
         jacobian = self.jacobian(q)
         for s in places:
-            q, jacobian = self._joints_and_jacobian_at(q + (s - last) * np.linalg.solve(jacobian, self.unit), s)
-            last = s
-            followed.append(q)
-        return np.array(followed)
+            q, jacobian = self._joints_and_jacobian_at(q + (s - previous_s) * np.linalg.solve(jacobian, self.unit), s)
+            previous_s = s
+            configurations.append(q)
+        return np.array(configurations)
 
     def rates(self, q: np.ndarray) -> np.ndarray:
         """Return the joint rates at q, by a linear solve."""
         return np.asarray(np.linalg.solve(self.jacobian(q), self.unit) * self.speed)
 
     def rates_by_differences(self, q: np.ndarray, s: float) -> np.ndarray:
-        """Return the joint rates at s by central differences of the joints along the line."""
+        """Return the joint rates at s by central differences of the joint values along the line."""
         ahead, behind = (self.joints_at(q, s + side * NUDGE) for side in (1, -1))
         return (ahead - behind) / (2 * NUDGE) * self.speed
 
     def conditioning(self, joints: np.ndarray) -> float:
-        """Return the least sigma_min/sigma_max of J at configurations (k x n)."""
+        """Return the minimum sigma_min/sigma_max of J over configurations (k x n)."""
         sigma = np.linalg.svd(self.arm.jacobian(joints)[:, self.task], compute_uv=False)
         return float((sigma[:, -1] / sigma[:, 0]).min())
 
 
 def _check_path_rates(numeric: NumericReference, part: Part) -> Checks:
-    """Follow the line to the place of the question and solve for the rates there."""
+    """Follow the line to the distance in the question, and compare the rates there."""
     details = part.about(AtDistance)
     line, s = LineFollower(numeric, details.seam), float(details.distance)
     joints = line.joints(np.linspace(0, s, STATIONS))
@@ -88,16 +91,19 @@ def _check_path_rates(numeric: NumericReference, part: Part) -> Checks:
 
 
 def _check_one_branch(line: LineFollower, joints: np.ndarray, s: float, least: float) -> Check:
-    """Test at four times the places that the joints end at the same values, and moved in small steps."""
+    """Check that the joints stay on one branch of the inverse kinematics.
+
+    With four times the stations, they have to end at the same values and move in small steps.
+    """
     finer = line.joints(np.linspace(0, s, 4 * STATIONS))
-    apart, jump = float(np.abs(finer[-1] - joints[-1]).max()), float(np.abs(np.diff(finer, axis=0)).max())
+    gap, jump = float(np.abs(finer[-1] - joints[-1]).max()), float(np.abs(np.diff(finer, axis=0)).max())
     ratio = line.conditioning(finer)
-    detail = f"sigma_min/sigma_max at least {ratio:.3f}, steps of the joints at most {jump:.3f}, ends {apart:.1e} apart"
-    return Check("on one branch", ratio > least and jump < 0.2 and apart < 1e-6, detail)
+    detail = f"sigma_min/sigma_max at least {ratio:.3f}, steps of the joints at most {jump:.3f}, ends {gap:.1e} apart"
+    return Check("on one branch", ratio > least and jump < 0.2 and gap < 1e-6, detail)
 
 
 def _check_path_limit(numeric: NumericReference, part: Part) -> Checks:
-    """Follow the line past the place: the speed is the limit there, lower before it and higher after it."""
+    """Check that the joint speed is equal to the limit at the claimed distance, lower before and higher after it."""
     answer, details = part.of(Number), part.about(ToLimit)
     line, claimed = LineFollower(numeric, details.seam), reference_numbers(part)
     if claimed.shape != (1, 1, 1) or not 0 < float(claimed[0, 0, 0]) < line.length:
@@ -105,8 +111,8 @@ def _check_path_limit(numeric: NumericReference, part: Part) -> Checks:
         return
     s, joint, limit = float(claimed[0, 0, 0]), details.joint - 1, float(details.limit)
     joints = line.joints(np.linspace(0, s, STATIONS))
-    here, differenced = line.rates(joints[-1])[joint], line.rates_by_differences(joints[-1], s)[joint]
-    yield agree("limit", np.full((1, 1, 1), abs(here)), np.full((1, 1, 1), limit), 1e-7)
+    rate, differenced = line.rates(joints[-1])[joint], line.rates_by_differences(joints[-1], s)[joint]
+    yield agree("limit", np.full((1, 1, 1), abs(rate)), np.full((1, 1, 1), limit), 1e-7)
     yield agree("differences along the line", np.full((1, 1, 1), abs(differenced)), np.full((1, 1, 1), limit), 1e-3)
     speeds = np.array([abs(line.rates(q)[joint]) for q in joints[:-1]])
     yield Check("first time", bool(speeds.max() < limit), f"at most {speeds.max():.3f} before it, limit {limit:g}")

@@ -1,6 +1,6 @@
-"""Test short questions: the right option passes the tests of the question it answers, every other one fails them.
+"""Check short questions: the correct option passes the checks of the question it answers, and the others fail them.
 
-Options are compared with the arm in numbers in the same ways as references. No two of them are the same.
+Options are compared with the numeric arm in the same way as references. No two options may be the same.
 """
 
 from collections.abc import Mapping, Sequence
@@ -39,23 +39,23 @@ from qdot.exercises.verify.screws import CHECKS as SCREWS
 from qdot.exercises.verify.singular import CHECKS as SETS
 
 BASE_CHECKS: Mapping[str, PartCheck] = {**FORMULAS, **SCREWS}
-"""The tests of the questions that options answer."""
+"""The checks of the questions that options answer."""
 
 STEP = 0.7
 """The amount by which a joint is moved, in rad or m."""
 APART = 1e-5
-"""Share of their size by which two options have to differ somewhere."""
+"""Fraction of their size by which two options have to differ at some sample."""
 
 
 def _as_answer(numeric: NumericReference, subject: Subject, option: sp.Matrix) -> Part:
-    """Return the question that options answer, with one of them inserted into the whole answer."""
+    """Return the question that options answer, with one option inserted into the whole answer."""
     answer, details = QUESTIONS[subject.base].ask(numeric.chain, Stream("quiz"))
     part = Part(subject.base, subject.base, answer, details=details)
     if answer.shape is None:
         return replace(part, answer=Expression(option[0]))
-    whole = answer.as_matrix().as_mutable()
-    whole[subject.row or 0, subject.column or 0] = option
-    return replace(part, answer=Matrix(sp.Matrix(whole)))
+    full_answer = answer.as_matrix().as_mutable()
+    full_answer[subject.row or 0, subject.column or 0] = option
+    return replace(part, answer=Matrix(sp.Matrix(full_answer)))
 
 
 def _check_formula_choice(numeric: NumericReference, part: Part) -> Checks:
@@ -75,9 +75,9 @@ def _offered_options(part: Part) -> tuple[OfferedOption, ...]:
 
 def _check_one_right(part: Part, passed: Sequence[bool]) -> Check:
     answer = part.of(Choice)
-    right = [index for index, held in enumerate(passed) if held]
-    passing = ", ".join(map(str, right)) or "none"
-    return Check("one right option", right == [answer.correct], f"options that pass, from 0: {passing}")
+    passing_indices = [index for index, has_passed in enumerate(passed) if has_passed]
+    passing = ", ".join(map(str, passing_indices)) or "none"
+    return Check("one right option", passing_indices == [answer.correct], f"options that pass, from 0: {passing}")
 
 
 def _check_different(numeric: NumericReference, options: Sequence[sp.Matrix]) -> Check:
@@ -102,36 +102,40 @@ def _check_set_choice(numeric: NumericReference, part: Part) -> Checks:
 
 
 def _ranks(numeric: NumericReference, part: Part) -> list[tuple[int, bool]]:
-    """Return the rank of J at each of the places, by the product of exponentials, and whether it is clear."""
+    """Return the rank of J at each configuration, by the product of exponentials, and whether it is clear."""
     details = part.about(Places)
-    places = [replace(place, lengths={**details.lengths, **place.lengths}) for place in details.places]
-    return [rank_of(exponential_at(numeric, place)[numeric.task]) for place in places]
+    configurations = [
+        replace(configuration, lengths={**details.lengths, **configuration.lengths}) for configuration in details.places
+    ]
+    return [rank_of(exponential_at(numeric, configuration)[numeric.task]) for configuration in configurations]
 
 
 def _check_configurations(numeric: NumericReference, part: Part) -> Checks:
     answer = part.answer
     full = min(len(numeric.task), numeric.chain.n)
     ranks = _ranks(numeric, part)
-    singular_ones = tuple(index for index, (rank, _) in enumerate(ranks) if rank < full)
-    wanted = answer.right
-    yield Check("clear", all(clear for _, clear in ranks), f"ranks {', '.join(str(rank) for rank, _ in ranks)}")
-    yield Check("singular ones", singular_ones == tuple(wanted), f"of rank less than {full}, from 0: {singular_ones}")
+    singular_indices = tuple(index for index, (rank, _) in enumerate(ranks) if rank < full)
+    expected = answer.right
+    yield Check("clear", all(is_clear for _, is_clear in ranks), f"ranks {', '.join(str(rank) for rank, _ in ranks)}")
+    yield Check(
+        "singular ones", singular_indices == tuple(expected), f"of rank less than {full}, from 0: {singular_indices}"
+    )
     yield Check("different options", len(set(answer.offered)) == len(answer.offered), "no two are the same")
     arm = with_lengths(numeric.chain, part.about(Places).lengths)
     yield Check("lengths", not arm.parameters, "every length has a number")
 
 
-# --- several right ones ---
+# --- several correct options ---
 
 
 def _quantity_values(numeric: NumericReference, asked: Quantity, moved: int | None = None) -> np.ndarray:
-    """Return the values of a quantity, (places, entries), from the arm in numbers; optionally with one joint moved."""
-    poses = np.stack([numeric.values[q.name] for q in numeric.chain.q], axis=1)
+    """Return the values of a quantity on the numeric arm, (samples, entries); optionally with one joint moved."""
+    configurations = np.stack([numeric.values[q.name] for q in numeric.chain.q], axis=1)
     if moved is not None:
-        poses[:, moved] += STEP
+        configurations[:, moved] += STEP
     values = []
-    for number, arm in enumerate(numeric.arms):
-        q = poses[number * POSES : (number + 1) * POSES]
+    for arm_index, arm in enumerate(numeric.arms):
+        q = configurations[arm_index * POSES : (arm_index + 1) * POSES]
         jacobian = exponential_jacobian(arm, q)[:, numeric.task]
         if asked.column is not None:
             column = jacobian[:, :, asked.column]
@@ -145,27 +149,27 @@ def _quantity_values(numeric: NumericReference, asked: Quantity, moved: int | No
 
 def _check_forms(numeric: NumericReference, part: Part) -> Checks:
     answer, expected = part.of(Selection), _quantity_values(numeric, part.about(EqualForms).quantity)
-    right = []
+    equal_indices = []
     for index, option in enumerate(_offered_options(part)):
         values = numeric.read(sp.Matrix([option.shown]))
         if agree("", values, expected[:, :, None], EXACT).passed:
-            right.append(index)
+            equal_indices.append(index)
         elif np.abs(values[:, :, 0] - expected).max() <= APART * np.abs(expected).max():
             yield Check("clearly different", False, f"option {index}, from 0, is near the right value")
-    yield Check("right options", tuple(right) == answer.correct, f"equal in value, from 0: {right}")
+    yield Check("right options", tuple(equal_indices) == answer.correct, f"equal in value, from 0: {equal_indices}")
     yield Check("different options", len(set(answer.options)) == len(answer.options), "no two are written the same")
 
 
 def _check_dependence(numeric: NumericReference, part: Part) -> Checks:
-    """Move one joint at a time, and test whether the values of the quantity change."""
+    """Check on which joints a quantity depends, by moving one joint at a time."""
     answer, asked = part.of(Selection), part.about(OfQuantity).quantity
-    here = _quantity_values(numeric, asked)
-    depends = tuple(
+    values = _quantity_values(numeric, asked)
+    influential = tuple(
         index
         for index in range(numeric.chain.n)
-        if np.abs(_quantity_values(numeric, asked, index) - here).max() > EXACT
+        if np.abs(_quantity_values(numeric, asked, index) - values).max() > EXACT
     )
-    yield Check("moving one joint", depends == answer.correct, f"it changes with joints, from 0: {depends}")
+    yield Check("moving one joint", influential == answer.correct, f"it changes with joints, from 0: {influential}")
 
 
 # --- columns to joints ---
@@ -175,11 +179,13 @@ def _check_columns(numeric: NumericReference, part: Part) -> Checks:
     answer = part.of(Matching)
     offered = _offered_options(part)
     jacobian = numeric.exponential_jacobian[:, numeric.task]
-    read = [numeric.read(sp.Matrix(option.shown)) for option in offered]
+    option_values = [numeric.read(sp.Matrix(option.shown)) for option in offered]
     effects = []
     for joint in range(numeric.chain.n):
-        same = [k for k, value in enumerate(read) if agree("", value, jacobian[:, :, [joint]], EXACT).passed]
-        effects.append(same[0] if len(same) == 1 else -1)
+        matches = [
+            k for k, value in enumerate(option_values) if agree("", value, jacobian[:, :, [joint]], EXACT).passed
+        ]
+        effects.append(matches[0] if len(matches) == 1 else -1)
     yield Check("columns", tuple(effects) == answer.correct, f"options of the joints, from 0: {effects}")
     yield _check_different(numeric, [sp.Matrix(option.shown) for option in offered])
 
@@ -208,12 +214,12 @@ def _check_statement(numeric: NumericReference, part: Part) -> Checks:
     jacobian = exponential_at(numeric, statement.place)
     if isinstance(statement, JointStatement):
         component = float(jacobian[TASK_ROWS.index(statement.row), statement.joint - 1])
-        true, clear = (component > 0) == statement.positive, abs(component) > 0.01
+        is_true, is_clear = (component > 0) == statement.positive, abs(component) > 0.01
     else:
-        rank, clear = rank_of(jacobian[numeric.task])
-        true = rank < min(len(numeric.task), numeric.chain.n)
-    yield Check("clear", clear, "it is clearly true or clearly false")
-    yield Check("statement", answer.options[answer.correct] == str(true).lower(), f"it is {true}")
+        rank, is_clear = rank_of(jacobian[numeric.task])
+        is_true = rank < min(len(numeric.task), numeric.chain.n)
+    yield Check("clear", is_clear, "it is clearly true or clearly false")
+    yield Check("statement", answer.options[answer.correct] == str(is_true).lower(), f"it is {is_true}")
 
 
 CHECKS: dict[str, PartCheck] = {

@@ -1,10 +1,12 @@
-"""Test the questions of `questions.screws`: screws by frames at home, the rest by exponentials of the axes.
+"""Check the questions of `questions.screws`: screws by frames at home, the others by exponentials of the axes.
 
 The screws at home are computed from 4 x 4 products of the table at zero joint variables, by z and o x z. Everything
-else comes from the axes in the statement (which `certify` compares with those products, too): each joint is an axis in
-the space frame at home, the arm is the product of the joints' exponentials, and no link frame is used. If link frames
-give a third way, it is tested as well. Twists and adjoints have the arm's order, (omega, v) of Lynch and Park or
-(v, omega) of Murray, Li and Sastry, each with its own adjoint.
+else comes from the axes in the problem statement, which `certify` compares with those products, too. Each joint is an
+axis in the space frame at home, and the arm is the product of the joints' exponentials. No link frame is used there. If
+link frames give an additional method, it is tested as well.
+
+Twists and adjoints have the arm's order: (omega, v) as in Lynch and Park, or (v, omega) as in Murray, Li and Sastry.
+Each order has its own adjoint.
 """
 
 from collections.abc import Callable
@@ -21,41 +23,45 @@ from qdot.exercises.verify.numeric_reference import Check, Checks, NumericRefere
 
 
 def _is_linear_first(numeric: NumericReference) -> bool:
-    """Whether twists of an arm are (v, omega)."""
+    """Return whether twists of an arm are (v, omega)."""
     return numeric.chain.twist_order == "v-omega"
 
 
 def _twist(numeric: NumericReference, omega: np.ndarray, v: np.ndarray, axis: int = -1) -> np.ndarray:
-    """Return the twist of an angular velocity and a velocity, in the order of an arm."""
+    """Return the twist of an angular and a linear velocity, in the arm's order."""
     return np.concatenate([v, omega] if _is_linear_first(numeric) else [omega, v], axis=axis)
 
 
 def _adjoint(numeric: NumericReference, pose: np.ndarray) -> np.ndarray:
-    """Return [Ad T] of poses (…, 4, 4) for twists in the order of an arm, (…, 6, 6)."""
-    turn, zero = pose[..., :3, :3], np.zeros_like(pose[..., :3, :3])
-    moved = hat(pose[..., :3, 3]) @ turn
-    blocks = [[turn, moved], [zero, turn]] if _is_linear_first(numeric) else [[turn, zero], [moved, turn]]
+    """Return [Ad T] of poses (…, 4, 4) for twists in the arm's order, (…, 6, 6)."""
+    rotation, zero = pose[..., :3, :3], np.zeros_like(pose[..., :3, :3])
+    cross_rotation = hat(pose[..., :3, 3]) @ rotation
+    blocks = (
+        [[rotation, cross_rotation], [zero, rotation]]
+        if _is_linear_first(numeric)
+        else [[rotation, zero], [cross_rotation, rotation]]
+    )
     return np.concatenate([np.concatenate(row, -1) for row in blocks], -2)
 
 
 class _Axes:
-    """The arm by the axes in its statement, in numbers, at the places of a reference.
+    """The numeric arm by the axes in its problem statement, at the samples of a numeric reference.
 
-    Pose (…, 4, 4), space and body Jacobian (…, 6, n).
+    It has the pose (…, 4, 4), and the space and body Jacobians (…, 6, n).
     """
 
     def __init__(self, numeric: NumericReference) -> None:
         axes, point = axes_of(numeric.chain)
         self.q = np.stack([numeric.values[q.name] for q in numeric.chain.q], axis=1)
-        before, carried = np.broadcast_to(np.eye(4), (len(self.q), 4, 4)), []
+        motion, screws = np.broadcast_to(np.eye(4), (len(self.q), 4, 4)), []
         for i, axis in enumerate(axes):
             omega, v = self._screw(numeric, axis)
-            carried.append((_adjoint(numeric, before) @ _twist(numeric, omega, v)[..., None])[..., 0])
-            before = before @ exponential(omega, v, self.q[:, i])
-        self.space = np.stack(carried, axis=2)
-        home = np.broadcast_to(np.eye(4), before.shape).copy()
+            screws.append((_adjoint(numeric, motion) @ _twist(numeric, omega, v)[..., None])[..., 0])
+            motion = motion @ exponential(omega, v, self.q[:, i])
+        self.space = np.stack(screws, axis=2)
+        home = np.broadcast_to(np.eye(4), motion.shape).copy()
         home[:, :3, 3] = numeric.numbers(point)
-        self.pose = before @ home
+        self.pose = motion @ home
         self.body = _adjoint(numeric, np.linalg.inv(self.pose)) @ self.space
 
     @staticmethod
@@ -66,15 +72,15 @@ class _Axes:
 
 
 def _home(numeric: NumericReference, _: Part) -> Expected:
-    """By the frames on the links at home: z, and o x z of the origin o of a frame on the axis."""
+    """Return the screws at home by the link frames: z, and o x z for the origin o of a frame on the axis."""
     z, o = numeric.home[:, :-1, :3, 2], numeric.home[:, :-1, :3, 3]
-    turning = np.array([joint.kind == "R" for joint in numeric.chain.joints])[:, None]
-    screws = np.where(turning, _twist(numeric, z, np.cross(o, z)), _twist(numeric, 0 * z, z))
+    is_revolute = np.array([joint.kind == "R" for joint in numeric.chain.joints])[:, None]
+    screws = np.where(is_revolute, _twist(numeric, z, np.cross(o, z)), _twist(numeric, 0 * z, z))
     return {"frames at home": (screws.swapaxes(1, 2), EXACT)}
 
 
 def _pose(numeric: NumericReference, _: Part) -> Expected:
-    """By exponentials, and from the last frame."""
+    """Return the pose of the body frame, by exponentials and from the last frame."""
     return {"product of exponentials": (_Axes(numeric).pose, EXACT), "frames": (_pose_of_last_frame(numeric), EXACT)}
 
 
@@ -86,21 +92,24 @@ def _conjugate(numeric: NumericReference, pose: np.ndarray, twists: np.ndarray) 
         omega, v = (lower, upper) if _is_linear_first(numeric) else (upper, lower)
         matrix = np.zeros((*omega.shape[:-1], 4, 4))
         matrix[..., :3, :3], matrix[..., :3, 3] = hat(omega), v
-        seen = pose @ matrix @ np.linalg.inv(pose)
-        turning = np.stack([seen[..., 2, 1], seen[..., 0, 2], seen[..., 1, 0]], -1)
-        columns.append(_twist(numeric, turning, seen[..., :3, 3]))
+        conjugated = pose @ matrix @ np.linalg.inv(pose)
+        angular = np.stack([conjugated[..., 2, 1], conjugated[..., 0, 2], conjugated[..., 1, 0]], -1)
+        columns.append(_twist(numeric, angular, conjugated[..., :3, 3]))
     return np.stack(columns, axis=-1)
 
 
 def _body_adjoint(numeric: NumericReference, _: Part) -> Expected:
-    """By the exponentials' pose, and by the matrix of each unit twist, between the poses of the last frame."""
+    """Return the adjoint of the body pose, by exponentials, and by the matrices T [V] T^-1 of unit twists V."""
     unit = np.broadcast_to(np.eye(6), (numeric.points, 6, 6))
     by_matrices = _conjugate(numeric, _pose_of_last_frame(numeric), unit)
     return {"product of exponentials": (_adjoint(numeric, _Axes(numeric).pose), EXACT), "frames": (by_matrices, EXACT)}
 
 
 def _check_changed_twist(numeric: NumericReference, part: Part) -> Checks:
-    """Transform the matrix of the twist, T [V] T^-1, by the last frame there and at home; test the given values."""
+    """Check a twist in another frame by its matrix, T [V] T^-1, and check the given values.
+
+    The pose T comes from the last frame at the configuration and at home.
+    """
     details, chain = part.about(InNumbers), numeric.chain
     sample = at_place(numeric, details.place)
     arm, q = sample.arm, sample.q
@@ -112,9 +121,13 @@ def _check_changed_twist(numeric: NumericReference, part: Part) -> Checks:
     claimed = np.array(part.answer.as_matrix().tolist(), dtype=float)
     yield agree("matrix of the twist", claimed[None], _conjugate(numeric, pose, twist)[None], 1e-8)
     geometric, rates = arm.jacobian(q), np.array([float(details.rates[rate]) for rate in chain.rates])
-    velocity, spin = (pose[:3, :3].T @ (half @ rates) for half in (geometric[:3], geometric[3:]))
-    off = np.abs(_twist(numeric, spin, velocity) - twist[:, 0]).max()
-    yield Check("the arm can", bool(off <= 0.51 * 10.0**-DECIMALS), f"its rates give the twist but for {off:.1e}")
+    velocity, angular = (pose[:3, :3].T @ (part_jacobian @ rates) for part_jacobian in (geometric[:3], geometric[3:]))
+    largest_error = np.abs(_twist(numeric, angular, velocity) - twist[:, 0]).max()
+    yield Check(
+        "the arm can",
+        bool(largest_error <= 0.51 * 10.0**-DECIMALS),
+        f"its rates give the twist but for {largest_error:.1e}",
+    )
     yield check_three_digits(part)
 
 
@@ -127,25 +140,25 @@ def _pose_of_last_frame(numeric: NumericReference) -> np.ndarray:
 
 
 def _space_jacobian(numeric: NumericReference) -> Expected:
-    """By exponentials, and from the velocities of the last frame by differences."""
-    last = numeric.carried[:, :, numeric.chain.n]
-    spin, velocity = last[..., 3:], last[..., :3]
-    at_origin = velocity - np.cross(spin, numeric.frames[:, None, -1, :3, 3])
-    differenced = _twist(numeric, spin, at_origin).swapaxes(1, 2)
+    """Return the space Jacobian, by exponentials, and by finite differences of the last frame."""
+    frame_velocities = numeric.carried[:, :, numeric.chain.n]
+    angular, velocity = frame_velocities[..., 3:], frame_velocities[..., :3]
+    at_origin = velocity - np.cross(angular, numeric.frames[:, None, -1, :3, 3])
+    differenced = _twist(numeric, angular, at_origin).swapaxes(1, 2)
     by_exponentials = (_Axes(numeric).space, EXACT)
     return {"product of exponentials": by_exponentials, "finite differences": (differenced, DIFFERENCED)}
 
 
 def _body_jacobian(numeric: NumericReference) -> Expected:
-    """By exponentials, and from the geometric Jacobian, rotated into the frame that is the world's at home."""
+    """Return the body Jacobian, by exponentials, and by rotating the geometric Jacobian into the body frame."""
     axes = _Axes(numeric)
-    back = axes.pose[:, :3, :3].swapaxes(1, 2)
-    turned = _twist(numeric, back @ numeric.jacobian[:, 3:], back @ numeric.jacobian[:, :3], axis=1)
-    return {"product of exponentials": (axes.body, EXACT), "frames": (turned, EXACT)}
+    rotation = axes.pose[:, :3, :3].swapaxes(1, 2)
+    rotated = _twist(numeric, rotation @ numeric.jacobian[:, 3:], rotation @ numeric.jacobian[:, :3], axis=1)
+    return {"product of exponentials": (axes.body, EXACT), "frames": (rotated, EXACT)}
 
 
 def _check_twist(jacobian_by_route: Callable[[NumericReference], Expected]) -> PartCheck:
-    """Return the check that multiplies the Jacobian of each route by the joint rates."""
+    """Return the check of a twist: the Jacobian by each method times the joint rates."""
 
     def twist(numeric: NumericReference, _: Part) -> Expected:
         routes = jacobian_by_route(numeric).items()

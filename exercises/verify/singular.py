@@ -1,4 +1,7 @@
-"""Test singular sets, both ways, and the type of a singularity, determined again for other lengths."""
+"""Check singular sets in both directions, and the type of a singularity.
+
+The type is determined again for other lengths.
+"""
 
 from collections.abc import Sequence
 from functools import lru_cache
@@ -37,22 +40,24 @@ from qdot.exercises.verify.numeric_reference import (
 )
 
 STARTS, STARTS_REDUNDANT, STEPS, SINGULAR = 30, 150, 40, 1e-9
-"""Searches for singular configurations on each arm, Newton steps of each, and sigma_min/sigma_max of a find.
+"""Number of searches on each arm (more for a redundant one), steps of each, and sigma_min/sigma_max of a result.
 
-A redundant arm has components of fewer dimensions, which fewer of the searches reach."""
+A redundant arm has singular components of fewer dimensions, which fewer of the searches reach."""
 
 STILL_SINGULAR = 1e-8
-"""The same for other zeros of the joints, which change the rounding of sums."""
+"""Maximum sigma_min/sigma_max of a result on the same arm with other joint offsets, which change the rounding."""
 
 STILL = 1e-12
-"""The largest change of a step after which the iteration stops."""
+"""Size of a step below which the iteration stops."""
 
 FURTHER_ARMS = 300
-"""Choices of lengths to try for a piece of the set that does not exist for the reference's lengths."""
+"""Number of choices of lengths to try if a piece of the set does not exist for the reference's lengths."""
 
 NEAR, AROUND = 1e-5, 0.003
-"""How near to the claimed set a singular pose has to be, and the radius for further searches. Where components
-meet, sigma_min is a product of distances and is lost in rounding farther away, so those searches decide."""
+"""Maximum distance of a singular configuration from the claimed set, and the radius for further searches.
+
+Near an intersection of components, sigma_min is a product of distances, so that it vanishes in rounding farther away
+from the set. The further searches decide then."""
 
 
 def _check_singular_set(numeric: NumericReference, part: Part) -> Checks:
@@ -66,16 +71,18 @@ def _check_singular_set(numeric: NumericReference, part: Part) -> Checks:
 
 
 def _check_soundness(numeric: NumericReference, texts: Sequence[str], claimed: list[Any], joints: list[str]) -> Checks:
-    """Sample configurations on every piece: there are some, and the Jacobian has lost rank there."""
+    """Check that every piece contains configurations, and that the Jacobian loses rank there."""
     for text, piece in zip(texts, claimed, strict=True):
-        on_arms = [_ratios_on(numeric, piece, lengths, joints) for lengths in numeric.lengths]
-        ratios = [ratio for on_arm in on_arms for ratio in on_arm] or _ratios_elsewhere(numeric, piece, joints)
+        ratios_by_arm = [_ratios_on(numeric, piece, lengths, joints) for lengths in numeric.lengths]
+        ratios = [ratio for arm_ratios in ratios_by_arm for ratio in arm_ratios] or _ratios_elsewhere(
+            numeric, piece, joints
+        )
         detail = f"{len(ratios)} configurations, sigma_min/sigma_max at most {max(ratios, default=0.0):.1e}"
         yield Check(f"rank at {text}", bool(ratios) and max(ratios) < REGULAR, detail)
 
 
 def _ratios_on(numeric: NumericReference, piece: Any, lengths: dict[str, float], joints: list[str]) -> list[float]:
-    """Return sigma_min/sigma_max of J at configurations on the piece, for the arm of these lengths."""
+    """Return sigma_min/sigma_max of J at configurations on a piece, for an arm with the given lengths."""
     space = Space(joints, domain_of(numeric.chain, lengths))
     values = space.on_piece(piece, space.names_of([[piece]]), numeric.stream, count=8)
     q = np.stack([values[joint] for joint in joints], axis=1)
@@ -83,7 +90,10 @@ def _ratios_on(numeric: NumericReference, piece: Any, lengths: dict[str, float],
 
 
 def _ratios_elsewhere(numeric: NumericReference, piece: Any, joints: list[str]) -> list[float]:
-    """Do the same for further arms: a piece such as theta3 = acos(-a2/a3) exists only if the lengths allow it."""
+    """Return sigma_min/sigma_max of J at configurations on a piece, for the first of further arms that has some.
+
+    A piece such as theta3 = acos(-a2/a3) exists only if the lengths allow it.
+    """
     for _ in range(FURTHER_ARMS):
         ratios = _ratios_on(numeric, piece, random_lengths(numeric.chain, numeric.stream), joints)
         if ratios:
@@ -92,16 +102,16 @@ def _ratios_elsewhere(numeric: NumericReference, piece: Any, joints: list[str]) 
 
 
 def _ratios(jacobians: np.ndarray) -> np.ndarray:
-    """Return sigma_min/sigma_max, which is negligible if J itself is (rank zero)."""
+    """Return sigma_min/sigma_max of Jacobians; it is negligible if J itself is (rank zero)."""
     sigma = np.linalg.svd(jacobians, compute_uv=False)
     return np.asarray(sigma[..., -1] / np.maximum(sigma[..., 0], 1e-6))
 
 
 def _check_completeness(numeric: NumericReference, claimed: list[Any], joints: list[str]) -> Check:
-    """Test whether the claimed set covers the singular configurations that a search from random poses finds.
+    """Check that the claimed set contains the singular configurations that a search from random starts finds.
 
-    The search runs on the normalized arm, once for all arms that share it; that its finds are singular for this arm,
-    too, is tested first.
+    The search runs on the normalized arm, once for all arms that share it. A first test checks that its results are
+    singular for this arm, too.
     """
     count, chain = 0, numeric.chain
     for sampled_lengths, at_zero in _search_on_each_arm(normalize_arm(chain)):
@@ -109,7 +119,7 @@ def _check_completeness(numeric: NumericReference, claimed: list[Any], joints: l
         arm, space = NumericChain(chain, lengths), Space(joints, domain_of(chain, lengths))
 
         def outside(q: np.ndarray, lengths: dict[str, float] = lengths, space: Space = space) -> np.ndarray:
-            """Return the configurations that no condition covers."""
+            """Return the configurations that satisfy no condition."""
             values = dict(zip(joints, q.T, strict=True)) | {name: np.full(len(q), v) for name, v in lengths.items()}
             return np.asarray(q[~space.contains(claimed, values, len(q), NEAR)])
 
@@ -117,36 +127,36 @@ def _check_completeness(numeric: NumericReference, claimed: list[Any], joints: l
         if len(q) and _ratios(arm.jacobian(q)[:, numeric.task]).max() > STILL_SINGULAR:
             return Check("complete", False, "J keeps its rank where that of the same arm with other zeros loses it")
         count += len(q)
-        for left in outside(q):
-            around = left + AROUND * random_poses(chain, numeric.stream, STARTS)
-            near = singular_configurations(arm, around, numeric.task)
-            if 2 * len(outside(near)) >= len(near):
-                at = ", ".join(
-                    f"{name} = {value:.4g}" for name, value in [*zip(joints, left, strict=True), *lengths.items()]
+        for uncovered in outside(q):
+            starts = uncovered + AROUND * random_poses(chain, numeric.stream, STARTS)
+            found = singular_configurations(arm, starts, numeric.task)
+            if 2 * len(outside(found)) >= len(found):
+                location = ", ".join(
+                    f"{name} = {value:.4g}" for name, value in [*zip(joints, uncovered, strict=True), *lengths.items()]
                 )
-                return Check("complete", False, f"J loses rank at {at}, which no condition covers")
+                return Check("complete", False, f"J loses rank at {location}, which no condition covers")
     return Check("complete", True, f"all of {count} singular configurations found by search are covered")
 
 
 @lru_cache(maxsize=1024)
 def _search_on_each_arm(chain: Chain) -> tuple[tuple[tuple[tuple[str, float], ...], np.ndarray], ...]:
-    """Return choices of the open lengths of a normalized arm, with the singular configurations found for each."""
+    """Return choices of the symbolic lengths of a normalized arm, with the singular configurations found for each."""
     task, stream = [TASK_ROWS.index(row) for row in chain.task], Stream("verify/singular")
-    finds = []
+    results = []
     for _ in range(ARMS):
         lengths = random_lengths(chain, stream)
         starts = random_poses(chain, stream, STARTS_REDUNDANT if chain.n > len(task) else STARTS)
         q = singular_configurations(NumericChain(chain, lengths), starts, task)
         q.setflags(write=False)
-        finds.append((tuple(lengths.items()), q))
-    return tuple(finds)
+        results.append((tuple(lengths.items()), q))
+    return tuple(results)
 
 
 def singular_configurations(arm: NumericChain, starts: np.ndarray, task: Sequence[int]) -> np.ndarray:
     """Return singular configurations of J[task], (..., n), that Gauss-Newton reaches from `starts`.
 
-    The unknowns are q and a unit vector u with J^T u = 0 (J u = 0 if J has more rows than columns). That converges
-    quickly on components of any dimension, unlike equations in the minors of J, which may be products.
+    The unknowns are q and a unit vector u with J^T u = 0 (J u = 0 if J has more rows than columns). These equations
+    converge quickly on components of any dimension. Equations in the minors of J, which may be products, do not.
     """
     q, nudge = starts.copy(), 1e-6 * np.eye(starts.shape[1])
     count, n = q.shape
@@ -159,40 +169,43 @@ def singular_configurations(arm: NumericChain, starts: np.ndarray, task: Sequenc
     for _ in range(STEPS):
         matrices = narrow(np.concatenate([q[:, None], q[:, None] + nudge, q[:, None] - nudge], axis=1))
         products = np.einsum("pkmn,pm->pkn", matrices, u)
-        slopes = (products[:, 1 : n + 1] - products[:, n + 1 :]) / 2e-6
+        derivatives = (products[:, 1 : n + 1] - products[:, n + 1 :]) / 2e-6
         unit = np.concatenate([np.zeros((count, 1, n)), u[:, None]], axis=2)
-        system = np.concatenate([np.concatenate([slopes, matrices[:, 0]], axis=1).swapaxes(1, 2), unit], axis=1)
+        system = np.concatenate([np.concatenate([derivatives, matrices[:, 0]], axis=1).swapaxes(1, 2), unit], axis=1)
         residuals = np.concatenate([products[:, 0], np.zeros((count, 1))], axis=1)
-        move = np.einsum("pij,pj->pi", np.linalg.pinv(system, rcond=1e-8), residuals)
-        move *= np.minimum(1.0, 0.7 / np.maximum(np.abs(move).max(axis=1, keepdims=True), 1e-300))
-        q, u = q - move[:, :n], u - move[:, n:]
+        step = np.einsum("pij,pj->pi", np.linalg.pinv(system, rcond=1e-8), residuals)
+        step *= np.minimum(1.0, 0.7 / np.maximum(np.abs(step).max(axis=1, keepdims=True), 1e-300))
+        q, u = q - step[:, :n], u - step[:, n:]
         u /= np.linalg.norm(u, axis=1, keepdims=True)
-        if np.abs(move).max() < STILL:  # quadratic convergence: usually after 7 of the 40 steps
+        if np.abs(step).max() < STILL:  # quadratic convergence: usually after 7 of the 40 steps
             break
     return np.asarray(q[_ratios(arm.jacobian(q)[:, task]) < SINGULAR])
 
 
 def _check_type(numeric: NumericReference, part: Part) -> Checks:
-    """Determine the kind again for lengths that the question has not tried."""
+    """Check the kind of a singularity by determining it again, for lengths that the question did not use."""
     answer, details = part.of(Choice), part.about(OfKind)
-    kind, place = details.type, details.place
+    kind, configuration = details.type, details.place
     options = answer.options
-    right = len(set(options)) == len(options) and options[answer.correct] == OPTIONS[kind]
-    yield Check("option", right, f"{answer.letter} is {options[answer.correct]}")
-    samples = _samples(numeric, place)
+    is_correct_option = len(set(options)) == len(options) and options[answer.correct] == OPTIONS[kind]
+    yield Check("option", is_correct_option, f"{answer.letter} is {options[answer.correct]}")
+    samples = _samples(numeric, configuration)
     kinds = set(map(str, kinds_at(numeric.chain, samples)))
     detail = f"{', '.join(sorted(kinds))} at {len(samples)} configurations"
     yield Check("kind", bool(samples) and kinds == {kind}, detail)
-    for _, here in find_components_at(numeric.chain, place):
-        yield check_component_statement(numeric.chain, here)
+    for _, component in find_components_at(numeric.chain, configuration):
+        yield check_component_statement(numeric.chain, component)
     if kind == "boundary":
-        yield side_of_lost_direction(numeric.chain, place.condition, place.values, samples)
-    if kind == "regular" and place.condition is None and len(numeric.task) == numeric.chain.n:
-        yield _check_regular(numeric, place)
+        yield side_of_lost_direction(numeric.chain, configuration.condition, configuration.values, samples)
+    if kind == "regular" and configuration.condition is None and len(numeric.task) == numeric.chain.n:
+        yield _check_regular(numeric, configuration)
 
 
 def _check_regular(numeric: NumericReference, place: Place) -> Check:
-    """Test the sign of det J for short and long lengths: if it is constant, the pose is regular for all of them."""
+    """Check that det J has the same sign for short and long lengths.
+
+    The configuration is then regular for all of them.
+    """
     signs = set()
     for _ in range(40):
         lengths = {name: value * 4 ** numeric.stream.uniform(-1, 1) for name, value in numeric.lengths[0].items()}

@@ -175,9 +175,9 @@ def _find_pose(pair: _AnswerAndReference, values: Values) -> Iterator[str]:
         answer, expected = pair.evaluate(first | {q.name: np.array([angle]) for q, angle in pose.items()})
         wrong_entries = np.flatnonzero(~(np.abs(answer - expected)[:, 0] <= SAME * (1 + np.abs(expected)[:, 0])))
         if len(wrong_entries) and np.isfinite(expected).all():
-            angle_text = ", ".join(f"{q} = {round(np.degrees(angle))}°" for q, angle in pose.items())
-            entry_name = _name_entry(pair.part, int(wrong_entries[0]))
-            yield f"Draw the arm at {angle_text or 'any place'} and work out {entry_name} there by hand: your answer differs."
+            pose_text = ", ".join(f"{q} = {round(np.degrees(angle))}°" for q, angle in pose.items())
+            entry = _name_entry(pair.part, int(wrong_entries[0]))
+            yield f"Draw the arm at {pose_text or 'any place'} and work out {entry} there by hand: your answer differs."
             return
     yield "Put numbers in for one pose that is easy to draw, and compare term by term with the drawing."
 

@@ -1,12 +1,19 @@
-"""Mark a later part by what follows from the student's own earlier answer, where that was wrong.
+"""Mark a later part by what follows from the student's own earlier answer, if that was wrong.
 
-The parts of a problem build on one another (`Part.needs`). An earlier answer that is wrong is put in the place of the
-reference, and the later one is judged against what follows from it: by trees, exactly as against a reference. A part
-between them that was not answered is worked out in the same way. Nothing follows from an answer that makes the later
-part easier than it is: one that is undefined, not made of sines and cosines of the joints, has more zeros, is singular
-where it should not be, or is a copy of another of the answers or of the right answer to somebody else's problem; what
-follows depends on as many joints as what is due. What follows from an answer that is no attempt at this arm is told,
-and earns nothing (`term_overlap`, `marking`).
+The parts of a problem build on one another (`Part.needs`). A wrong earlier answer replaces the reference, and the later
+answer is judged against the result that follows from it: by trees, exactly as against a reference. An unanswered part
+between them is worked out in the same way.
+
+Nothing follows from an answer that makes the later part easier than it is. An answer does so in these cases:
+
+- it is undefined at some configurations
+- it is not made of sines and cosines of the joints
+- it has more zeros than the reference
+- it is singular at configurations that are regular
+- it is a copy of another of the answers, or of the correct answer to another student's problem
+
+The result that follows must depend on as many joints as the reference. If the earlier answer is no attempt at this arm,
+the student is told what follows from it but earns nothing (`term_overlap`, `marking`).
 """
 
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
@@ -33,17 +40,17 @@ from qdot.grader.judging.formulas import judge_direction, judge_expression, judg
 from qdot.grader.judging.verdict import Judgement
 
 MOST_ROWS = 4
-"""Rows of the largest matrix of which the determinant is written out."""
+"""Maximum number of rows of a matrix whose determinant is written out."""
 LONGEST = 3000
-"""Nodes of an answer from which something may follow, and 20 times that of what follows."""
+"""Maximum number of nodes of an earlier answer; the result that follows may have 20 times as many."""
 POINTS = 6
 
 
 @dataclass(frozen=True)
 class Followed:
-    """The judgement on an answer against what follows from an earlier one, and that part's name.
+    """The judgement on an answer against the result that follows from an earlier wrong one, and that part's name.
 
-    It earns nothing where one of those that it follows from, `idle`, is no attempt at this arm.
+    `idle` is an earlier part whose answer is no attempt at this arm, if there is one. The answer then earns nothing.
     """
 
     judgement: Judgement
@@ -52,15 +59,15 @@ class Followed:
 
 
 RowsOfParts = Mapping[str, Rows]
-"""The rows of each earlier part: the student's where these are wrong, else the reference's."""
+"""The rows of each earlier part: the student's if these are wrong, otherwise the reference's."""
 
 
 IsCopied = Callable[[Part, Rows], bool]
-"""Whether a wrong answer to a part is the right one to somebody else's problem."""
+"""Returns whether a wrong answer to a part is the correct one to another student's problem."""
 
 
 def nothing_copied(part: Part, rows: Rows) -> bool:
-    """Tell that an answer is nobody else's."""
+    """Return False: the answer is not copied from another student's problem."""
     return False
 
 
@@ -73,22 +80,22 @@ def follow(
     is_copied: IsCopied = nothing_copied,
     attempts: Collection[str] | None = None,
 ) -> Followed | None:
-    """Return the best judgement on an answer against what follows from an earlier wrong one; None where none does.
+    """Return the best judgement on an answer against what follows from earlier wrong ones, or None.
 
-    `answers` are those to all parts, by part, `wrong` the earlier parts that were answered wrongly, `attempts` those of
-    them that are attempts at this arm, None for all.
+    `answers` are the answers to all parts, by part. `wrong` are the earlier parts that were answered wrongly, and
+    `attempts` those of them that are attempts at this arm (None for all).
     """
     answer = answers[part.name]
     if answer.table is not None or part.kind not in QUESTIONS:
         return None
     context = _Context(problem, answers, wrong, f"{seed}/follow", is_copied)
     followed: list[Followed] = []
-    for rows_of_parts, before in context.ways(part):
+    for rows_of_parts, wrong_names in context.ways(part):
         derived = context.derive(part, rows_of_parts)
         judgement = None if derived is None else context.judge(part, derived, answer)
         if judgement is not None and judgement.share > 0:
-            idle = next((name for name in before if attempts is not None and name not in attempts), None)
-            followed.append(Followed(judgement, before[0], idle))
+            idle = next((name for name in wrong_names if attempts is not None and name not in attempts), None)
+            followed.append(Followed(judgement, wrong_names[0], idle))
     return max(followed, key=lambda each: (each.idle is None, each.judgement.share), default=None)
 
 
@@ -109,7 +116,7 @@ class _Context:
 
     @cached_property
     def parts(self) -> dict[str, Part]:
-        """The parts by name, those that are asked and those between them that are not."""
+        """The parts by name: those that the problem asks, and the parts between them."""
         return {part.name: part for part in self.problem.parts}
 
     @cached_property
@@ -118,28 +125,28 @@ class _Context:
         return sample_values(self.domain, POINTS, Stream(self.seed))
 
     def ways(self, part: Part) -> Iterator[tuple[RowsOfParts, list[str]]]:
-        """Yield the rows from which an answer may be worked out, with the wrong answers that they come from."""
+        """Yield the rows from which an answer may be derived, with the wrong answers that they come from."""
         for sources in QUESTIONS[part.kind].follows:
             usable = {name: rows for name in sources if (rows := self.rows(name)) is not None}
-            before = list(dict.fromkeys(name for _, names_before in usable.values() for name in names_before))
-            if before and len(usable) == len({*sources}):
-                yield {name: rows for name, (rows, _) in usable.items()}, before
+            wrong_names = list(dict.fromkeys(name for _, names_before in usable.values() for name in names_before))
+            if wrong_names and len(usable) == len({*sources}):
+                yield {name: rows for name, (rows, _) in usable.items()}, wrong_names
 
     def rows(self, name: str) -> tuple[Rows, list[str]] | None:
-        """Return the rows of a part, with the wrong answers that they come from; None where they are of no use.
+        """Return the rows of a part, with the names of the wrong answers that they come from, or None.
 
-        They are the student's where these are wrong, what follows from earlier ones where there is no answer, else the
-        reference's.
+        They are the student's rows if these are wrong. If there is no answer, they follow from earlier answers.
+        Otherwise they are the reference's rows. None means that they can't be used.
         """
         part, parsed_answer = self.part(name), self.answers.get(name)
         reference = None if part is None else self.reference(part)
         if part is None or reference is None:
             return None
         if parsed_answer is None or parsed_answer.refusal is not None:
-            for rows_of_parts, before in self.ways(part):
+            for rows_of_parts, wrong_names in self.ways(part):
                 derived = self.derive(part, rows_of_parts)
                 if derived is not None and not isinstance(derived, np.ndarray) and self.is_as_hard(derived, reference):
-                    return derived, before
+                    return derived, wrong_names
         elif name in self.wrong:
             return (
                 (parsed_answer.rows, [name])
@@ -149,7 +156,7 @@ class _Context:
         return reference, []
 
     def part(self, name: str) -> Part | None:
-        """Return a part, whether or not it is asked in this problem; None where it can't be asked of this arm."""
+        """Return a part, whether or not this problem asks it; None if the question doesn't apply to this arm."""
         if name not in self.parts:
             question = QUESTIONS[name]
             if question.refusal(self.problem.chain) is not None:
@@ -159,14 +166,14 @@ class _Context:
         return self.parts[name]
 
     def reference(self, part: Part) -> Rows | None:
-        """Return the rows of a part's reference, None where it has none in formulas."""
+        """Return the rows of a part's reference, or None if it has no formulas."""
         is_in_formulas = part.answer.entries() and not part.answer.is_in_numbers
         return part.answer.trees(self.domain.roles) if is_in_formulas else None
 
-    # --- what is no attempt ---
+    # --- answers from which nothing follows ---
 
     def is_usable(self, part: Part, parsed_answer: ParsedAnswer, reference: Rows) -> bool:
-        """Tell whether something may follow from a wrong answer."""
+        """Return whether a later answer may be derived from a wrong answer."""
         rows = parsed_answer.rows
         if rows is None or (len(rows), len(rows[0])) != (len(reference), len(reference[0])):
             return False
@@ -187,7 +194,7 @@ class _Context:
         return not parsed_answer.symbols - set(self.domain.roles)
 
     def _is_copy(self, part: Part, rows: Rows) -> bool:
-        """Tell whether rows are, at random configurations, the answer to another part as well."""
+        """Return whether rows equal the answer to another part at random configurations."""
         values = self._evaluate(rows)
         for name, parsed_answer in self.answers.items():
             if (
@@ -198,10 +205,10 @@ class _Context:
             ):
                 continue
             try:
-                others = self._evaluate(parsed_answer.rows)
+                other_values = self._evaluate(parsed_answer.rows)
             except ReadError:  # statements or blanks are among its entries
                 continue
-            if others.shape == values.shape and np.allclose(others, values, rtol=1e-9, atol=0):
+            if other_values.shape == values.shape and np.allclose(other_values, values, rtol=1e-9, atol=0):
                 return True
         return False
 
@@ -209,37 +216,39 @@ class _Context:
         return evaluate(compile_program([entry for row in rows for entry in row]), self.values, POINTS)[0]
 
     def is_as_hard(self, rows: Rows, reference: Rows) -> bool:
-        """Tell whether rows depend on as many joints as those of a reference, and have not clearly more zeros."""
+        """Return whether rows depend on as many joints as a reference, and don't have clearly more zeros."""
         traits, expected = self._traits(rows), self._traits(reference)
         return traits.is_as_full(expected) and traits.joints >= expected.joints
 
     def _traits(self, rows: Rows) -> "Traits":
-        """Return what an answer is like, at random configurations."""
+        """Return the traits of an answer, found at random configurations."""
         entries = [entry for row in rows for entry in row]
         program, roles = compile_program(entries), self.domain.roles
         at_points = evaluate(program, self.values, POINTS)[0]
-        size = max(float(np.nanmax(np.abs(at_points), initial=0.0)), 1e-300)
+        largest = max(float(np.nanmax(np.abs(at_points), initial=0.0)), 1e-300)
 
         def differs(values: Mapping[str, np.ndarray], room: float) -> bool:
             with np.errstate(all="ignore"):
-                return not np.all(np.abs(evaluate(program, values, POINTS)[0] - at_points) <= room * size)
+                return not np.all(np.abs(evaluate(program, values, POINTS)[0] - at_points) <= room * largest)
 
         joints = {q.name for q in self.problem.chain.q}
-        used = {name for name in set().union(*map(names, entries)) if isinstance(roles[name], str)}
-        depends = {name for name in used if differs({**self.values, name: 0.83 * self.values[name] + 0.11}, 1e-9)}
-        turned = {name: value + 2 * np.pi * (roles[name] == "angle") for name, value in self.values.items()}
+        used_symbols = {name for name in set().union(*map(names, entries)) if isinstance(roles[name], str)}
+        influential = {
+            name for name in used_symbols if differs({**self.values, name: 0.83 * self.values[name] + 0.11}, 1e-9)
+        }
+        turned_values = {name: value + 2 * np.pi * (roles[name] == "angle") for name, value in self.values.items()}
         return Traits(
             bool(np.isfinite(at_points).all()),
-            not differs(turned, 1e-6),
-            len(depends & joints),
-            len(depends - joints),
-            int(np.count_nonzero(np.abs(at_points).max(axis=1) > 1e-9 * size)),
+            not differs(turned_values, 1e-6),
+            len(influential & joints),
+            len(influential - joints),
+            int(np.count_nonzero(np.abs(at_points).max(axis=1) > 1e-9 * largest)),
         )
 
-    # --- what follows ---
+    # --- the result that follows ---
 
     def derive(self, part: Part, rows_of_parts: RowsOfParts) -> "Rows | np.ndarray | None":
-        """Return the answer that follows from earlier ones; None where that is too long, or there is none."""
+        """Return the answer that follows from earlier ones; None if there is none or it is too long."""
         question = QUESTIONS[part.kind]
         derived = question.vanishes or question.formula
         if derived is None or (question.is_long and any(len(rows) > MOST_ROWS for rows in rows_of_parts.values())):
@@ -247,17 +256,20 @@ class _Context:
         try:
             if part.answer.is_in_numbers:
                 values = sample_configurations(self.problem.chain, part, self.domain, 1, Stream(self.seed))
-                in_numbers = {name: _evaluate_at(rows, values) for name, rows in rows_of_parts.items()}
-                working = _substitute(numbers(self.problem.chain, values), in_numbers)
+                numeric_rows = {name: _evaluate_at(rows, values) for name, rows in rows_of_parts.items()}
+                working = _substitute(numbers(self.problem.chain, values), numeric_rows)
                 return derived(working, part.details)[..., 0].ravel().astype(float)
-            in_trees = {name: Trees.matrix(rows) for name, rows in rows_of_parts.items()}
-            rows = Trees.rows(derived(_substitute(trees(self.problem.chain), in_trees), part.details))
+            tree_rows = {name: Trees.matrix(rows) for name, rows in rows_of_parts.items()}
+            rows = Trees.rows(derived(_substitute(trees(self.problem.chain), tree_rows), part.details))
             return rows if sum(size_of(entry) for row in rows for entry in row) <= 20 * LONGEST else None
         except ReadError:
             return None
 
     def judge(self, part: Part, derived: "Rows | np.ndarray", answer: ParsedAnswer) -> Judgement | None:
-        """Judge an answer against what follows; None where that is easier than the reference, or of no use."""
+        """Return the judgement on an answer against `derived`, or None.
+
+        None means that `derived` is unusable or easier than the reference.
+        """
         if isinstance(derived, np.ndarray):
             return self._judge_numbers(part, derived, answer)
         reference = self._expected_determinant() if part.answer.is_a_set else self.reference(part)
@@ -265,9 +277,9 @@ class _Context:
             return None
         if part.answer.is_a_set:
             joints = [q.name for q in self.problem.chain.q]
-            varying = [factor for factor in factors(derived[0][0]) if names(factor) & set(joints)]
-            vanishes = [[Node("eq", (factor, ZERO))] for factor in varying]
-            return judge_singular(answer, vanishes, joints, self.domain, self.seed, part.rounding)
+            varying_factors = [factor for factor in factors(derived[0][0]) if names(factor) & set(joints)]
+            conditions = [[Node("eq", (factor, ZERO))] for factor in varying_factors]
+            return judge_singular(answer, conditions, joints, self.domain, self.seed, part.rounding)
         if part.shape is None:
             return judge_expression(answer, derived[0][0], self.domain, self.seed, part.rounding)
         if part.answer.counts_up_to_a_factor:
@@ -294,7 +306,7 @@ class _Context:
 
 
 def _substitute(w: Working, rows_of_parts: Mapping[str, np.ndarray]) -> Working:
-    """Return a working in which the answers to some questions are given, (rows, columns, …)."""
+    """Return a working that uses the given answers to some questions, (rows, columns, …)."""
     changes: dict[str, Change] = {}
     for name, rows in rows_of_parts.items():
         substitutes = QUESTIONS[name].substitutes
@@ -304,21 +316,22 @@ def _substitute(w: Working, rows_of_parts: Mapping[str, np.ndarray]) -> Working:
 
 
 def _evaluate_at(rows: Rows, values: Mapping[str, np.ndarray]) -> np.ndarray:
-    """Return rows of trees at a configuration, (rows, columns, 1)."""
+    """Return the values of rows of trees at a configuration, (rows, columns, 1)."""
     evaluated = evaluate(compile_program([entry for row in rows for entry in row]), values, 1)[0]
     return np.asarray(evaluated.real.reshape(len(rows), -1, 1))
 
 
 def _determinant(rows: Rows) -> Rows:
-    """Return the determinant of a small matrix as the only entry."""
+    """Return the determinant of a small matrix as a matrix with one entry."""
     return Trees.rows(determinant(Trees.matrix(rows)))
 
 
 @dataclass(frozen=True)
 class Traits:
-    """What an answer is like at random configurations: whether it is defined, and the same after whole turns.
+    """The traits of an answer at random configurations.
 
-    `joints` and `others` are the numbers of joints and other symbols on which it depends, `entries` those not zero.
+    `finite` says whether it is defined, and `periodic` whether whole turns of the joints don't change it. `joints` and
+    `others` are the numbers of joints and other symbols that it depends on. `entries` is the number of nonzero entries.
     """
 
     finite: bool
@@ -328,13 +341,16 @@ class Traits:
     entries: int
 
     def is_as_full(self, reference: "Traits") -> bool:
-        """Tell whether it is defined, made of sines and cosines, and not half of the reference is zero instead."""
+        """Return whether the answer is defined, periodic, and has more than half as many nonzero entries.
+
+        It may depend on one symbol less than the reference.
+        """
         is_full = not reference.entries or 2 * self.entries > reference.entries
         return self.finite and self.periodic and self.others >= reference.others - 1 and is_full
 
 
 def earlier(part: Part) -> Iterator[str]:
-    """Yield the parts on which a part may build."""
+    """Yield the names of the parts on which a part may build."""
     if part.kind in QUESTIONS:
         for sources in QUESTIONS[part.kind].follows:
             yield from sources

@@ -1,6 +1,6 @@
-"""Slips in the finished formulas of an answer: one place in an entry, or the same everywhere (mistakes.finished).
+"""Find mistakes in the finished formulas of an answer: one in an entry, or the same everywhere (mistakes.finished).
 
-Where single entries are meant, they are named: the rest of the answer is right.
+If only some entries are wrong, the diagnosis names them: the rest of the answer is correct.
 """
 
 from collections.abc import Collection, Iterator, Sequence
@@ -33,31 +33,31 @@ from qdot.grader.diagnosis.numbers import InNumbers, says_something
 from qdot.grader.judging.verdict import Diagnosis
 
 MOST_ENTRIES = 8
-"""Wrong entries in which single slips are looked for."""
+"""Maximum number of wrong entries that are searched for single mistakes."""
 MOST_NODES = 40_000
-"""Nodes of all changed formulas that are evaluated for an answer."""
+"""Maximum number of nodes of all changed formulas that are evaluated for an answer."""
 
 MOST_EDITS = 600
-"""Slips that are tried in an entry."""
+"""Maximum number of mistakes that are tried in an entry."""
 MOST_WAVES = 24
-"""Sines and cosines of an entry whose angle may be wrong by any constant."""
+"""Maximum number of sines and cosines of an entry whose angle is tried with an added constant."""
 POINTS_FOR_CONSTANT = 4
 
 MOST_WAYS, FEW_POINTS = 300, 3
-"""Ways to put an arm's own lengths in the place of those in an answer that are tried, and at how many points."""
+"""Maximum number of replacements of an answer's lengths by the arm's own that are tried, and points to compare at."""
 
 OWN_TABLE = "use the lengths in the table of your own arm. See (6.1)."
 TOO_MANY = {"term-missing": "term-surplus", "factor-missing": "factor-surplus"}
-"""What is missing in what is due beside an answer is too many in the answer beside what is due."""
+"""Maps a term or factor that is missing to one that is too many, as answer and reference change roles."""
 
 Place = tuple[int, int]
 
 
 @dataclass(frozen=True)
 class Compared:
-    """The formulas of the reference, (rows, columns), and the student's beside them, where there are any.
+    """The formulas of the reference, (rows, columns), and the student's, if there are any.
 
-    `derivatives` tells which entries are differentiated.
+    `derivatives` says which entries are differentiated.
     """
 
     reference: Rows
@@ -68,9 +68,10 @@ class Compared:
 def explain_formulas(
     formulas: Compared, values: Values, answer: InNumbers, right: np.ndarray, any_number: bool = False
 ) -> Diagnosis | None:
-    """Return what went wrong in the finished formulas, which have the shape of `right`.
+    """Return the mistake in the finished formulas, which have the shape of `right`.
 
-    One slip in an entry is looked for, also a number or an angle that is wrong by `any_number`. Blanks are not wrong.
+    Each entry is searched for one mistake. With `any_number`, a number or an angle may also be wrong by any amount.
+    Blanks are not wrong.
     """
     if answer.values.shape != right.shape:
         return None
@@ -90,7 +91,7 @@ def explain_formulas(
 
 
 def in_words(places: Sequence[Place], shape: tuple[int, ...]) -> str:
-    """Return where entries stand, to begin a sentence.
+    """Return the positions of entries in words, to begin a sentence.
 
     >>> in_words([(0, 1), (1, 1)], (2, 2))
     'In row 1, column 2, and row 2, column 2,'
@@ -100,10 +101,10 @@ def in_words(places: Sequence[Place], shape: tuple[int, ...]) -> str:
     if shape[:2] == (1, 1):
         return "In your answer"
     if 1 in shape[:2]:
-        *first, last = [str(max(place) + 1) for place in places]
-        return f"In entries {', '.join(first)} and {last}" if first else f"In entry {last}"
-    *first, last = [f"row {i + 1}, column {j + 1}" for i, j in places]
-    return f"In {', '.join(first)}, and {last}," if first else f"In {last},"
+        *others, last = [str(max(place) + 1) for place in places]
+        return f"In entries {', '.join(others)} and {last}" if others else f"In entry {last}"
+    *others, last = [f"row {i + 1}, column {j + 1}" for i, j in places]
+    return f"In {', '.join(others)}, and {last}," if others else f"In {last},"
 
 
 def _find_exchange(answer: InNumbers, right: np.ndarray, places: Sequence[Place]) -> Diagnosis | None:
@@ -115,7 +116,7 @@ def _find_exchange(answer: InNumbers, right: np.ndarray, places: Sequence[Place]
 
 
 def _find_throughout(rows: Rows, values: Values, answer: InNumbers) -> Diagnosis | None:
-    """Return the mistake that was made everywhere in the formulas, as far as these are not too long."""
+    """Return the mistake that was made everywhere in the formulas, unless these are too long."""
     size = sum(size_of(entry) for row in rows for entry in row)
     for name, changed in islice(edits_throughout(rows), MOST_NODES // max(size, 1)):
         wrong = _evaluate([entry for row in changed for entry in row], values).reshape(answer.values.shape)
@@ -125,32 +126,37 @@ def _find_throughout(rows: Rows, values: Values, answer: InNumbers) -> Diagnosis
 
 
 def _find_other_lengths(formulas: Compared, values: Values, answer: InNumbers, right: np.ndarray) -> Diagnosis | None:
-    """Return that an answer is right but for its lengths, of which several are not those of this arm.
+    """Return the diagnosis that an answer would be correct for an arm with other lengths, if several differ.
 
-    It is no mistake of the catalogue, for which something is paid: the arm may be another student's.
+    This is no mistake of the catalogue, for which partial credit is given: the arm may be another student's.
     """
     entries = [entry for row in formulas.typed or [] for entry in row]
     if sum(map(size_of, entries)) > LONGEST:
         return None
     typed = [leaf for entry in entries for leaf in _lengths_in(entry)]
-    known = list(dict.fromkeys(leaf for row in formulas.reference for entry in row for leaf in _lengths_in(entry)))
+    arm_lengths = list(
+        dict.fromkeys(leaf for row in formulas.reference for entry in row for leaf in _lengths_in(entry))
+    )
     replaced = list(dict.fromkeys(typed))
-    strange = [leaf for leaf in replaced if leaf not in known]
-    if len(known) ** len(replaced) > MOST_WAYS:
-        replaced = strange  # else others may stand for another length, too
-    if sum(map(typed.count, strange)) < 2 or not 0 < len(known) ** len(replaced) <= MOST_WAYS:
+    other_lengths = [leaf for leaf in replaced if leaf not in arm_lengths]
+    if len(arm_lengths) ** len(replaced) > MOST_WAYS:
+        replaced = other_lengths  # otherwise the arm's own lengths may be exchanged, too
+    if sum(map(typed.count, other_lengths)) < 2 or not 0 < len(arm_lengths) ** len(replaced) <= MOST_WAYS:
         return None
-    few = {name: value[:FEW_POINTS] for name, value in values.items()}
-    ways = list(product(_evaluate(known, few), repeat=len(replaced)))
+    sampled_values = {name: value[:FEW_POINTS] for name, value in values.items()}
+    replacements = list(product(_evaluate(arm_lengths, sampled_values), repeat=len(replaced)))
     names_of = {leaf: Node("name", value=f"length {k}") for k, leaf in enumerate(replaced)}
-    lengths = {f"length {k}": np.concatenate([way[k] for way in ways]).real for k in range(len(replaced))}
-    tiled = {name: np.tile(value, len(ways)) for name, value in few.items()}
+    lengths = {
+        f"length {k}": np.concatenate([replacement[k] for replacement in replacements]).real
+        for k in range(len(replaced))
+    }
+    tiled = {name: np.tile(value, len(replacements)) for name, value in sampled_values.items()}
     evaluated = _evaluate([map_nodes(entry, names_of.get) for entry in entries], tiled | lengths)
-    answers = evaluated.reshape(*right.shape[:2], len(ways), -1)
+    answers = evaluated.reshape(*right.shape[:2], len(replacements), -1)
     expected, size = right[..., :FEW_POINTS], answer.size[..., :FEW_POINTS]
-    if not any(InNumbers(answers[:, :, k], size, answer.room).is_all(expected) for k in range(len(ways))):
+    if not any(InNumbers(answers[:, :, k], size, answer.room).is_all(expected) for k in range(len(replacements))):
         return None
-    which = ", ".join(map(node_text, strange))
+    which = ", ".join(map(node_text, other_lengths))
     return Diagnosis((), f"This would be right for an arm with other lengths ({which}): {OWN_TABLE}")
 
 
@@ -164,7 +170,7 @@ def _lengths_in(node: Node) -> Iterator[Node]:
 def _find_in_places(
     formulas: Compared, values: Values, answer: InNumbers, right: np.ndarray, places: Sequence[Place], any_number: bool
 ) -> Diagnosis | None:
-    """Return the one kind of slip that was made in each of some entries, or up to two kinds."""
+    """Return the kind of mistake that was made in each of the wrong entries, or up to two kinds."""
     count = answer.values[..., 0].size
     possible: dict[Place, list[Slip]] = {}
     for i, j in places:
@@ -176,13 +182,13 @@ def _find_in_places(
         if not possible[i, j]:
             return None
     common = [name for name, _ in possible[places[0]] if all(name in dict(slips) for slips in possible.values())]
-    made: dict[Slip, list[Place]] = {}
+    places_by_slip: dict[Slip, list[Place]] = {}
     for place, slips in possible.items():
-        made.setdefault(next(slip for slip in slips if slip[0] in common[:1] or not common), []).append(place)
-    mistakes = tuple(dict.fromkeys(name for name, _ in made))
+        places_by_slip.setdefault(next(slip for slip in slips if slip[0] in common[:1] or not common), []).append(place)
+    mistakes = tuple(dict.fromkeys(name for name, _ in places_by_slip))
     if len(mistakes) > 2:
         return None
-    diagnoses = [_name(name, where, answer.values.shape, which) for (name, which), where in made.items()]
+    diagnoses = [_name(name, where, answer.values.shape, which) for (name, which), where in places_by_slip.items()]
     known_by = tuple(name for diagnosis in diagnoses for name in diagnosis.known_by)
     return Diagnosis(mistakes, " ".join(diagnosis.says for diagnosis in diagnoses), known_by=known_by)
 
@@ -193,7 +199,7 @@ Slip = tuple[str, str]
 
 @dataclass(frozen=True)
 class _Entry:
-    """One wrong entry: as it is in the reference, as it was typed, and both in numbers."""
+    """One wrong entry: the reference, the formula as typed, and the values of both."""
 
     reference: Node
     typed: Node | None
@@ -203,9 +209,12 @@ class _Entry:
     right: np.ndarray
 
     def slips(self, beside_others: bool, any_number: bool) -> list[Slip]:
-        """Return the slips that give the entry, the likelier first; a constant tells one only `beside_others`."""
-        says = says_something(self.answer.values)
-        if not (says or beside_others):
+        """Return the mistakes that give the entry, the likelier first.
+
+        A constant entry identifies a mistake only if there are correct entries, too (`beside_others`).
+        """
+        is_informative = says_something(self.answer.values)
+        if not (is_informative or beside_others):
             return []
         if not self.answer.values.any():
             is_term = terms_of(self.reference, 1)
@@ -213,17 +222,17 @@ class _Entry:
                 ("term-missing", Edit("", self.reference, self.reference).which) if is_term else ("entry-missing", "")
             ]
         slips = list(dict.fromkeys((*self._edited(), *self._reversed(), *self._by_sign())))
-        if slips or not (says and any_number):
+        if slips or not (is_informative and any_number):
             return slips
         return list(self._by_number()) or list(self._by_angle())
 
     def _edited(self) -> Iterator[Slip]:
-        """Yield what gives the entry if it is done to the reference."""
+        """Yield the mistakes that give the entry when they are made in the reference."""
         for edit in self._fitting_edits(self.reference, self.answer):
             yield edit.mistake, edit.which
 
     def _reversed(self) -> Iterator[Slip]:
-        """Yield what is too many in the entry: the reference is what remains without it."""
+        """Yield a surplus term or factor: without it, the entry equals the reference."""
         if self.typed is None:
             return
         expected = replace(self.answer, values=self.right[None, None])
@@ -233,7 +242,7 @@ class _Entry:
             yield "term-surplus", Edit("", self.typed, self.typed).which
 
     def _fitting_edits(self, entry: Node, wanted: InNumbers, mistakes: Collection[str] = CATALOGUE) -> list[Edit]:
-        """Return the edits of a formula, those that are certain mistakes, after which it has the wanted values."""
+        """Return the edits of a formula, among those of the given mistakes, that give it the wanted values."""
         if not self.is_derivative:
             mistakes = set(mistakes) - OF_DERIVATIVES
         changed = list(islice((edit for edit in edits(entry, self.values) if edit.mistake in mistakes), MOST_EDITS))
@@ -241,45 +250,46 @@ class _Entry:
         return [changed[k] for k in np.flatnonzero(wanted.like(answers[:, None, None]))] if changed else []
 
     def _by_number(self) -> Iterator[Slip]:
-        """Yield a term, or all, that is multiplied by a wrong number, whatever that is, or that a number is added."""
+        """Yield a mistake if a term or the entry is multiplied by any wrong number, or if any number is added to it."""
         terms = (terms_of(self.reference, MOST_TERMS) if size_of(self.reference) <= LONGEST else None) or []
         parts = [*terms, ONE, *([self.reference] if len(terms) > 1 else [])]
-        off = self.answer.values[0, 0] - self.right
+        difference = self.answer.values[0, 0] - self.right
         for part, values in zip(parts, _evaluate(parts, self.values), strict=True):
             with np.errstate(all="ignore"):
-                share = off / values
-            if np.isfinite(share).all() and np.ptp(share.real) <= 1e-6 * np.abs(share).max():
-                about = ", ".join(sorted(names(part)))
-                if part in terms and about:
-                    yield "number-typed", f" (with {about} in it)"
+                ratio = difference / values
+            if np.isfinite(ratio).all() and np.ptp(ratio.real) <= 1e-6 * np.abs(ratio).max():
+                symbols = ", ".join(sorted(names(part)))
+                if part in terms and symbols:
+                    yield "number-typed", f" (with {symbols} in it)"
                 else:
-                    yield ("entry-factor" if about else "constant-typed"), ""
+                    yield ("entry-factor" if symbols else "constant-typed"), ""
 
     def _by_angle(self) -> Iterator[Slip]:
-        """Yield that one angle is wrong by a constant, whatever that is.
+        """Yield a mistake if one angle is wrong by any constant c.
 
-        With w a sine or cosine and w' the same a quarter turn on, the entry is A + B (w cos c + w' sin c): c follows.
+        With w a sine or cosine and w' the same a quarter turn ahead, the entry is A + B (w cos c + w' sin c). This
+        gives c.
         """
         if size_of(self.reference) > LONGEST or self.right.shape[-1] < POINTS_FOR_CONSTANT:
             return
         without = replace_each_wave(self.reference, lambda _: ZERO)[:MOST_WAVES]
         turned = replace_each_wave(self.reference, turn_wave)[:MOST_WAVES]
-        whole, *parts = _evaluate([self.reference, *without, *turned], self.values)
-        for k, (rest, on) in enumerate(zip(parts[: len(without)], parts[len(without) :], strict=True)):
-            slopes = np.stack([whole - rest, on - rest], axis=1)
-            if not np.isfinite(slopes).all():
+        entry_values, *parts = _evaluate([self.reference, *without, *turned], self.values)
+        for k, (rest, turned_values) in enumerate(zip(parts[: len(without)], parts[len(without) :], strict=True)):
+            coefficients = np.stack([entry_values - rest, turned_values - rest], axis=1)
+            if not np.isfinite(coefficients).all():
                 continue
-            (c, s), *_ = np.linalg.lstsq(slopes.real, (self.answer.values[0, 0] - rest).real, rcond=None)
+            (c, s), *_ = np.linalg.lstsq(coefficients.real, (self.answer.values[0, 0] - rest).real, rcond=None)
             if abs(c * c + s * s - 1) > 1e-6:
                 continue
-            more = Node("decimal", value=Fraction(float(np.arctan2(s, c))))
-            shift = partial(_add_to_angle, more)
+            constant = Node("decimal", value=Fraction(float(np.arctan2(s, c))))
+            shift = partial(_add_to_angle, constant)
             if self.answer.is_all(_evaluate([replace_each_wave(self.reference, shift)[k]], self.values)[None]):
                 yield "angle-typed", ""
                 return
 
     def _by_sign(self) -> Iterator[Slip]:
-        """Yield that the entry has the right size, and the wrong sign in some configurations only."""
+        """Yield a mistake if the absolute value is correct and the sign is wrong at some configurations only."""
         values, right = self.answer.values[0, 0].real, self.right.real
         is_same_size = replace(self.answer, values=np.abs(values)[None, None]).is_all(np.abs(right)[None, None])
         if is_same_size and (values * right > 0).any() and (values * right < 0).any():
@@ -291,7 +301,7 @@ def _add_to_angle(more: Node, wave: Node) -> Node:
 
 
 def _evaluate(entries: Sequence[Node], values: Values) -> np.ndarray:
-    """Return values, (entries, N); nan where one can't be had."""
+    """Return the values of entries, (entries, N); nan if a value can't be computed."""
     return evaluate_each(entries, values, len(next(iter(values.values()))))
 
 

@@ -1,4 +1,4 @@
-"""Answers in numbers at some configurations, as mistakes are compared with them."""
+"""Compare the values of an answer at some configurations with those that mistakes give."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -6,18 +6,18 @@ from functools import cached_property
 import numpy as np
 
 PRECISE = 1e-4
-"""What numbers may be off, as a share of their size, to tell all mistakes apart."""
+"""Maximum relative tolerance of numbers at which all mistakes can be told apart."""
 ENDLESS = 1e6
-"""Terms so many times as large as what they are compared with may be off by anything, and are to be close to it."""
+"""Factor from which terms are too large for their rounding errors to be a tolerance; SAME applies to them."""
 SAME = 1e-9
-"""Share of the size of the terms by which equal values may differ."""
+"""Fraction of the size of the terms by which equal values may differ."""
 
 
 @dataclass(frozen=True)
 class InNumbers:
-    """An answer in numbers, (rows, columns, N), with the size of its terms; nan where it was left blank.
+    """The values of an answer, (rows, columns, N), with the size of its terms; nan for blanks.
 
-    `room` is what it may be off: a share of the size, and an amount. A direction counts up to a factor.
+    `room` is the tolerance, relative to the size and absolute. A direction is compared up to a factor.
     """
 
     values: np.ndarray
@@ -26,36 +26,36 @@ class InNumbers:
     is_direction: bool = False
 
     def like(self, wanted: np.ndarray) -> np.ndarray:
-        """Tell of each entry whether wanted values are the same, (rows, columns)."""
+        """Return for each entry whether the wanted values are the same, (rows, columns)."""
         with np.errstate(all="ignore"):
             if self.is_direction:
                 direction, wanted_direction = unit(self.values), unit(wanted)
-                way = np.where((direction * wanted_direction).sum(axis=0) < 0, -1.0, 1.0)  # the same for all entries
-                near = np.abs(direction - way * wanted_direction) <= self.room[0]
+                sign = np.where((direction * wanted_direction).sum(axis=0) < 0, -1.0, 1.0)  # the same for all entries
+                is_near = np.abs(direction - sign * wanted_direction) <= self.room[0]
             else:
-                most = ENDLESS * np.maximum(np.abs(wanted).max(), 1.0)
-                close = np.where(self.size < most, np.inf, SAME * most)
-                near = np.abs(self.values - wanted) <= np.minimum(self._allowed, close)  # nan and inf are not
-        return np.asarray(near.all(axis=-1))
+                large_size = ENDLESS * np.maximum(np.abs(wanted).max(), 1.0)
+                cap = np.where(self.size < large_size, np.inf, SAME * large_size)
+                is_near = np.abs(self.values - wanted) <= np.minimum(self._allowed, cap)  # nan and inf are not
+        return np.asarray(is_near.all(axis=-1))
 
     def is_all(self, wanted: np.ndarray) -> bool:
-        """Tell whether wanted values have the same shape and are the same."""
+        """Return whether the wanted values have the same shape and are the same."""
         if self.values.shape != wanted.shape:
             return False
-        if not self.is_direction:  # most differ at the first configuration already
+        if not self.is_direction:  # most answers differ at the first configuration already
             with np.errstate(all="ignore"):
                 if not (np.abs(self.values[..., 0] - wanted[..., 0]) <= self._allowed[..., 0]).all():
                     return False
         return bool(self.like(wanted).all())
 
     def entry(self, row: int, column: int) -> "InNumbers":
-        """Return one entry by itself, which may be off as much as among the others."""
-        place = (slice(row, row + 1), slice(column, column + 1))
-        return InNumbers(self.values[place], np.broadcast_to(self._largest, self.values[place].shape), self.room)
+        """Return one entry alone, with the same tolerance as among the others."""
+        index = (slice(row, row + 1), slice(column, column + 1))
+        return InNumbers(self.values[index], np.broadcast_to(self._largest, self.values[index].shape), self.room)
 
     @property
     def is_precise(self) -> bool:
-        """Whether numbers were given to so many digits that hardly another mistake gives the same by chance."""
+        """Whether numbers have so many digits that other mistakes hardly ever give the same by chance."""
         return self.room[0] <= PRECISE and self.room[1] == 0.0
 
     @cached_property
@@ -65,18 +65,18 @@ class InNumbers:
     @cached_property
     def _allowed(self) -> np.ndarray:
         with np.errstate(all="ignore"):
-            # What is zero comes out as 1e-17 of what is not.
+            # Rounding turns an entry that is zero into 1e-17 times the others.
             return np.asarray(self.room[0] * np.maximum(self.size, self._largest) + self.room[1])
 
 
 def unit(vector: np.ndarray) -> np.ndarray:
-    """Return unit vectors, nan for those of no length."""
+    """Return unit vectors, nan for zero vectors."""
     length = np.sqrt(np.sum(np.abs(vector) ** 2, axis=0))
     return np.asarray(vector / np.where(length > SAME, length, np.nan))
 
 
 def says_something(answer: np.ndarray) -> bool:
-    """Tell whether entries are too particular to be hit by chance: not zero, and no few constants."""
+    """Return whether entries are too specific to match by chance: neither all zero nor only a few constants."""
     largest = np.abs(answer).max(axis=-1)
     varies = answer.shape[-1] == 1 or (np.ptp(answer, axis=-1) > SAME * largest).any()
     return bool((largest > SAME).any() and (varies or largest.size > 3))

@@ -1,7 +1,7 @@
-"""What is missing in a wrong answer, where no mistake of the catalogue gives it: links left out of columns or of P.
+"""Find the links that are missing in columns or in P, if no mistake of the catalogue gives a wrong answer.
 
-The difference between the right answer and the student's is looked for among sums of what links add: column by column,
-each with links of its own.
+The difference between the reference and the student's answer is compared with sums of the links' contributions, column
+by column. Each column may lack other links.
 """
 
 from collections.abc import Iterator, Sequence
@@ -16,11 +16,14 @@ from qdot.grader.judging.verdict import Diagnosis
 
 SAME = 1e-9
 MOST_LINKS = 8
-"""Links of which every sum is looked at."""
+"""Maximum number of links whose sums are all tried."""
 
 
 def missing_links(w: Working, part: Part, right: np.ndarray, answer: np.ndarray) -> Diagnosis | None:
-    """Return which links' parts an answer lacks, (rows, columns, N) as the right one, or nothing."""
+    """Return the diagnosis that an answer lacks the contributions of some links, or None.
+
+    `right` is the reference, (rows, columns, N), and `answer` has the same shape.
+    """
     question = QUESTIONS[part.kind]
     linear = question.linear_rows(w.chain)
     if not linear or (right - answer).shape[1] > w.n:
@@ -33,21 +36,21 @@ def missing_links(w: Working, part: Part, right: np.ndarray, answer: np.ndarray)
     others = [row for row in range(len(right)) if row not in answer_rows]
     if np.isnan(answer).any() or (others and np.abs(residual[others]).max() > SAME * size):
         return None
-    lacking_columns = []
+    statements = []
     for column in range(right.shape[1]):
-        left = residual[list(answer_rows), column]
-        if np.abs(left).max() <= SAME * size:
+        column_residual = residual[list(answer_rows), column]
+        if np.abs(column_residual).max() <= SAME * size:
             continue
         parts = w["effects"][column][:, list(axes)]
-        lacking = _sum_of(
-            parts, left, [k for k in links_to_point(w.chain) if np.abs(parts[k]).max() > SAME * size], size
+        missing = _sum_of(
+            parts, column_residual, [k for k in links_to_point(w.chain) if np.abs(parts[k]).max() > SAME * size], size
         )
-        if lacking is None:
+        if missing is None:
             return None
-        lacking_columns.append(f"column {column + 1} seems to lack {_parts(w, lacking)}")
-    if not lacking_columns:
+        statements.append(f"column {column + 1} seems to lack {_parts(w, missing)}")
+    if not statements:
         return None
-    text = "; ".join(lacking_columns)
+    text = "; ".join(statements)
     return Diagnosis(
         ("chain-rule",),
         f"{text[0].upper()}{text[1:]}. A joint moves every link behind it, with all that they carry. See (6.3).",
@@ -58,20 +61,20 @@ def missing_links(w: Working, part: Part, right: np.ndarray, answer: np.ndarray)
 def _of_position(w: Working, links: np.ndarray, residual: np.ndarray) -> Diagnosis | None:
     size = float(np.abs(links).max())
     counted = [k for k in links_to_point(w.chain) if np.abs(links[k]).max() > SAME * size]
-    lacking = _sum_of(links, residual, counted, size)
-    if lacking is None:
+    missing = _sum_of(links, residual, counted, size)
+    if missing is None:
         return None
-    says = f"The position seems to lack {_parts(w, lacking)}: every link from the base to P is added. See (6.1)."
-    return Diagnosis(("link-left-out",), says, known_by=(f"link-left-out {lacking}",))
+    message = f"The position seems to lack {_parts(w, missing)}: every link from the base to P is added. See (6.1)."
+    return Diagnosis(("link-left-out",), message, known_by=(f"link-left-out {missing}",))
 
 
 def _sum_of(parts: np.ndarray, residual: np.ndarray, counted: Sequence[int], size: float) -> tuple[int, ...] | None:
-    """Return the links whose parts add up to a residual, not all of them; fewest first."""
+    """Return the links whose contributions add up to a residual: as few as possible, and not all of them."""
     if np.isnan(residual).any() or not np.abs(residual).max() > SAME * size:
         return None
-    for some in _subsets(counted):
-        if np.abs(residual - parts[list(some)].sum(axis=0)).max() <= SAME * size:
-            return some
+    for subset in _subsets(counted):
+        if np.abs(residual - parts[list(subset)].sum(axis=0)).max() <= SAME * size:
+            return subset
     return None
 
 
@@ -81,7 +84,7 @@ def _subsets(counted: Sequence[int]) -> Iterator[tuple[int, ...]]:
 
 
 def _parts(w: Working, links: Sequence[int]) -> str:
-    """Return the parts of links in words; the one behind all joints is P in its own frame."""
+    """Return the contributions of links in words; the link after all joints is P in its own frame."""
     names = ["the offset of P" if k == w.n else f"link {k + 1}" for k in links]
     joined = names[0] if len(names) == 1 else f"{', '.join(names[:-1])} and {names[-1]}"
     return f"the part that {joined} {'adds' if len(names) == 1 else 'add'}"

@@ -1,8 +1,8 @@
-"""The mistake behind a wrong set of singular configurations, or what is wrong in it, piece by piece.
+"""Find the mistake behind a wrong set of singular configurations, or the pieces of the set that are wrong.
 
-A piece that gives values of joints is told by these values, one that ties several joints by the values of what vanishes
-up to a factor. Only what is written in another form, or what no mistake gives, is compared by its configurations, which
-takes its time.
+A piece that gives values of joints is identified by these values. A piece that ties several joints is identified by the
+values of the expression that vanishes, up to a factor. Only pieces in another form, or that no mistake gives, are
+compared by their configurations, which is slow.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -36,23 +36,25 @@ from qdot.grader.judging.verdict import Diagnosis, Outcome, locate_mistake
 
 POINTS = 3
 MOST_SAID = 3
-"""Things that are said of one set."""
+"""Maximum number of mistakes that are named for one set."""
 DIGITS = 6
 
 Mark = tuple[str, tuple[complex, ...]]
-"""A joint and its values at some configurations, or no joint and what vanishes, up to a factor."""
+"""A joint and its values for some lengths.
+
+Without a joint (an empty name), the values of the expression that vanishes, up to a factor."""
 
 
 @dataclass(frozen=True)
 class Marks:
-    """A set as it is written: the pieces that are values of joints, and the others."""
+    """A set as it is written: the pieces that give values of joints, and those that tie several joints."""
 
     values: frozenset[frozenset[Mark]]
     ties: frozenset[frozenset[Mark]]
 
 
 def explain_set(problem: Problem, part: Part, parsed_answer: ParsedAnswer, seed: str) -> Diagnosis | None:
-    """Return the mistake that makes the right set one that was given, or what is wrong in this."""
+    """Return the mistake that turns the correct set into the given one, or the pieces that are wrong."""
     if parsed_answer.tree is None:
         return None
     joints = [q.name for q in problem.chain.q]
@@ -76,7 +78,7 @@ def explain_set(problem: Problem, part: Part, parsed_answer: ParsedAnswer, seed:
 
 
 def find_mistaken_answer(problem: Problem, part: Part, parsed_answer: ParsedAnswer, seed: str) -> Diagnosis | None:
-    """Return the mistake whose answer is judged to be the given one, among those that come from no derivation."""
+    """Return the mistake whose answer is judged equal to the given one, among those without a derivation."""
     for mistake, variant in mistaken_answers(problem.chain, part):
         if _is_judged_right(problem, part, parsed_answer, variant, seed):
             return name_either([(mistake, variant.words, mistake.sentence(variant.words))])
@@ -84,33 +86,44 @@ def find_mistaken_answer(problem: Problem, part: Part, parsed_answer: ParsedAnsw
 
 
 def name_either(rivals: Sequence[tuple[Mistake, Mapping[str, object], str]]) -> Diagnosis:
-    """Return what is said of mistakes, each of which gives the answer: they come with words and sentence."""
+    """Return the diagnosis for mistakes that give the same answer; each comes with its words and sentence."""
     names = tuple(dict.fromkeys(mistake.name for mistake, _, _ in rivals))
-    says = " Or, which gives the same answer: ".join(dict.fromkeys(sentence for _, _, sentence in rivals))
-    made = tuple(locate_mistake(mistake.name, words) for mistake, words, _ in rivals)
-    return Diagnosis(names, says, known_by=made, either=len(names) > 1)
+    message = " Or, which gives the same answer: ".join(dict.fromkeys(sentence for _, _, sentence in rivals))
+    located = tuple(locate_mistake(mistake.name, words) for mistake, words, _ in rivals)
+    return Diagnosis(names, message, known_by=located, either=len(names) > 1)
 
 
 def _name_likeliest(
     problem: Problem, part: Part, mistake: Mistake, variant: MistakenAnswer, marker: "_Marker"
 ) -> Diagnosis:
-    """Return what is said of a mistake, and of those as likely that give the same set; of a likelier one alone."""
-    marks, same = marker.mark_answer(variant.answer), [(mistake, variant)]
+    """Return the diagnosis for a mistake and equally likely ones that give the same set.
+
+    If one of them is likelier than the others, it is named alone.
+    """
+    marks, equal_variants = marker.mark_answer(variant.answer), [(mistake, variant)]
     for rival in map(CATALOGUE.__getitem__, ALIKE.get(mistake.name, ())):
-        ways = (way for way in rival.answers(problem.chain, part) if isinstance(way.answer, ConditionSet))
-        same += [(rival, way) for way in ways if marker.mark_answer(way.answer) == marks][:1]
-    most = max(mistake_frequency(rival) for rival, _ in same)
-    likeliest = [(rival, way.words) for rival, way in same if mistake_frequency(rival) == most]
+        set_variants = (
+            set_variant
+            for set_variant in rival.answers(problem.chain, part)
+            if isinstance(set_variant.answer, ConditionSet)
+        )
+        equal_variants += [
+            (rival, set_variant) for set_variant in set_variants if marker.mark_answer(set_variant.answer) == marks
+        ][:1]
+    highest = max(mistake_frequency(rival) for rival, _ in equal_variants)
+    likeliest = [
+        (rival, set_variant.words) for rival, set_variant in equal_variants if mistake_frequency(rival) == highest
+    ]
     return name_either([(rival, words, rival.sentence(words)) for rival, words in likeliest])
 
 
 def _is_judged_right(
     problem: Problem, part: Part, parsed_answer: ParsedAnswer, variant: MistakenAnswer, seed: str
 ) -> bool:
-    """Tell whether an answer would be right if a mistaken one were the reference."""
+    """Return whether an answer would be correct if a mistaken one were the reference."""
     try:
         outcome = judge_given(problem, replace(part, answer=variant.answer), parsed_answer, seed).outcome
-    except ReadError:  # what the mistake gives is no set
+    except ReadError:  # the mistake doesn't give a set
         return False
     return outcome is Outcome.CORRECT
 
@@ -119,7 +132,7 @@ def _is_judged_right(
 
 
 def _explain_pieces(problem: Problem, part: Part, claimed: Sequence[Piece], seed: str) -> Diagnosis | None:
-    """Return which claims are not singular, and of which conditions some or all is missing, each seen by itself."""
+    """Return the claims that are not singular, and the conditions that are partly or completely missing."""
     claims = _Claims(problem, part, claimed, seed)
     wrong = [piece for piece, is_sound in zip(claimed, claims.compared.sound, strict=True) if is_sound is False]
     if claims.compared.rounded or any(len(piece) > 1 or piece[0].joint is None for piece in wrong):
@@ -127,13 +140,15 @@ def _explain_pieces(problem: Problem, part: Part, claimed: Sequence[Piece], seed
     mistakes = [*claims.called_singular(wrong), *claims.missing(wrong)]
     if not 0 < len(mistakes) <= MOST_SAID:
         return None
-    says = dict.fromkeys(CATALOGUE[name].sentence(words) for name, words in mistakes)
+    sentences = dict.fromkeys(CATALOGUE[name].sentence(words) for name, words in mistakes)
     names = tuple(dict.fromkeys(name for name, _ in mistakes))
-    return Diagnosis(names, " ".join(says), known_by=tuple(dict.fromkeys(locate_mistake(*each) for each in mistakes)))
+    return Diagnosis(
+        names, " ".join(sentences), known_by=tuple(dict.fromkeys(locate_mistake(*named) for named in mistakes))
+    )
 
 
 class _Claims:
-    """A claimed set and the expected conditions, a list of pieces each, compared by their configurations."""
+    """Compares a claimed set with the expected conditions, a list of pieces each, by their configurations."""
 
     def __init__(self, problem: Problem, part: Part, claimed: Sequence[Piece], seed: str) -> None:
         assert isinstance(part.answer, ConditionSet)
@@ -151,33 +166,35 @@ class _Claims:
         """Yield the mistake behind the wrong values of each joint, with its words."""
         singular_joints = {q.name for component in self.components for q, _ in component.solutions or ()}
         for joint in dict.fromkeys(str(piece[0].joint) for piece in wrong):
-            of_joint = [piece for piece in wrong if piece[0].joint == joint]
-            values = ", ".join(_as_written(piece[0].zero) for piece in of_joint)
-            if any(self._within(of_joint, group) for group in self.expected):
+            joint_pieces = [piece for piece in wrong if piece[0].joint == joint]
+            values = ", ".join(_as_written(piece[0].zero) for piece in joint_pieces)
+            if any(self._within(joint_pieces, group) for group in self.expected):
                 yield "condition-of-several-forgotten", {"joint": joint}
             else:
                 name = "value-called-singular" if joint in singular_joints else "joint-called-singular"
                 yield name, {"joint": joint, "values": values, "zero": zero_there(self.chain)}
 
     def missing(self, wrong: Sequence[Piece]) -> Iterator[tuple[str, Mapping[str, object]]]:
-        """Yield the mistake behind each condition that is missing or given in part, with its words."""
+        """Yield the mistake behind each condition that is missing or only partly given, with its words."""
         for k, (component, condition) in enumerate(zip(self.components, self.expected, strict=True)):
-            within = self._within(wrong, condition)
-            if False not in self._compare(condition, self.claimed).sound or len(within) == len(condition):
+            contained = self._within(wrong, condition)
+            if False not in self._compare(condition, self.claimed).sound or len(contained) == len(condition):
                 continue
             others = [piece for group in self.expected[:k] + self.expected[k + 1 :] for piece in group]
-            rest = [piece for piece in self.claimed if piece not in wrong]
-            in_part = within or [piece for piece in rest if self._compare([piece], others).sound == (False,)]
+            correct_pieces = [piece for piece in self.claimed if piece not in wrong]
+            in_part = contained or [
+                piece for piece in correct_pieces if self._compare([piece], others).sound == (False,)
+            ]
             yield ("one-root-only", {}) if in_part else missed_mistake(self.chain, component)
 
     def _within(self, claimed: Sequence[Piece], condition: Sequence[Piece]) -> list[Piece]:
-        """Return the pieces of a condition that lie in what is claimed."""
-        held = self._compare(condition, claimed).sound if claimed else ()
-        return [piece for piece, is_held in zip(condition, held, strict=False) if is_held]
+        """Return the pieces of a condition that the claimed set contains."""
+        are_contained = self._compare(condition, claimed).sound if claimed else ()
+        return [piece for piece, is_contained in zip(condition, are_contained, strict=False) if is_contained]
 
 
 def _as_written(value: Node) -> str:
-    """Return a value as people write it, with no brackets around it.
+    """Return a value as people write it, without brackets around it.
 
     >>> from qdot.exercises.formula.parser import read
     >>> [_as_written(read(text, {})) for text in ("-pi/2", "1/3", "-acos(1/3)", "pi - 1")]
@@ -189,20 +206,20 @@ def _as_written(value: Node) -> str:
     return text[1:-1] if text.startswith("(") else text
 
 
-# --- as they are written ---
+# --- comparison of sets as written ---
 
 
 class _Marker:
-    """Looks at sets at some values of all symbols."""
+    """Identifies the pieces of sets by their values for some values of all symbols."""
 
     def __init__(self, problem: Problem, seed: str) -> None:
         self.values = sample_values(problem.domain(), POINTS, Stream(f"{seed}/sets"))
         self.joints = {q.name: joint.kind for q, joint in zip(problem.chain.q, problem.chain.joints, strict=True)}
 
     def is_plain(self, piece: Piece) -> bool:
-        """Tell whether a piece gives values of joints, or ties several."""
-        tied = [(atom.joint, len(names(atom.zero) & set(self.joints))) for atom in piece]
-        return all(count > 1 if joint is None else count == 0 for joint, count in tied)
+        """Return whether each condition of a piece gives a value of a joint or ties several joints."""
+        joint_counts = [(atom.joint, len(names(atom.zero) & set(self.joints))) for atom in piece]
+        return all(count > 1 if joint is None else count == 0 for joint, count in joint_counts)
 
     def mark_pieces(self, pieces: Sequence[Piece]) -> Marks:
         """Return the marks of a set that was typed."""
@@ -211,7 +228,7 @@ class _Marker:
         )
 
     def mark_answer(self, answer: Answer) -> Marks:
-        """Return the marks of a reference, or of what a mistake makes of it."""
+        """Return the marks of a reference, or of a mistaken answer."""
         assert isinstance(answer, ConditionSet)
         return self._collect(piece for component in answer.components for piece in self._of_component(component))
 
@@ -225,12 +242,12 @@ class _Marker:
             yield frozenset(self._mark(joint, program_of(value)) for joint, value in pairs)
 
     def _collect(self, pieces: Iterator[frozenset[Mark]]) -> Marks:
-        listed = set(pieces)
-        known = {
-            piece for piece in listed if not any(wider < piece for wider in listed)
-        }  # what holds more often counts
-        values = frozenset(piece for piece in known if all(joint for joint, _ in piece))
-        return Marks(values, frozenset(known) - values)
+        distinct = set(pieces)
+        widest = {
+            piece for piece in distinct if not any(wider < piece for wider in distinct)
+        }  # drop pieces that a wider piece contains
+        values = frozenset(piece for piece in widest if all(joint for joint, _ in piece))
+        return Marks(values, frozenset(widest) - values)
 
     def _mark(self, joint: str | None, program: Program) -> Mark:
         values = evaluate(program, self.values, POINTS)[0][0]
@@ -244,7 +261,7 @@ class _Marker:
 
 
 def _are_rounded(marks: Marks, right: Marks, has_decimals: bool) -> bool:
-    """Tell whether a set is the right one, or near to it if decimals stand for constants."""
+    """Return whether a set is the correct one, or near it if it has decimals instead of constants."""
     if not has_decimals:
         return marks == right
     pairs = ((marks.values, right.values), (marks.ties, right.ties))
@@ -252,7 +269,7 @@ def _are_rounded(marks: Marks, right: Marks, has_decimals: bool) -> bool:
 
 
 def _are_near(pieces: frozenset[frozenset[Mark]], others: frozenset[frozenset[Mark]]) -> bool:
-    """Tell whether each of some pieces has one among others that decimals for its constants make of it."""
+    """Return whether each piece equals one of the others except for rounded constants."""
     return all(any(len(piece) == len(near) and _is_near(piece, near) for near in others) for piece in pieces)
 
 

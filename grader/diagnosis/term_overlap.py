@@ -1,9 +1,9 @@
-"""What of a solution stands in a wrong answer, by terms: whether it is an attempt at this arm.
+"""Decide whether a wrong answer is an attempt at this arm, by the solution's terms that it contains.
 
-Both are multiplied out, as they are written and with the sines and cosines of sums taken apart; a term is there that is
-a term of the solution at random configurations, with either sign. Of an answer with more terms than the solution, the
-share is that of its own terms: one that has everything in it is no attempt. Terms without joints or velocities count
-nothing: constants stand in any text.
+Answer and solution are expanded into terms, both as written and with angle-sum identities applied. A term is found if
+it equals a term of the solution at random configurations, with either sign. If the answer has more terms than the
+solution, the share is relative to the answer's own terms: an answer that contains everything is no attempt. Terms
+without joints or velocities don't count, because constants occur in any text.
 """
 
 from collections.abc import Sequence
@@ -21,24 +21,24 @@ from qdot.exercises.problem.problem import Part, Problem
 from qdot.grader.judging.answer import ParsedAnswer
 
 LEAST = Fraction(1, 2)
-"""The share of the solution's terms that an attempt has, if nothing else speaks for it."""
+"""Minimum share of the solution's terms in an attempt, if nothing else shows that it is one."""
 LONGEST = 3000
-"""Nodes of an answer that is multiplied out."""
+"""Maximum number of nodes of an answer that is expanded."""
 MOST = 300
-"""Terms of an entry."""
+"""Maximum number of terms of an entry."""
 POINTS = 6
 SAME = 1e-9
 
 
 def has_terms(problem: Problem, part: Part, parsed_answer: ParsedAnswer, seed: str) -> bool:
-    """Tell whether enough of the solution's terms stand in an answer for it to be an attempt at this arm."""
+    """Return whether an answer contains enough of the solution's terms to be an attempt at this arm."""
     return share_of_terms(problem, part, parsed_answer, seed) >= LEAST
 
 
 def share_of_terms(problem: Problem, part: Part, parsed_answer: ParsedAnswer, seed: str) -> Fraction:
-    """Return the share of the solution's terms that stand in an answer, each in the entry where it belongs.
+    """Return the share of the solution's terms that an answer contains, each in the correct entry.
 
-    Where the answer has more terms, it is the share of these that are the solution's.
+    If the answer has more terms than the solution, return the share of the answer's terms that are in the solution.
     """
     domain, rows = problem.domain(), parsed_answer.rows
     if not part.answer.is_formulas or parsed_answer.refusal is not None or rows is None:
@@ -48,41 +48,46 @@ def share_of_terms(problem: Problem, part: Part, parsed_answer: ParsedAnswer, se
         return Fraction(0)
     if any(parsed_answer.blanks) or parsed_answer.symbols - set(domain.roles):
         return Fraction(0)
-    pairs = [pair for both in zip(rows, reference, strict=True) for pair in zip(*both, strict=True)]
-    apart = [(_take_apart(entry), _take_apart(right)) for entry, right in pairs]
+    pairs = [pair for row_pair in zip(rows, reference, strict=True) for pair in zip(*row_pair, strict=True)]
+    expanded = [(_take_apart(entry), _take_apart(expected)) for entry, expected in pairs]
     values = sample_values(domain, POINTS, Stream(f"{seed}/terms"))
-    return max(_share(each, set(domain.roles) - problem.constants, values) for each in (pairs, apart))
+    return max(_share(form, set(domain.roles) - problem.constants, values) for form in (pairs, expanded))
 
 
 def _share(pairs: Sequence[tuple[Node, Node]], varying: AbstractSet[str], values: Values) -> Fraction:
-    """Return the share of terms in common in entries and those of the reference."""
+    """Return the share of common terms, for pairs of an entry and its reference."""
     common = expected = typed = 0
-    for entry, right in pairs:
-        wanted = [term for term in terms_of(right, MOST) or [right] if names(term) & varying]
+    for entry, reference in pairs:
+        expected_terms = [term for term in terms_of(reference, MOST) or [reference] if names(term) & varying]
         terms = terms_of(entry, MOST) or [entry]
-        expected += len(wanted)
+        expected += len(expected_terms)
         typed += sum(bool(names(term) & varying) for term in terms)
-        common += _count_common(terms, wanted, values)
+        common += _count_common(terms, expected_terms, values)
     return Fraction(common, max(expected, typed)) if expected else Fraction(0)
 
 
 def _count_common(terms: Sequence[Node], wanted: Sequence[Node], values: Values) -> int:
-    """Return how many terms are wanted, with either sign, each being one of these only."""
+    """Return how many of the wanted terms are among the terms, with either sign, each matched at most once."""
     if not wanted:
         return 0
     at_points = evaluate(compile_program([*terms, *wanted]), values, POINTS)[0]
-    left, count = list(at_points[: len(terms)]), 0
+    remaining, count = list(at_points[: len(terms)]), 0
     for term in at_points[len(terms) :]:
-        room = SAME * float(np.abs(term).max())
-        same = (k for k, each in enumerate(left) for sign in (1, -1) if np.all(np.abs(each - sign * term) <= room))
-        if (k := next(same, None)) is not None:
+        tolerance = SAME * float(np.abs(term).max())
+        matches = (
+            k
+            for k, candidate in enumerate(remaining)
+            for sign in (1, -1)
+            if np.all(np.abs(candidate - sign * term) <= tolerance)
+        )
+        if (k := next(matches, None)) is not None:
             count += 1
-            del left[k]
+            del remaining[k]
     return count
 
 
 def _take_apart(node: Node) -> Node:
-    """Return a tree with the sines and cosines of sums taken apart, and quotients as products."""
+    """Return a tree with angle-sum identities applied, and with quotients as products."""
     if node.kind == "call" and node.value in ("sin", "cos"):
         return _expand_wave(str(node.value), addends(node.args[0]))
     args = tuple(map(_take_apart, node.args))
@@ -92,11 +97,11 @@ def _take_apart(node: Node) -> Node:
 
 
 def _expand_wave(function: str, angles: Sequence[Node]) -> Node:
-    """Return the sine or cosine of a sum as a sum of products."""
+    """Return the sine or cosine of a sum, expanded by the angle-sum identities."""
     first, *rest = angles
-    back = first.kind == "neg"
-    angle = first.args[0] if back else first
-    sine, cosine = (negative(call("sin", angle)) if back else call("sin", angle)), call("cos", angle)
+    is_negative = first.kind == "neg"
+    angle = first.args[0] if is_negative else first
+    sine, cosine = (negative(call("sin", angle)) if is_negative else call("sin", angle)), call("cos", angle)
     if not rest:
         return sine if function == "sin" else cosine
     inner_sine, inner_cosine = _expand_wave("sin", rest), _expand_wave("cos", rest)
