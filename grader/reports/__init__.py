@@ -1,12 +1,12 @@
-"""Reports on graded work: one module for each export format, all made from the same results.
+"""Write reports on graded work: one module for each export format, all based on the same results.
 
-Beside the reports for other programs, which are in `formats`:
+Besides the modules for other programs' formats, which `formats` lists, there are:
 
-    feedback_levels                 how much a student is told about a wrong answer
-    rows, tables                    a result as rows, one for each part; results.jsonl and grades.csv
-    class_view, charts, class_page  the figures of `qdot report`, its charts, its page
-    answers, differs, example       an answer as it was read; where it differs, as a table and as a drawing
-    feedback                        the feedback page
-    write                           all of them, written only if they are not up to date
-    formats                         the reports by name
+    feedback_levels                 limit what a student sees about a wrong answer
+    rows, tables                    list a result part by part; write results.jsonl and grades.csv
+    class_view, charts, class_page  compute the figures of `qdot report`; draw its charts; write its page
+    answers, differs, example       show an answer as it was parsed; show where it is wrong, as a table and a drawing
+    feedback                        write a student's feedback page
+    write                           write the files in graded/ that are not up to date
+    formats                         list the export formats by name
 """

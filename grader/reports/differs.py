@@ -1,4 +1,4 @@
-"""Show where an answer differs as a table: the configuration, the answer's value there and the right one."""
+"""Show where an answer is wrong as a table: a configuration, the answer's value there and the correct value."""
 
 import math
 import re
@@ -14,14 +14,14 @@ from qdot.grader.reports.answers import make_visible
 
 DIGITS, MOST_DIGITS = 4, 16
 ROUNDING = 1e-12
-"""What a joint's value is off that was searched for, where it is zero."""
+"""Bound below which the value of a joint is shown as 0, because a numeric search ends only close to zero."""
 WORDS = {"not a finite number": "not a finite number", "blank": "left blank"}
 SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 
 @dataclass(frozen=True)
 class ExampleRow:
-    """A row: its head as HTML, which is never a student's, and the text of a cell for each column."""
+    """A table row: its heading as HTML, which never contains a student's text, and the text of each cell."""
 
     head: str
     cells: tuple[str, ...]
@@ -29,7 +29,7 @@ class ExampleRow:
 
 @dataclass(frozen=True)
 class Table:
-    """A table: its caption, the heads of its columns, rows of symbols, rows of results."""
+    """A table: its caption, the headings of its columns, rows of symbols, rows of results."""
 
     caption: str
     columns: tuple[str, ...]
@@ -40,17 +40,19 @@ class Table:
 def make_counterexample_table(problem: Problem, part: Part, example: Counterexample) -> Table | None:
     """Return a counterexample as a table; None if a student can't check it.
 
-    There is none to follow where the answer has symbols that the problem does not have. What is right is left out where
-    that is kept back.
+    A student can't check it if the answer contains symbols that the problem doesn't define. Correct values that the
+    feedback level withholds are left out.
     """
-    every = (example.missing, example.surplus) if isinstance(example, SetDifference) else (example.at,)
-    places = [at for at in every if at is not None]
+    candidates = (example.missing, example.surplus) if isinstance(example, SetDifference) else (example.at,)
+    configurations = [at for at in candidates if at is not None]
     known = problem.symbols()
-    if any(set(at) - set(known) for at in places):
+    if any(set(at) - set(known) for at in configurations):
         return None
-    names = [name for name in known if any(name in at for at in places)]
+    names = [name for name in known if any(name in at for at in configurations)]
     symbols = tuple(
-        ExampleRow(_symbol_html(problem, name), tuple(_quantity_text(at.get(name), known[name].unit) for at in places))
+        ExampleRow(
+            _symbol_html(problem, name), tuple(_quantity_text(at.get(name), known[name].unit) for at in configurations)
+        )
         for name in names
     )
     if isinstance(example, SetDifference):
@@ -59,20 +61,20 @@ def make_counterexample_table(problem: Problem, part: Part, example: Counterexam
 
 
 def _table_of_sets(example: SetDifference, symbols: tuple[ExampleRow, ...]) -> Table | None:
-    heads = {
+    headings = {
         "Singular, and not in your answer": example.missing, "In your answer, and not singular": example.surplus
     }  # fmt: skip
-    columns = tuple(head for head, at in heads.items() if at is not None)
+    columns = tuple(heading for heading, at in headings.items() if at is not None)
     return Table("Configurations where it differs", ("Quantity", *columns), symbols) if columns and symbols else None
 
 
 def _caption(part: Part, example: EntryDifference, at_a_place: bool) -> str:
-    what = _entry_in_words(part, example)
-    return f"Where {what or 'it'} differs" if at_a_place else what.capitalize() or "Your answer and what is right"
+    entry = _entry_in_words(part, example)
+    return f"Where {entry or 'it'} differs" if at_a_place else entry.capitalize() or "Your answer and what is right"
 
 
 def _entry_in_words(part: Part, example: EntryDifference) -> str:
-    """Return the name of a counterexample's entry; nothing if the answer has a single entry."""
+    """Return the name of the entry that a counterexample concerns; "" if the answer has only one entry."""
     rows, columns = part.shape or (1, 1)
     if rows * columns == 1:
         return ""
@@ -85,11 +87,11 @@ def _result_rows(part: Part, example: EntryDifference) -> tuple[ExampleRow, ...]
     unit = part.answer.unit(example.entry)
     if example.expected is None:
         return (ExampleRow("Your answer", (_value_text(example.yours, DIGITS, unit),)),)
-    yours, right = _distinct_values(example.yours, example.expected, unit)
-    heads = "Your answer", "Right"
+    yours, correct = _distinct_values(example.yours, example.expected, unit)
+    headings = "Your answer", "Right"
     if part.answer.counts_up_to_a_factor:
-        heads = heads[0], "Right" if example.pivot is None else f"Right for your entry {example.pivot + 1}"
-    return ExampleRow(heads[0], (yours,)), ExampleRow(heads[1], (right,))
+        headings = headings[0], "Right" if example.pivot is None else f"Right for your entry {example.pivot + 1}"
+    return ExampleRow(headings[0], (yours,)), ExampleRow(headings[1], (correct,))
 
 
 def _symbol_html(problem: Problem, name: str) -> str:
@@ -100,7 +102,7 @@ def _symbol_html(problem: Problem, name: str) -> str:
 
 
 def format_decimal(value: float, digits: int = DIGITS) -> str:
-    """Return a number for people, with a true minus sign.
+    """Return a number formatted for human readers, with a true minus sign.
 
     >>> format_decimal(-0.728141), format_decimal(3.0), format_decimal(0.00000125)
     ('−0.7281', '3', '1.25·10⁻⁶')
@@ -111,7 +113,7 @@ def format_decimal(value: float, digits: int = DIGITS) -> str:
 
 
 def _quantity_text(value: float | None, unit: str) -> str:
-    """Return a value with its unit, an angle in degrees too."""
+    """Return a value with its unit; an angle also in degrees."""
     if value is None:
         return "any"
     value = value if abs(value) > ROUNDING else 0.0
@@ -120,7 +122,7 @@ def _quantity_text(value: float | None, unit: str) -> str:
 
 
 def _distinct_values(yours: float | str, right: float | str, unit: str) -> tuple[str, str]:
-    """Return two values as texts, with enough digits to tell them apart."""
+    """Return two values as texts, with enough digits to distinguish them."""
     for digits in range(DIGITS, MOST_DIGITS + 1):
         shown = _value_text(yours, digits, unit), _value_text(right, digits, unit)
         if shown[0] != shown[1]:

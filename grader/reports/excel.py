@@ -1,7 +1,7 @@
 """Write the results as an Excel workbook: the table of grades, and the outcomes of every part.
 
-XlsxWriter writes it: it is the better kept of the two libraries for this, and writes the same bytes for the same
-results. Every text is written as a text, so that none is taken for a formula or a link.
+XlsxWriter is used because it is better maintained than the alternative, and writes the same bytes for the same results.
+Every text is written as a string, so that Excel parses none as a formula or a link.
 """
 
 import datetime
@@ -18,40 +18,40 @@ from qdot.grader.reports.class_view import select_graded
 from qdot.grader.reports.tables import Cell, grades_table, is_marked
 
 MADE = datetime.datetime(2000, 1, 1)  # noqa: DTZ001 - a workbook's times have no zone
-"""The time that every workbook says it was made at, so that the same results are the same bytes."""
+"""The creation time recorded in every workbook; it is constant so that the same results give the same bytes."""
 LONGEST = 32_000
-"""Excel takes 32,767 characters in a cell."""
+"""Maximum number of characters written to a cell; Excel allows 32,767."""
 
 
 def make_workbook(assignment: Assignment, results: Sequence[Result]) -> bytes:
-    """Return the workbook. What is not graded is empty, and never 0."""
+    """Return the workbook. The cells of ungraded work are empty, never 0."""
     import xlsxwriter
 
-    out = io.BytesIO()
-    with xlsxwriter.Workbook(out, {"in_memory": True, "default_date_format": "yyyy-mm-dd"}) as book:
+    content = io.BytesIO()
+    with xlsxwriter.Workbook(content, {"in_memory": True, "default_date_format": "yyyy-mm-dd"}) as book:
         book.set_properties({"title": assignment.title, "author": "qdot", "created": MADE})
-        forms = {"head": book.add_format({"bold": True, "text_wrap": True, "valign": "top", "bottom": 1})}
-        forms["points"] = book.add_format({"num_format": "0.####"})
-        forms["percent"] = book.add_format({"num_format": "0.0"})
+        formats = {"head": book.add_format({"bold": True, "text_wrap": True, "valign": "top", "bottom": 1})}
+        formats["points"] = book.add_format({"num_format": "0.####"})
+        formats["percent"] = book.add_format({"num_format": "0.0"})
         header, rows = grades_table(results, assignment.roster)
-        open_marks = [column for column, name in enumerate(header) if name in ("score", "percent")]
+        mark_columns = [column for column, name in enumerate(header) if name in ("score", "percent")]
         for row, result in zip(rows, results, strict=True):
-            for column in () if is_marked(result, zero=True) else open_marks:
+            for column in () if is_marked(result, zero=True) else mark_columns:
                 row[column] = None
-        _fill_sheet(book.add_worksheet("Grades"), forms, header, rows, 2)
-        _fill_sheet(book.add_worksheet("Parts"), forms, *_table_of_parts(results), 1)
-    return out.getvalue()
+        _fill_sheet(book.add_worksheet("Grades"), formats, header, rows, 2)
+        _fill_sheet(book.add_worksheet("Parts"), formats, *_table_of_parts(results), 1)
+    return content.getvalue()
 
 
 def _table_of_parts(results: Sequence[Result]) -> tuple[list[str], list[list[Cell]]]:
-    """Return a row for each part: its points, their mean among graded work, and how many had which outcome."""
+    """Return a header, and a row for each part: its points, their mean over graded work, and the outcome counts."""
     header = ["part", "points", "mean", *(word for word, *_ in OUTCOMES.values())]
     parts_of_students = [result.parts for result in select_graded(results)]
     rows: list[list[Cell]] = []
     for name, part in results[0].parts.items():
-        every = [parts[name] for parts in parts_of_students]
-        points = [each.points for each in every if each.points is not None]
-        count = Counter(each.outcome for each in every)
+        answers = [parts[name] for parts in parts_of_students]
+        points = [answer.points for answer in answers if answer.points is not None]
+        count = Counter(answer.outcome for answer in answers)
         mean = round(sum(points) / len(points), 4) if points else None
         rows.append([name, part.max_points, mean, *(float(count[outcome]) for outcome in OUTCOMES)])
     return header, rows
@@ -62,8 +62,8 @@ def _fill_sheet(
 ) -> None:
     for column, name in enumerate(header):
         cells = [row[column] for row in rows]
-        texts = [len(cell) for cell in cells if isinstance(cell, str)]
-        sheet.set_column(column, column, min(60, max([8, min(len(name), 14) + 2, *(length + 2 for length in texts)])))
+        widths = [len(cell) for cell in cells if isinstance(cell, str)]
+        sheet.set_column(column, column, min(60, max([8, min(len(name), 14) + 2, *(length + 2 for length in widths)])))
         sheet.write_string(0, column, printable(name), forms["head"])
         form = forms["percent" if name == "percent" else "points"]
         for line, cell in enumerate(cells, 1):

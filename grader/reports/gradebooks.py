@@ -1,9 +1,8 @@
 """Write gradebooks that Canvas and Moodle import, following the code of their importers.
 
-Whose line is whose is said by the platform's own columns, where roster.csv is its export or has such columns; else by
-the roster's identifiers. A cell holds a mark that qdot or a person gave, and nothing else: what was not handed in, not
-readable or not graded has none. Sources: Canvas's lib/gradebook_importer.rb, Moodle's
-grade/import/csv/classes/load_data.php.
+Students are identified by the platform's own columns if roster.csv is its export or has such columns, otherwise by the
+roster's identifiers. A cell contains only a mark that qdot or a person gave; it is empty if work is missing, unreadable
+or ungraded. Sources: Canvas's lib/gradebook_importer.rb, Moodle's grade/import/csv/classes/load_data.php.
 """
 
 import csv
@@ -26,21 +25,21 @@ RESERVED = tuple(
     )
     for what in kinds
 )  # fmt: skip
-"""A column of Canvas whose title holds one of these is passed over, without a word."""
+"""Canvas silently ignores a column whose title contains one of these."""
 EXCUSED = "EX"
-"""Canvas's word for a student who need not hand in."""
+"""Canvas's word for a student who need not submit."""
 NO_GRADE = "-"
-"""Moodle's word for no grade; an empty cell is 0 where a new grade item is made."""
+"""Moodle's word for no grade; an empty cell would be 0 in a new grade item."""
 MOST = 100
-"""Moodle refuses higher grades, and with them the whole file, unless the site allows them."""
+"""The maximum grade: unless the site allows higher grades, Moodle refuses a whole file that contains one."""
 
 _SIMPLE = re.compile(r"[+-]?[\d .]*")
 
 
 def note_unmarked(_: Assignment, results: Sequence[Result]) -> list[str]:
-    """Return a note on students whose cell holds no mark, and why."""
-    without = [f"{result.student} ({status(result)})" for result in results if not is_marked(result)]
-    return [f"no mark for {', '.join(without)}"] if without else []
+    """Return a note on the students without a mark, with the reasons."""
+    unmarked = [f"{result.student} ({status(result)})" for result in results if not is_marked(result)]
+    return [f"no mark for {', '.join(unmarked)}"] if unmarked else []
 
 
 # --- Canvas ---
@@ -51,13 +50,13 @@ CANVAS_COLUMNS = {
     "SIS Login ID": ("sis login id", "login id"),
     "Section": ("section",),
 }
-"""Columns of a roster of one's own that Canvas knows; `id` alone may be anybody's number."""
+"""Canvas's columns with their names in an instructor's own roster; `id` is left out because it is ambiguous."""
 
 
 def make_canvas_csv(assignment: Assignment, results: Sequence[Result]) -> str:
     """Return the CSV that Canvas imports. Raises QdotError if its importer would ignore the marks.
 
-    An assignment that Canvas has is called as in the export, with its number; students who are excused there stay so.
+    If Canvas already has the assignment, its column has the same title as in the export. Excused students stay excused.
     """
     title = _title(assignment)
     word = next((word for word in RESERVED if word in title), None)
@@ -68,37 +67,37 @@ def make_canvas_csv(assignment: Assignment, results: Sequence[Result]) -> str:
     points = format_points(results[0].max_score)
     book = assignment.gradebook
     if book is not None and book.platform == CANVAS:
-        head, students = _of_export(book, title, points)
+        header, students = _of_export(book, title, points)
     else:
-        head, students = _of_roster(assignment.roster, title)
-    rows = [head, [f"    {POINTS}", *[""] * (len(head) - 2), points]]
+        header, students = _of_roster(assignment.roster, title)
+    rows = [header, [f"    {POINTS}", *[""] * (len(header) - 2), points]]
     for result in results:
-        identity, before = students[result.student]
-        excused = before.strip().upper() == EXCUSED
-        rows.append([*_escape_cells(identity), EXCUSED if excused else _mark_text(result)])
+        identity, earlier_cell = students[result.student]
+        is_excused = earlier_cell.strip().upper() == EXCUSED
+        rows.append([*_escape_cells(identity), EXCUSED if is_excused else _mark_text(result)])
     return _csv_text(rows)
 
 
 Identities = dict[str, tuple[Sequence[str], str]]
-"""By student: the cells by which Canvas knows them, and the cell of the assignment as it was."""
+"""By student: the cells by which Canvas identifies the student, and the previous cell of the assignment."""
 
 
 def _of_export(book: Gradebook, title: str, points: str) -> tuple[list[str], Identities]:
-    """Return the head of the table and its students as Canvas exported them."""
+    """Return the header of the table, and its students as in Canvas's export."""
     column = _column_of(book, title)
     if column is not None and book.points and _parse_number(book.points[column]) not in (None, _parse_number(points)):
         raise QdotError(
             f"canvas: {book.header[column]!r} has {book.points[column]} points in Canvas and {points} here; set one "
             "like the other (`points` in assignment.toml), so that marks mean the same"
         )
-    head = [*book.header[: book.identity], title if column is None else book.header[column]]
-    return head, {
+    header = [*book.header[: book.identity], title if column is None else book.header[column]]
+    return header, {
         student: (line[: book.identity], "" if column is None else line[column]) for student, line in book.lines.items()
     }
 
 
 def _of_roster(roster: Sequence[Student], title: str) -> tuple[list[str], Identities]:
-    """Return the head of the table and its students by the columns of the roster that Canvas knows."""
+    """Return the header of the table, and its students as identified by the roster's columns that Canvas knows."""
     cells = {student.id: dict(student.others) for student in roster}
     columns = {
         head: next((name for name in names if any(row.get(name, "").strip() for row in cells.values())), "")
@@ -137,10 +136,10 @@ def _parse_number(text: str) -> float | None:
 
 
 def make_moodle_csv(assignment: Assignment, results: Sequence[Result]) -> str:
-    """Return the CSV that Moodle imports: who, the points, and per cent of them.
+    """Return the CSV that Moodle imports: columns that identify students, the points, and the percentage.
 
-    A column that says who is left out unless it is filled in, and with another text, for everybody: with an empty cell
-    Moodle gives the mark to the student of the line above.
+    An identifying column is included only if every student has a different, non-empty text in it. If a cell is empty,
+    Moodle gives the mark to the student in the line above.
     """
     title = _title(assignment)
     highest = results[0].max_score
@@ -156,7 +155,7 @@ def make_moodle_csv(assignment: Assignment, results: Sequence[Result]) -> str:
 
 
 def _moodle_columns(assignment: Assignment) -> list[tuple[str, list[str]]]:
-    """Return the columns that identify students, by their heads; the names among them are for people."""
+    """Return the titles and cells of the columns that identify students, preceded by names for human readers."""
     roster, book = assignment.roster, assignment.gradebook
     if book is not None and book.platform == MOODLE:
         heads = {key: [name for name in book.header if name.lower() in MOODLE_COLUMNS[key]] for key in MOODLE_COLUMNS}
@@ -172,7 +171,7 @@ def _moodle_columns(assignment: Assignment) -> list[tuple[str, list[str]]]:
     return [
         *names,
         *(
-            [each for each in keys if _identifies_everybody(each[1])]
+            [column for column in keys if _identifies_everybody(column[1])]
             or [("student", [student.id for student in roster])]
         ),
     ]
@@ -188,7 +187,7 @@ def _keys_of_roster(roster: Sequence[Student]) -> Iterator[tuple[str, list[str]]
 
 
 def _identifies_everybody(values: Sequence[str]) -> bool:
-    """Tell whether Moodle identifies every student by these values; "0" is empty in PHP."""
+    """Return whether Moodle can identify every student by these values; "0" is empty in PHP."""
     texts = [value.strip() for value in values]
     return all(value not in ("", "0") for value in texts) and len({value.lower() for value in texts}) == len(texts)
 
@@ -205,13 +204,16 @@ def _mark_text(result: Result) -> str:
 
 
 def _escape_cells(cells: Sequence[str]) -> list[str]:
-    """Return cells that no spreadsheet takes for a formula, nor Canvas for its row of points; +49 170 is a number."""
+    """Return cells that spreadsheets don't parse as formulas, and that Canvas doesn't confuse with its row of points.
+
+    Cells such as +49 170, which can only be numbers, don't change.
+    """
     texts = [" ".join(cell.split()).replace(POINTS, POINTS.lower()) for cell in cells]
     return [text if _SIMPLE.fullmatch(text) else escape_formula(text) for text in texts]
 
 
 def _csv_text(rows: Sequence[Sequence[str]]) -> str:
-    """Return CSV: commas, decimal points, no byte order mark, each cell in one line."""
-    out = io.StringIO()
-    csv.writer(out, lineterminator="\n").writerows(rows)
-    return out.getvalue()
+    """Return rows as CSV with commas, decimal points and no byte order mark; each row is one line."""
+    table = io.StringIO()
+    csv.writer(table, lineterminator="\n").writerows(rows)
+    return table.getvalue()

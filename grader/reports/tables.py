@@ -1,4 +1,4 @@
-"""Write results.jsonl, with a line for each student, and grades.csv, a table for people."""
+"""Write results.jsonl, which has a line for each student, and grades.csv, a table for human readers."""
 
 import csv
 import io
@@ -14,38 +14,38 @@ from qdot.grader.grading.result import AppliedOverride, Result
 SUMS = ("score", "max_score", "percent", "status", "late_penalty", "override", "note")
 """The last columns of grades.csv."""
 FORMULA_BEGINS = tuple("=+-@\uff1d\uff0b\uff0d\uff20")
-"""With what a cell begins that a spreadsheet may take for a formula, the wide signs of East Asia among them."""
+"""First characters of a cell that a spreadsheet may parse as a formula, including East Asian full-width signs."""
 
 
 def results_jsonl(results: Sequence[Result]) -> bytes:
-    """Return a JSON object for each student, one a line, in UTF-8, which needs the least memory for a large class."""
-    out = io.BytesIO()
+    """Return a line of JSON for each student, as UTF-8 bytes, which need the least memory for a large class."""
+    content = io.BytesIO()
     for result in results:
         line = printable(json.dumps(as_json(result), ensure_ascii=False, allow_nan=False))
-        out.write(f"{line}\n".encode("utf-8", "replace"))
-    return out.getvalue()
+        content.write(f"{line}\n".encode("utf-8", "replace"))
+    return content.getvalue()
 
 
 Cell = str | float | None
-"""A text, a number, or nothing."""
+"""A cell of a table: a text, a number, or None if it is empty."""
 
 
 def grades_csv(results: Sequence[Result], roster: Sequence[Student]) -> str:
-    """Return the table: who, a column for each part, score, max_score, percent, status, late_penalty, override, note.
+    """Return grades.csv: columns that identify the student, a column for each part, and the columns in `SUMS`.
 
-    The parts less late_penalty are the score, unless the column override says that a person set the total. Without a
-    mark, score and percent are empty.
+    The score is the sum of the parts minus late_penalty, unless the column override shows that a person set the total.
+    Without a mark, score and percent are empty.
     """
-    out = io.StringIO()
-    writer = csv.writer(out, lineterminator="\n")
+    table = io.StringIO()
+    writer = csv.writer(table, lineterminator="\n")
     header, rows = grades_table(results, roster)
     writer.writerow(header)
     writer.writerows([_cell_text(name, cell) for name, cell in zip(header, row, strict=True)] for row in rows)
-    return out.getvalue()
+    return table.getvalue()
 
 
 def grades_table(results: Sequence[Result], roster: Sequence[Student]) -> tuple[list[str], list[list[Cell]]]:
-    """Return the names of the columns, and the cells of every student."""
+    """Return the names of the columns, and a row of cells for every student."""
     by_id = {student.id: student for student in roster}
     columns = [name for name, _ in roster[0].others]
     rows: list[list[Cell]] = []
@@ -69,27 +69,27 @@ def _cell_text(column: str, cell: Cell) -> str:
 
 
 def is_marked(result: Result, *, zero: bool = False) -> bool:
-    """Tell whether a student has a mark for a gradebook: from qdot for work that it could grade, or from a person.
+    """Return whether a student has a mark for a gradebook, from qdot or from a person.
 
-    With `zero`, the 0 of what is missing or unusable is a mark, too; what qdot could not grade never has one.
+    If `zero` is True, missing or unusable work also has a mark, which is 0. Work that qdot failed to grade has none.
     """
-    by_hand = count_overridden(result) > 0
-    return (graded := status(result)) in ("graded", "late") or (graded not in NO_MARK and (zero or by_hand))
+    is_overridden = count_overridden(result) > 0
+    return (state := status(result)) in ("graded", "late") or (state not in NO_MARK and (zero or is_overridden))
 
 
 NO_MARK = ("ungraded", "over limit")
-"""States of work that has no mark before a person has set one."""
+"""States of work that has no mark until a person sets one."""
 
 
 def status(result: Result) -> str:
-    """Return the state of a student's work in a word.
+    """Return the state of a student's work.
 
-    "missing": nothing handed in; "unusable": no notebook of this assignment; "over limit": it takes more to be graded
-    than a limit allows; "ungraded": qdot failed; "late"; "graded".
+    "missing": nothing was submitted; "unusable": there is no notebook of this assignment; "over limit": grading exceeds
+    a limit; "ungraded": qdot failed; "late"; "graded".
     """
-    without = [part for part in result.parts.values() if part.points is None]
-    if without and result.override is None:
-        return "over limit" if all(part.over_limit for part in without) else "ungraded"
+    ungraded_parts = [part for part in result.parts.values() if part.points is None]
+    if ungraded_parts and result.override is None:
+        return "over limit" if all(part.over_limit for part in ungraded_parts) else "ungraded"
     if result.submission is None:
         return "missing"
     if result.obstacle is not None:
@@ -98,12 +98,12 @@ def status(result: Result) -> str:
 
 
 def describe_overrides(result: Result) -> list[str]:
-    """Return the points that a person set, in words for the staff."""
+    """Return a description for the staff of each override of a result."""
     return [_describe_override(name, override) for name, override in result.overrides.items()]
 
 
 def count_overridden(result: Result) -> int:
-    """Return how many marks a person set, of parts and in total."""
+    """Return the number of marks that a person set, for parts or for the total."""
     return sum(override.points is not None for override in result.overrides.values())
 
 
@@ -116,7 +116,7 @@ def _describe_override(name: str, override: AppliedOverride) -> str:
 
 
 def list_group_notes(result: Result) -> list[str]:
-    """Return the groups of answers for which overrides.csv sets or explains parts, in words for the staff."""
+    """Return a note for the staff on each override that applies to a group of equal wrong answers."""
     return [
         f"overrides.csv {'explains' if override.points is None else 'sets'} the group {override.group}"
         for override in result.overrides.values()
@@ -125,7 +125,7 @@ def list_group_notes(result: Result) -> list[str]:
 
 
 def _late_penalty(result: Result) -> float | None:
-    """Return the points taken off for lateness; None if none are."""
+    """Return the points deducted for lateness; None if there are none."""
     late = result.late
     if late is None or not late.penalty:
         return None
@@ -135,12 +135,12 @@ def _late_penalty(result: Result) -> float | None:
 
 
 def list_staff_notes(result: Result) -> list[str]:
-    """Return what the staff should know of a submission: why it is unusable, whose notebook it is, …"""
-    unusable = [result.obstacle] if result.obstacle is not None and status(result) == "unusable" else []
-    return [*unusable, *result.staff_notes]
+    """Return the notes on a submission for the staff, for example why it is unusable or whose notebook it is."""
+    obstacles = [result.obstacle] if result.obstacle is not None and status(result) == "unusable" else []
+    return [*obstacles, *result.staff_notes]
 
 
 def escape_formula(text: str) -> str:
-    """Escape a text so that no spreadsheet takes it for a formula, and no terminal for a command."""
+    """Return a text escaped so that no spreadsheet parses it as a formula, and no terminal as a command."""
     text = printable(text)
     return f"'{text}" if text.lstrip()[:1] in FORMULA_BEGINS else text
