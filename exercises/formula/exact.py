@@ -1,22 +1,22 @@
 """Decide exactly whether two expressions are the same rational function of lengths, sines and cosines.
 
-Put w = exp(i theta / 8) for every angle. Sines and cosines of angles, of sums, halves, quarters and eighths of angles,
-and of multiples of half a degree added to them, are then quotients of polynomials in the w, with coefficients in the
-field of the 1440th roots of unity; and so are sums, products, quotients and whole powers of them and of symbols. Two
-such functions n1/d1 and n2/d2 are the same where N = n1 d2 - n2 d1 is the zero polynomial.
+Let w = exp(i theta / 8) for every angle theta. Take sines and cosines of angles, of sums, halves, quarters and eighths
+of angles, and of these plus multiples of half a degree. They are quotients of polynomials in the w, with coefficients
+in the field of the 1440th roots of unity. So are sums, products, quotients and integer powers of them and of symbols.
+Two such functions n1/d1 and n2/d2 are equal if and only if N = n1 d2 - n2 d1 is the zero polynomial.
 
-Modulo a prime p = 1 (mod 1440) there are 1440th roots of unity among the whole numbers, so that the functions can be
-evaluated without any rounding. A prime and a root are drawn from the system's randomness, for some answers at a time,
-and a point once the answer is known. Where the two values differ, so do the functions, for certain. If N is not zero,
-they agree all the same
+Modulo a prime p = 1 (mod 1440) the integers contain 1440th roots of unity, so that the functions can be evaluated
+without rounding. A prime and a root are chosen by the system's random generator for several answers at a time; a point
+is chosen after the answer is known. If the two values differ, the functions differ for certain. If N is not zero, the
+values can still agree in two cases:
 
-  - if the prime ideal of p that belongs to the root divides a coefficient of N that is not zero. That is a whole number
-    of the field, of a norm of at most 2^(384 height), height being the binary logarithm of the sum of the sizes of all
-    coefficients: at most 384 height / 80 of 384 PRIMES ideals divide it;
-  - or if the point is a zero of N modulo p: a part degree / (p - 1) of all points, at most (Schwartz, Zippel).
+  - The prime ideal of p that belongs to the root divides a nonzero coefficient of N. The coefficient is an algebraic
+    integer of norm at most 2^(384 height), where height is the binary logarithm of the sum of the sizes of all
+    coefficients. At most 384 height / 80 of the 384 PRIMES ideals divide it.
+  - The point is a zero of N modulo p. At most a share degree / (p - 1) of all points are zeros (Schwartz, Zippel).
 
-The sum of the two is the chance of accepting a wrong answer; points are drawn until it is below 1e-15. Degree and
-height are those of both texts as they are written: nothing is expanded. A bare angle, and pi, are algebraically
+The sum of the two bounds the chance of accepting a wrong answer; points are added until it is below 1e-15. Degree and
+height are computed from both texts as typed, without expanding anything. A bare angle and pi are algebraically
 independent of the w, so that they are symbols like any other.
 """
 
@@ -73,13 +73,13 @@ Op = tuple[str, tuple[int, ...], Any]
 
 @dataclass(frozen=True)
 class ModularProgram:
-    """The steps of a program modulo a prime, each with its size; None for steps that can't be evaluated so."""
+    """The steps of a program modulo a prime, each with its size; None for steps that can't be evaluated this way."""
 
     steps: tuple[tuple[Op, Size] | None, ...]
     outputs: tuple[int, ...]
 
     def size(self, entry: int) -> Size | None:
-        """Return the size of a result; None unless it is a rational function, as far as can be seen from the text."""
+        """Return the size of a result; None unless its text shows that it is a rational function."""
         step = self.steps[self.outputs[entry]]
         return None if step is None else step[1]
 
@@ -90,7 +90,7 @@ _LARGEST = 1e15
 
 
 def modular_program(program: Program, fixed: Mapping[str, Fraction | None]) -> ModularProgram:
-    """Return a program modulo a prime; `fixed` maps names to numbers, or to None if they are no fractions."""
+    """Return a program for evaluation modulo a prime; `fixed` maps names to numbers, or to None if irrational."""
     steps = [_replace_fixed_name(step, fixed) for step in program.steps]
     angles = find_angles(steps)
     modular: list[tuple[Op, Size] | None] = []
@@ -124,8 +124,13 @@ def _plain_op(op: str, operands: tuple[int, ...], constant: Any, sizes: Sequence
         return (op, operands, None), _multiply_sizes(sizes[0], sizes[1] if op == "*" else _invert_size(sizes[1]))
     if op == "integer power":
         a, b, c, d = sizes[0] if constant >= 0 else _invert_size(sizes[0])
-        times = abs(constant)
-        return (op, operands, constant), (times * a, times * b, times * c, times * d) if constant else _NO_SIZE
+        exponent_size = abs(constant)
+        return (op, operands, constant), (
+            exponent_size * a,
+            exponent_size * b,
+            exponent_size * c,
+            exponent_size * d,
+        ) if constant else _NO_SIZE
     return None
 
 
@@ -140,14 +145,14 @@ _TRIGONOMETRIC = frozenset({"sin", "cos", "tan", "cot", "sec", "csc", "exp"})
 
 
 def _trigonometric_op(op: str, angle: FoundAngle | None) -> tuple[Op, Size] | None:
-    """Return the step for a sine or the like of a real angle, or for an exponential of an imaginary one."""
+    """Return the step for a trigonometric function of a real angle, or for an exponential of an imaginary one."""
     if angle is None or angle[1] != (op == "exp"):
         return None
     phase = phase_of(angle[0])
     if phase is None:
         return None
     turns = sum(abs(power) for _, power in phase.powers)
-    if turns > _LARGEST:  # more than a double holds, it may be
+    if turns > _LARGEST:  # it may be too large for a double
         return None
     degree = float(turns)
     exponential, sine = (degree, 0.0, degree, 0.0), (2 * degree, 1.0, degree, 1.0)
@@ -156,7 +161,7 @@ def _trigonometric_op(op: str, angle: FoundAngle | None) -> tuple[Op, Size] | No
 
 
 _ROOTS = {2: ((1, 180), (1, -180)), 3: ((1, 120), (1, -120)), 5: ((1, 0), (2, 288), (2, -288))}
-"""Square roots of 2, 3 and 5 as sums of multiples of powers of the root of unity."""
+"""Square roots of 2, 3 and 5 as sums of terms (coefficient, power of the root of unity)."""
 
 
 def _root_op(angle: FoundAngle | None) -> tuple[Op, Size] | None:
@@ -166,10 +171,10 @@ def _root_op(angle: FoundAngle | None) -> tuple[Op, Size] | None:
     number = angle[0].get("", Fraction(0))
     product = abs(number.numerator) * number.denominator
     roots = tuple(prime for prime in (2, 3, 5) if product and multiplicity(prime, product) % 2)
-    whole = isqrt(product // prod(roots))
-    if whole * whole * prod(roots) != product:
+    integer_root = isqrt(product // prod(roots))
+    if integer_root * integer_root * prod(roots) != product:
         return None
-    factor = Fraction(whole, number.denominator)
+    factor = Fraction(integer_root, number.denominator)
     size = (0.0, _log(factor.numerator) + 3.0 * len(roots), 0.0, _log(factor.denominator))
     return ("root", (), (factor, roots, ORDER // 4 if number < 0 else 0)), size
 
@@ -180,7 +185,7 @@ def _root_op(angle: FoundAngle | None) -> tuple[Op, Size] | None:
 class _Point:
     """Random values of names and of the w modulo the prime, each chosen when it is first used.
 
-    With `by_name`, a value depends on the name alone, so that all programs have the same point.
+    If `by_name`, a value depends on the name alone, so that all programs use the same point.
     """
 
     def __init__(self, field: Field, stream: Stream, by_name: bool = False) -> None:
@@ -213,7 +218,7 @@ def _inverse(value: int, prime: int) -> int:
 
 
 def run(program: ModularProgram, point: _Point) -> list[int | None]:
-    """Return the results modulo the prime; None for results that are undefined there or no rational function."""
+    """Return the results modulo the prime; None for results that are undefined there or not rational functions."""
     values: list[int | None] = []
     for step in program.steps:
         value = None
@@ -256,13 +261,13 @@ def _trigonometric_value(op: str, phase: int, field: Field) -> int:
     if op == "exp":
         return phase
     prime, i = field.prime, field.power(ORDER // 4)
-    back = pow(phase, -1, prime)
-    sine, cosine = (back - phase) * i, phase + back  # twice of each
-    above, below = {
+    inverse_phase = pow(phase, -1, prime)
+    sine, cosine = (inverse_phase - phase) * i, phase + inverse_phase  # each times 2
+    numerator, denominator = {
         "sin": (sine, 2), "cos": (cosine, 2), "tan": (sine, cosine),
         "cot": (cosine, sine), "sec": (2, cosine), "csc": (2, sine),
     }[op]  # fmt: skip
-    return above * _inverse(below, prime)
+    return numerator * _inverse(denominator, prime)
 
 
 # --- comparison ---
@@ -275,7 +280,7 @@ TRIES = 6
 
 @dataclass(frozen=True)
 class Exact:
-    """Whether two results are the same function (None: not decided), after how many points, and the bound if so."""
+    """Whether two results are the same function (None: undecided), the number of points, and the error bound."""
 
     equal: bool | None = None
     points: int = 0
@@ -283,7 +288,7 @@ class Exact:
 
 
 def chance(student: Size, reference: Size, bits: int = BITS, choices: float = PRIMES) -> float:
-    """Return the greatest chance that two functions that differ agree at one random point."""
+    """Return a bound on the chance that two different functions agree at one random point."""
     degree = max(student[0] + reference[2], student[2] + reference[0])
     height = _log_sum(student[1] + reference[3], student[3] + reference[1])
     return min(1.0, degree / 2.0**bits + max(height, 0.0) / bits / choices)
@@ -296,22 +301,24 @@ def compare(
     student: Program, reference: Program, fixed: Mapping[str, Fraction | None], seed: str,
     draw: Callable[[Stream], Field] | None = None,
 ) -> list[Exact]:  # fmt: skip
-    """Compare two programs result by result; `fixed` are the names that stand for numbers.
+    """Compare two programs result by result; `fixed` maps the names that stand for numbers to their values.
 
     A result that is undefined at every point differs from the reference. `seed` determines the points and all fields
-    after the first: if one is not enough, the next must be independent of it.
+    after the first, so that each further field is independent of the first.
     """
-    theirs = modular_program(student, fixed)
-    ours = theirs if student == reference else modular_program(reference, fixed)
+    student_modular = modular_program(student, fixed)
+    reference_modular = student_modular if student == reference else modular_program(reference, fixed)
     stream = Stream(f"{seed}/exact")
-    entries = [_Entry(theirs.size(k), ours.size(k)) for k in range(len(ours.outputs))]
+    entries = [
+        _Entry(student_modular.size(k), reference_modular.size(k)) for k in range(len(reference_modular.outputs))
+    ]
     for trial in range(TRIES):
         if not any(entry.is_open for entry in entries):
             break
         field = _SHARED.get() if trial == 0 and draw is None else (draw or draw_field)(stream)
         point = _Point(field, stream)
-        student_values = run(theirs, point)
-        reference_values = student_values if ours is theirs else run(ours, point)
+        student_values = run(student_modular, point)
+        reference_values = student_values if reference_modular is student_modular else run(reference_modular, point)
         for entry, student_value, reference_value in zip(entries, student_values, reference_values, strict=True):
             if entry.is_open:
                 entry.add_point(student_value, reference_value, field)
@@ -319,7 +326,7 @@ def compare(
 
 
 class _Entry:
-    """One result of both programs, and how they compared at the points so far."""
+    """One result of both programs, and its comparison at the points so far."""
 
     def __init__(self, student_size: Size | None, reference_size: Size | None) -> None:
         self.sizes = student_size and reference_size and (student_size, reference_size)
@@ -337,8 +344,8 @@ class _Entry:
             self.differs = True
         elif self.sizes is not None:
             self.same += 1
-            single = chance(*self.sizes, field.bits, field.choices)
-            self.bound = min(1.0, comb(self.tried, self.same) * single**self.same)
+            single_chance = chance(*self.sizes, field.bits, field.choices)
+            self.bound = min(1.0, comb(self.tried, self.same) * single_chance**self.same)
 
     def verdict(self) -> Exact:
         if self.sizes is None:
@@ -351,14 +358,14 @@ class _Entry:
 # --- the same function, known again ---
 
 PLACES = 2
-"""Points for a fingerprint: two different functions agree there with a chance of about 1 in 10^40."""
+"""Number of points for a fingerprint: two different functions agree at both with a chance of about 1 in 10^40."""
 
 
 def fingerprint_results(program: Program, seed: str) -> list[tuple[int | None, ...] | None]:
-    """Return numbers that identify each result: the same function has the same numbers, however it is written.
+    """Return numbers that identify each result: equal functions have equal numbers, whatever their texts.
 
     They are its values modulo a prime at points that depend on `seed` and on the names alone; None at a point where it
-    is undefined. There are none for what is no rational function of lengths, sines and cosines.
+    is undefined. The result is None for anything but a rational function of lengths, sines and cosines.
 
     >>> from qdot.exercises.formula.parser import read
     >>> from qdot.exercises.formula.program import compile_program

@@ -1,4 +1,4 @@
-"""What people bring along, turned into the plain text that the grammar reads: LaTeX, typography, units."""
+"""Convert LaTeX, typographic signs and units to the plain text that the grammar parses."""
 
 import re
 from collections import Counter
@@ -16,7 +16,7 @@ _LONG, _MANY = LIMITS["long"], LIMITS["many"]
 _LOOK_ALIKES = str.maketrans(
     VOCABULARY["look_alikes"] | {chr(ord(zero) + k): str(k) for zero in VOCABULARY["zeros"] for k in range(10)}
 )
-"""Digits of all scripts, wide signs of East Asian keyboards, spaces of typesetters, and marks that nobody sees."""
+"""ASCII equivalents of digits in all scripts, wide East Asian signs, typesetters' spaces and invisible marks."""
 _SUPERSCRIPT: dict[str, str] = VOCABULARY["superscripts"]
 _SUPERSCRIPTS = re.compile(f"[{''.join(_SUPERSCRIPT)}]+")
 _SIGNS = str.maketrans(VOCABULARY["signs"])
@@ -28,12 +28,12 @@ _UNITS: dict[str, str] = VOCABULARY["units"]
 
 
 def _pattern_of_units(units: Iterable[str]) -> str:
-    """Return what finds any of these units, also with blanks around its stroke, as in rad / s."""
+    """Return a regular expression for any of these units, also with spaces around the slash, as in rad / s."""
     return "|".join(re.escape(unit).replace("/", " ?/ ?") for unit in sorted(units, key=len, reverse=True))
 
 
 def _unit(written: str) -> str:
-    """Return a unit as the vocabulary has it."""
+    """Return a unit without spaces around its slash, as in the vocabulary."""
     return written.replace(" /", "/").replace("/ ", "/")
 
 
@@ -42,12 +42,13 @@ _UNIT_AT_END = re.compile(f"{VOCABULARY['patterns']['before_unit']}({_pattern_of
 _WHOLE, _BEFORE_WHOLE = VOCABULARY["whole_numbers"], tuple(VOCABULARY["before_whole_numbers"])
 
 _HABITS = [(habit["mark"], re.compile(habit["pattern"]), habit["meant"]) for habit in VOCABULARY["habits"]]
-"""What stands before the result, a unit in brackets behind it, degrees inside it, roots by their sign; each with what
-there must be in a text that has it, for the search takes longer."""
+"""Patterns for text before the result, a unit in brackets after it, degrees inside it, and root signs.
+
+Each comes with a mark that any matching text contains, because testing for the mark is faster than a search."""
 
 
 def plain(text: str, known: AbstractSet[str]) -> str:
-    r"""Return an answer in plain text; the names that are `known` are never taken for units.
+    r"""Return an answer in plain text; `known` names are never taken for units.
 
     >>> plain("½ a1² cos(30°) m", {"a1"})
     '(1/2) a1^(2) cos((30*pi/180))'
@@ -60,14 +61,14 @@ def plain(text: str, known: AbstractSet[str]) -> str:
     for mark, habit, meant in _HABITS:
         text = habit.sub(meant, text) if mark in text else text
     text = without_units(text, known)
-    latex = any(mark in text for mark in ("\\", "_{", "^{")) and len(text) <= _LONGEST_LATEX
-    if text.isascii() and not (latex or text[-1:] in ".;$" or text[-1:].isalpha() or "^" in text[-5:]):
+    is_latex = any(mark in text for mark in ("\\", "_{", "^{")) and len(text) <= _LONGEST_LATEX
+    if text.isascii() and not (is_latex or text[-1:] in ".;$" or text[-1:].isalpha() or "^" in text[-5:]):
         return _of_joints(text, known)
     text = _SUPERSCRIPTS.sub(lambda match: f"^({''.join(_SUPERSCRIPT[sign] for sign in match.group())})", text)
     text = _RATE_WITH_DOT.sub("qd", text).translate(_SIGNS)
-    if (framed := _DOLLARS.fullmatch(text)) is not None:
-        text = framed.group(2)
-    if latex:
+    if (math_in_dollars := _DOLLARS.fullmatch(text)) is not None:
+        text = math_in_dollars.group(2)
+    if is_latex:
         text = _LatexReader(_LATEX_TOKEN.findall(text)).read_until(())
     text = _of_joints(_END.sub("", text.rstrip(SPACES)), known)
     return _without_unit(without_units(text, known), known)
@@ -77,10 +78,10 @@ _RATES, _VECTORS = pattern("rate_as_derivative"), pattern("entry_of_vector")
 
 
 def _of_joints(text: str, known: AbstractSet[str]) -> str:
-    """Return a text with rates written as derivatives, and joints as the entries q[0] or q(1) of a vector, by name.
+    """Return the text with names for rates typed as derivatives, and for entries of a joint vector, q[0] or q(1).
 
-    In brackets the first joint has the number 0, as in Python, or 1, as in Maple, where the last would be none of the
-    problem's; in parentheses 1, as in Matlab.
+    In brackets the first joint has the index 0, as in Python. It has the index 1, as in Maple, if the last index would
+    otherwise exceed the problem's joints. In parentheses it has the index 1, as in Matlab.
     """
     if "'" in text or ("/" in text and "t" in text):
         text = _RATES.sub(lambda match: f" qd{next(filter(None, match.groups()))} ", text)
@@ -89,11 +90,13 @@ def _of_joints(text: str, known: AbstractSet[str]) -> str:
 
     matches = _VECTORS.finditer(text) if "[" in text else ()
     indices = {int(match.group(2)) for match in matches if match.group(2)}
-    beyond = f"{max(indices, default=0) + 1}"
-    first = 0 if indices and 0 not in indices and known and not {f"theta{beyond}", f"d{beyond}"} & known else 1
+    last_number = f"{max(indices, default=0) + 1}"
+    first_number = (
+        0 if indices and 0 not in indices and known and not {f"theta{last_number}", f"d{last_number}"} & known else 1
+    )
 
     def name_entry(match: re.Match[str]) -> str:
-        number = int(match.group(2)) + first if match.group(2) else match.group(3)
+        number = int(match.group(2)) + first_number if match.group(2) else match.group(3)
         return f"{'q' if match.group(1) else 'qd'}{number}"
 
     return _VECTORS.sub(name_entry, text)
@@ -105,7 +108,7 @@ _NUMBER_IN_UNIT = re.compile(
 
 
 def without_units(text: str, known: AbstractSet[str]) -> str:
-    """Return a text without the units of its numbers, as in 0.5 rad/s, 30 cm; those of m are left to the grammar."""
+    """Return the text with the units of its numbers converted, as in 0.5 rad/s, 30 cm; the grammar handles m."""
 
     def replace_unit(match: re.Match[str]) -> str:
         unit = _unit(match.group(2))
@@ -121,7 +124,7 @@ _LENGTH_WITH_COMMA = re.compile(
 
 
 def with_points_of_lengths(text: str) -> str:
-    """Return a text with decimal points in lengths such as 0,2 m, whose comma can't separate two values.
+    """Return the text with decimal points in lengths such as 0,2 m, whose comma can't separate two values.
 
     >>> with_points_of_lengths("d3 = 0,2 m oder 20,5 cm, theta2 = 0,180°")
     'd3 = 0.2 m oder 20.5 cm, theta2 = 0,180°'
@@ -136,7 +139,7 @@ _NAMED_IN_UNIT = re.compile(
 
 
 def units_of_numbers(text: str) -> list[tuple[str, str, int]]:
-    """Return the units of numbers, each after the name before it (or "") and before the place where that begins.
+    """Return (name, unit, index) for each number with a unit: the name before it or "", and where the match begins.
 
     >>> units_of_numbers("qd1 = 0.5 rad/s, 118 mm/s")
     [('qd1', 'rad/s', 0), ('', 'mm/s', 16)]
@@ -156,15 +159,15 @@ _SYMBOLS_IN_A_ROW, _SIGNED_SYMBOL = pattern("symbols_in_a_row"), pattern("signed
 
 
 def _count_symbols(row: str, known: AbstractSet[str]) -> str:
-    """Return + a1 - a1 + a1 … with equal symbols counted: it is read in no time then, however long it is.
+    """Return + a1 - a1 + a1 … with equal terms counted, so that even a very long sum is parsed quickly.
 
-    The first may belong to a power or a product before it, the last to what follows.
+    The first and last terms stay, because they may belong to a power or product before or after the sum.
     """
     terms = _SIGNED_SYMBOL.findall(row)
-    inner = Counter(terms[1:-1])
-    if len(terms) < _MANY or not {name for _, name in inner} <= known:
+    inner_counts = Counter(terms[1:-1])
+    if len(terms) < _MANY or not {name for _, name in inner_counts} <= known:
         return row
-    sums = (f"{sign}{count}*{name}" for (sign, name), count in sorted(inner.items()))
+    sums = (f"{sign}{count}*{name}" for (sign, name), count in sorted(inner_counts.items()))
     return f"{''.join(terms[0])}{''.join(sums)}{''.join(terms[-1])}"
 
 
@@ -191,7 +194,7 @@ _HEIGHT, _SUM_OF_DIGITS = pattern("height_of_row"), pattern("sum_of_digits")
 
 
 class _LatexReader:
-    """Turns the tokens of a formula into plain text; what it does not know it leaves, for the grammar to complain."""
+    """Converts the tokens of a LaTeX formula to plain text; unknown tokens stay, so that the grammar reports them."""
 
     def __init__(self, tokens: list[str]) -> None:
         self.tokens, self.at, self.depth = tokens, 0, 0
@@ -205,38 +208,38 @@ class _LatexReader:
         return token
 
     def read_until(self, ends: tuple[str, ...]) -> str:
-        """Return the text up to one of the tokens, which is not read."""
+        """Return the text up to one of the tokens `ends`, which is not consumed."""
         self.depth += 1
-        out: list[str] = []
+        pieces: list[str] = []
         while self.at < len(self.tokens) and self.peek() not in ends and self.depth <= MAX_NESTING:
-            out.append(self.read_piece())
+            pieces.append(self.read_piece())
         self.depth -= 1
-        return "".join(out)
+        return "".join(pieces)
 
     def read_piece(self) -> str:
-        sign = self.take()
-        if sign[0] in SPACES:
+        symbol = self.take()
+        if symbol[0] in SPACES:
             return " "
-        if sign == "{":
+        if symbol == "{":
             inner = self.read_group()
-            return f"{{{inner}}}" if ":" in inner else f"({inner})"  # a dictionary of SymPy's, {\theta_2: [0, pi]}
-        if sign == "_":
+            return f"{{{inner}}}" if ":" in inner else f"({inner})"  # a SymPy dictionary, {\theta_2: [0, pi]}
+        if symbol == "_":
             return self.read_subscript()
-        if sign == "^":
+        if symbol == "^":
             return f"^({self.read_argument()})"
-        if sign in _LATEX["row_ends"] or sign == "&":
-            return self.read_row_end(sign)
-        return self.read_command(sign[1:]) if sign[0] == "\\" and len(sign) > 1 else sign
+        if symbol in _LATEX["row_ends"] or symbol == "&":
+            return self.read_row_end(symbol)
+        return self.read_command(symbol[1:]) if symbol[0] == "\\" and len(symbol) > 1 else symbol
 
     def read_row_end(self, sign: str) -> str:
-        r"""Return what stands between two statements for \\\\, or nothing where the next line goes on, as in & = b."""
+        r"""Return the separator of two statements for \\\\, or a space if the next line continues, as in & = b."""
         while self.peek() and (self.peek()[0] in SPACES or self.peek()[1:] in _LATEX["spaces"] or self.peek() == "&"):
             self.at += 1
-        goes_on = self.peek() in _GOES_ON or self.peek() == "\\end"
-        return " " if goes_on else " & " if sign == "&" else "; "
+        continues = self.peek() in _GOES_ON or self.peek() == "\\end"
+        return " " if continues else " & " if sign == "&" else "; "
 
     def read_subscript(self) -> str:
-        r"""Return what stands below: 12 of {1,2} and of {1+2}; c_{\theta_1+\theta_2} is of the sum."""
+        r"""Return a subscript as plain text: 12 for {1,2} and {1+2}, but (theta1+theta2) for {\theta_1+\theta_2}."""
         index = re.sub(f"[{SPACES},()]+", "", self.read_argument())
         index = index.replace("+", "") if _SUM_OF_DIGITS.fullmatch(index) else index
         if "+" in index or "-" in index:
@@ -244,13 +247,13 @@ class _LatexReader:
         return f"{index} " if re.search("[0-9]$", index) and self.peek()[:1].isalpha() else index  # a_1c \theta_1
 
     def read_group(self) -> str:
-        """Return what stands up to the closing brace, and pass that."""
+        """Return the text up to the closing brace, and consume the brace."""
         inner = self.read_until(("}",))
         self.at += 1
         return inner
 
     def read_argument(self) -> str:
-        """Return a group, or a single token instead; "" if there is none, or if groups are nested too deeply."""
+        """Return the next group or single token; "" if there is none, or if groups are nested too deeply."""
         while self.peek() and self.peek()[0] in SPACES:
             self.at += 1
         if self.at >= len(self.tokens) or self.depth > MAX_NESTING:
@@ -271,7 +274,7 @@ class _LatexReader:
             return f"(({self.read_argument()})/({self.read_argument()}))"
         if name in _LATEX["roots"]:
             return self.read_root()
-        if name in _LATEX["rates"]:  # of whichever joint variable has the index inside, or that follows
+        if name in _LATEX["rates"]:  # the rate of the joint whose variable follows
             variable = self.read_argument().strip(" ()")
             velocity = _LATEX["velocities"].get(name, {}).get(variable)
             index = re.search("[0-9]*$", variable)
@@ -306,7 +309,7 @@ class _LatexReader:
         return text
 
     def read_rows(self, close: str) -> str:
-        """Return the rows up to what closes them as nested lists, and pass that."""
+        """Return the rows up to the token `close` as nested lists, and consume that token."""
         rows: list[list[str]] = [[]]
         while self.at < len(self.tokens):
             rows[-1].append(self.read_until(("&", *_LATEX["row_ends"], close)).strip(SPACES))
@@ -319,7 +322,7 @@ class _LatexReader:
         return "[" + ", ".join(f"[{', '.join(row)}]" for row in rows if any(row)) + "]"
 
     def pass_height(self) -> None:
-        r"""Pass what says how far apart two rows are, as in \\\\[2pt]."""
+        r"""Skip the distance between two rows, as in \\\\[2pt]."""
         if self.peek() == "[" and _HEIGHT.match("".join(self.tokens[self.at : self.at + 12])):
             while self.take() != "]":
                 pass

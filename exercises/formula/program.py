@@ -1,9 +1,9 @@
-"""Evaluate expression trees at many points at once, with a bound on what rounding can have done.
+"""Evaluate expression trees at many points at once, with an estimate of the rounding error.
 
-A program is a list of steps in which equal sub-expressions occur once, and equal terms of a sum are counted, so that
+A program is a list of steps. Equal sub-expressions occur once, and equal terms of a sum are counted, so that
 a1 - a1 + a1 - a1 ... is one step. Every value comes with its *magnitude*, the size of the terms that were added to
-make it: rounding errors are of the order of 1e-16 times the magnitude, so that a difference can be judged against
-what cancels and not against what is left.
+obtain it. Rounding errors are of the order of 1e-16 times the magnitude. A difference can therefore be compared with
+the terms that cancel, not only with the sum that remains.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -17,7 +17,7 @@ import numpy as np
 from qdot.exercises.formula.trees import Node, names, no_scalar
 
 BRANCHING = frozenset({"sqrt", "abs", "sign", "asin", "acos", "atan", "acot", "atan2", "log", "power"})
-"""Functions that may agree with another on a part of the circle only; expressions with them need more points."""
+"""Functions with branches: two expressions may agree on a part of the circle only, so that they need more points."""
 
 Step = tuple[str, tuple[int, ...], Any]
 
@@ -31,7 +31,7 @@ class Program:
 
     @property
     def branches(self) -> bool:
-        """Whether a function with branches occurs."""
+        """Whether the program contains a function with branches."""
         return any(op in BRANCHING for op, _, _ in self.steps)
 
 
@@ -42,45 +42,45 @@ def compile_program(nodes: Sequence[Node]) -> Program:
 
     def add(step: Step) -> int:
         op, _, value = step
-        key = (op, value.numerator, value.denominator) if op == "number" else step  # a fraction is slow to be hashed
-        at = known.get(key)
-        if at is None:
-            at = known[key] = len(steps)
+        key = (op, value.numerator, value.denominator) if op == "number" else step  # hashing a fraction is slow
+        index = known.get(key)
+        if index is None:
+            index = known[key] = len(steps)
             steps.append(step)
-        return at
+        return index
 
     outputs = []
     for node in nodes:
-        done: list[int] = []
+        indices: list[int] = []
         stack: list[tuple[Node, tuple[Node, ...], tuple[int, ...], bool]] = [(node, *_parts(node), False)]
         while stack:  # no recursion: a long sum is a deep tree
-            top, args, signs, ready = stack.pop()
-            if not args:  # a leaf, and most nodes are
-                done.append(add(_step(top, ())))
-            elif ready:
-                taken = tuple(done[len(done) - len(args) :])
-                del done[len(done) - len(args) :]
-                done.append(add(_total(taken, signs) if signs else _step(top, taken)))
+            current, args, signs, is_ready = stack.pop()
+            if not args:  # a leaf, as most nodes are
+                indices.append(add(_step(current, ())))
+            elif is_ready:
+                operands = tuple(indices[len(indices) - len(args) :])
+                del indices[len(indices) - len(args) :]
+                indices.append(add(_total(operands, signs) if signs else _step(current, operands)))
             else:
-                stack.append((top, args, signs, True))
+                stack.append((current, args, signs, True))
                 stack.extend((arg, *_parts(arg), False) for arg in reversed(args))
-        outputs.append(done[0])
+        outputs.append(indices[0])
     return Program(tuple(steps), tuple(outputs))
 
 
 def _parts(node: Node) -> tuple[tuple[Node, ...], tuple[int, ...]]:
-    """Return the terms of a whole sum and their signs, or the operands of anything else and no signs."""
+    """Return the terms of a nested sum and their signs, or the operands of any other node and no signs."""
     if node.kind not in ("+", "-"):
         return node.args, ()
     terms, signs, stack = [], [], [(node, 1)]
     while stack:
-        top, sign = stack.pop()
-        if top.kind == "neg":
-            stack.append((top.args[0], -sign))
-        elif top.kind in ("+", "-"):
-            stack += [(top.args[1], sign if top.kind == "+" else -sign), (top.args[0], sign)]
+        current, sign = stack.pop()
+        if current.kind == "neg":
+            stack.append((current.args[0], -sign))
+        elif current.kind in ("+", "-"):
+            stack += [(current.args[1], sign if current.kind == "+" else -sign), (current.args[0], sign)]
         else:
-            terms.append(top)
+            terms.append(current)
             signs.append(sign)
     return tuple(terms), tuple(signs)
 
@@ -138,15 +138,15 @@ ValueAndSize = tuple[np.ndarray, np.ndarray]
 def evaluate(program: Program, values: Mapping[str, np.ndarray], points: int) -> tuple[np.ndarray, np.ndarray]:
     """Return values (complex) and magnitudes, each of shape (outputs, points), in double precision.
 
-    `values` gives every name at every point; a missing one is a KeyError. What overflows or is undefined is nan.
+    `values` maps every name to its values at the points; a missing name raises KeyError. Undefined values are nan.
     """
     return select_outputs(program, evaluate_steps(program, values, points))
 
 
 def evaluate_each(nodes: Sequence[Node], values: Mapping[str, np.ndarray], points: int) -> np.ndarray:
-    """Return the values of trees that share branches (the same objects), (trees, points), without magnitudes.
+    """Return the values (trees, points) of trees that share subtrees (the same objects), without magnitudes.
 
-    It is faster than a program if each of many trees is the same one with a single change.
+    This is faster than a program for many variants of one tree that differ in a single node.
     """
     known: dict[int, np.ndarray] = {}
 
@@ -162,7 +162,7 @@ def evaluate_each(nodes: Sequence[Node], values: Mapping[str, np.ndarray], point
 
 
 def evaluate_steps(program: Program, values: Mapping[str, np.ndarray], points: int) -> list[ValueAndSize]:
-    """Return value and magnitude of every step of a program, as `evaluate` does of the results."""
+    """Return the value and magnitude of every step of a program, as `evaluate` does for the results."""
     results: list[ValueAndSize] = []
     with np.errstate(all="ignore"):
         for step in program.steps:
@@ -173,21 +173,21 @@ def evaluate_steps(program: Program, values: Mapping[str, np.ndarray], points: i
 
 
 def select_outputs(program: Program, steps: list[ValueAndSize]) -> tuple[np.ndarray, np.ndarray]:
-    """Return values and magnitudes of the results among the steps."""
+    """Return the values and magnitudes of a program's results from those of all its steps."""
     return np.array([steps[i][0] for i in program.outputs]), np.array([steps[i][1] for i in program.outputs])
 
 
 def number_regions(evaluated: Sequence[tuple[Program, list[ValueAndSize]]], points: int) -> np.ndarray:
-    """Return a number for each point, equal where the operands of all branching functions have equal signs."""
-    number = np.zeros(points, dtype=np.int64)
+    """Return the number of each point's region, in which the operands of functions with branches keep their signs."""
+    region_numbers = np.zeros(points, dtype=np.int64)
     for program, steps in evaluated:
         branching = (operands for op, operands, _ in program.steps if op in BRANCHING)
         for value in (steps[i][0] for operands in branching for i in operands):
             with np.errstate(invalid="ignore"):
-                across = np.where(np.abs(value.imag) > 1e-9 * np.abs(value), np.sign(value.imag), 0)
-                signs = 3 * np.nan_to_num(np.sign(value.real)) + np.nan_to_num(across) + 4
-            number = np.unique(9 * number + signs.astype(np.int64), return_inverse=True)[1]
-    return number
+                imaginary_signs = np.where(np.abs(value.imag) > 1e-9 * np.abs(value), np.sign(value.imag), 0)
+                sign_numbers = 3 * np.nan_to_num(np.sign(value.real)) + np.nan_to_num(imaginary_signs) + 4
+            region_numbers = np.unique(9 * region_numbers + sign_numbers.astype(np.int64), return_inverse=True)[1]
+    return region_numbers
 
 
 def _value(step: Step, args: Sequence[Any], values: Mapping[str, np.ndarray], points: int) -> np.ndarray:
@@ -199,7 +199,7 @@ def _value(step: Step, args: Sequence[Any], values: Mapping[str, np.ndarray], po
     if op == "sum":
         terms = (count * arg for count, arg in zip(constant, args, strict=True))
         return sum(terms, np.zeros(points, dtype=complex))
-    if op in BRANCHING:  # -1 as -1 - 0j lies below the cut, and its root would be -i
+    if op in BRANCHING:  # -1 - 0j lies below the branch cut, and its root would be -i
         args = [arg + 0.0 for arg in args]
     if op == "integer power":
         return np.asarray(args[0] ** constant if constant > 0 else 1 / args[0] ** -constant)
@@ -207,7 +207,7 @@ def _value(step: Step, args: Sequence[Any], values: Mapping[str, np.ndarray], po
 
 
 def _magnitude(step: Step, value: np.ndarray, args: Sequence[ValueAndSize]) -> np.ndarray:
-    """Return the size of the terms that were added to make the value of a step."""
+    """Return the magnitude of a step's value: the size of the terms that were added to obtain it."""
     op, _, constant = step
     if not args:
         return np.abs(value)
@@ -245,10 +245,10 @@ def _as_float(number: Any) -> float:
 
 
 _LARGEST_EXPONENT = 1e5
-"""Beyond exp(1e5) a precise number costs memory without end (9**9**9**9); no answer of this field is that large."""
+"""Largest exponent in a precise evaluation; a larger number could use up all memory (9**9**9**9)."""
 
 _LARGEST_ANGLE = 1e60
-"""Beyond that, reducing an angle to one turn takes more digits than are carried."""
+"""Largest angle; reducing a larger one to a single turn would take more digits than are computed."""
 
 
 def _limit_argument(function: Callable[[Any], Any], largest: float) -> Callable[[Any], Any]:
@@ -256,8 +256,8 @@ def _limit_argument(function: Callable[[Any], Any], largest: float) -> Callable[
 
 
 def _trigonometric(function: Callable[[Any], Any]) -> Callable[[Any], Any]:
-    inside = _limit_argument(function, _LARGEST_ANGLE)
-    return lambda x: inside(x) if abs(mpmath.im(x)) < _LARGEST_EXPONENT else mpmath.nan
+    limited = _limit_argument(function, _LARGEST_ANGLE)
+    return lambda x: limited(x) if abs(mpmath.im(x)) < _LARGEST_EXPONENT else mpmath.nan
 
 
 def _power(x: Any, y: Any) -> Any:
@@ -307,7 +307,7 @@ def evaluate_precisely(program: Program, values: Mapping[str, Any], digits: int)
 
 DIGITS = 50
 SAME = 1e-40
-"""With that many digits, values are the same if they differ by less, relative to the size of the terms."""
+"""Values of DIGITS digits are equal if they differ by less than this, relative to the size of the terms."""
 
 
 def value_of(node: Node) -> Any:

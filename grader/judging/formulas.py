@@ -48,7 +48,7 @@ IMAGINARY = 1e-12
 def judge_expression(
     parsed: ParsedAnswer, reference: Node, domain: Domain, seed: str, rounding: Rounding | None = None
 ) -> Judgement:
-    """Judge a formula; `rounding` says how far off its decimals may be."""
+    """Judge a formula; `rounding` is the error allowed for its decimals."""
     if parsed.refusal is not None:
         return parsed.refusal
     comparison = compare_entries(parsed.entries, [reference], domain, seed, rounding)
@@ -60,22 +60,25 @@ def judge_expression(
 def judge_matrix(
     parsed: ParsedAnswer, reference: Matrix, domain: Domain, seed: str, rounding: Rounding | None = None
 ) -> Judgement:
-    """Judge a matrix or vector by entry.
+    """Judge a matrix or vector entry by entry.
 
-    The share is that of the right entries among those that are not zero in the reference, less the zeros that were
-    answered with something else: a matrix of zeros earns nothing.
+    The share is the number of correct entries, minus zeros that were answered with something else, divided by the
+    number of nonzero entries. Zeros don't count as correct entries, so that a matrix of zeros earns nothing.
     """
     if parsed.refusal is not None:
         return parsed.refusal
     expected = [entry for row in reference for entry in row]
     blanks = parsed.blanks
-    filled = [right if blank else entry for blank, entry, right in zip(blanks, parsed.entries, expected, strict=True)]
-    comparison = compare_entries(filled, expected, domain, seed, rounding)
+    filled_entries = [
+        expected_entry if blank else entry
+        for blank, entry, expected_entry in zip(blanks, parsed.entries, expected, strict=True)
+    ]
+    comparison = compare_entries(filled_entries, expected, domain, seed, rounding)
     return matrix_judgement(comparison, blanks, reference, unknown_symbols(parsed, domain))
 
 
 def matrix_judgement(comparison: Comparison, blanks: Sequence[bool], reference: Matrix, unknown: str = "") -> Judgement:
-    """Return the judgement on a matrix whose entries were compared; `unknown` tells of symbols that no one knows."""
+    """Return the judgement on a matrix whose entries were compared; `unknown` is a sentence on unknown symbols."""
     columns = len(reference[0])
     equal = [same and not blank for same, blank in zip(comparison.equal, blanks, strict=True)]
     is_zero = [entry.kind == "number" and not entry.value for row in reference for entry in row]
@@ -91,18 +94,26 @@ def matrix_judgement(comparison: Comparison, blanks: Sequence[bool], reference: 
 
 
 def _count(equal: Sequence[bool], blanks: Sequence[bool], is_zero: Sequence[bool], what: str = "entries") -> str:
-    """Say how many entries are right; entries that are zero in the reference don't count."""
+    """Return a sentence on the number of correct entries; entries that are zero in the reference don't count."""
     zeros = list(is_zero) if not all(is_zero) else [False] * len(is_zero)
-    right = sum(same and not zero for same, zero in zip(equal, zeros, strict=True))
+    correct_count = sum(same and not zero for same, zero in zip(equal, zeros, strict=True))
     total = len(zeros) - sum(zeros)
-    which = f"{total} {what} that are not zero" if any(zeros) else f"{total} {what}"
-    lost = count_spoiled_zeros(equal, zeros, blanks)
-    also = f", and {lost} that should be zero {'is' if lost == 1 else 'are'} not" if lost else ""
-    return f"{right} of {which} are right{also}" if total > 1 or lost else "it is not right"
+    description = f"{total} {what} that are not zero" if any(zeros) else f"{total} {what}"
+    spoiled_count = count_spoiled_zeros(equal, zeros, blanks)
+    spoiled_words = (
+        f", and {spoiled_count} that should be zero {'is' if spoiled_count == 1 else 'are'} not"
+        if spoiled_count
+        else ""
+    )
+    return (
+        f"{correct_count} of {description} are right{spoiled_words}"
+        if total > 1 or spoiled_count
+        else "it is not right"
+    )
 
 
 def _difference(comparison: Comparison, columns: int) -> str:
-    """Say where an entry differs, and by how much; "" if no answered entry does."""
+    """Return a sentence on the first entry that differs, with both values; "" if no answered entry differs."""
     example = comparison.certificate.counterexample
     if not isinstance(example, EntryDifference):
         return ""
@@ -111,29 +122,31 @@ def _difference(comparison: Comparison, columns: int) -> str:
 
 
 def unknown_symbols(parsed: ParsedAnswer, domain: Domain) -> str:
-    """Return a sentence on symbols that the problem does not have; "" if there are none."""
-    used = parsed.symbols - set(domain.roles)
-    if not used:
+    """Return a sentence on symbols in the answer that are unknown in the problem; "" if there are none."""
+    unknown = parsed.symbols - set(domain.roles)
+    if not unknown:
         return ""
-    if used <= set(VOCABULARY["units"]):
-        return f"leave out the unit {min(used)}: lengths are in metres, angles in radians"
-    listed = ", ".join(repr(name) for name in sorted(used)[:5])
-    known = ", ".join(sorted(domain.roles))
-    return f"{listed} {'is' if len(used) == 1 else 'are'} no symbol of this problem; known: {known}"
+    if unknown <= set(VOCABULARY["units"]):
+        return f"leave out the unit {min(unknown)}: lengths are in metres, angles in radians"
+    unknown_names = ", ".join(repr(name) for name in sorted(unknown)[:5])
+    known_names = ", ".join(sorted(domain.roles))
+    return f"{unknown_names} {'is' if len(unknown) == 1 else 'are'} no symbol of this problem; known: {known_names}"
 
 
 def judge_numbers(
     parsed: ParsedAnswer, reference: Sequence[float], units: Sequence[str], tolerance: float, floor: float
 ) -> Judgement:
-    """Judge numbers, each right within a relative tolerance (or the absolute floor, for values near zero).
+    """Judge numbers, each correct within a relative tolerance (or the absolute floor, for values near zero).
 
-    The share is that of a vector: numbers that are zero earn nothing.
+    The share is computed as for a vector: numbers that are zero earn nothing.
     """
     if parsed.refusal is not None:
         return parsed.refusal
     blanks = parsed.blanks
-    filled = [Node("name", value="E") if blank else entry for blank, entry in zip(blanks, parsed.entries, strict=True)]
-    values = evaluate(compile_program(filled), {}, 1)[0][:, 0]
+    filled_entries = [
+        Node("name", value="E") if blank else entry for blank, entry in zip(blanks, parsed.entries, strict=True)
+    ]
+    values = evaluate(compile_program(filled_entries), {}, 1)[0][:, 0]
     equal = [
         bool(np.isfinite(value) and abs(value - expected) <= max(tolerance * abs(expected), floor) and not blank)
         for value, expected, blank in zip(values, reference, blanks, strict=True)
@@ -141,11 +154,11 @@ def judge_numbers(
     if all(equal):
         judged = correct(Certificate("numeric", 1, 0.0), f"right to {100 * tolerance:g} %")
     else:
-        first, zeros = equal.index(False), [abs(right) <= floor for right in reference]
-        yours = "blank" if blanks[first] else number(complex(values[first]))
-        example = EntryDifference(first, {}, yours, float(f"{reference[first]:.4g}"))
-        difference = " was left blank" if blanks[first] else number_words(example, units[first])
-        reason = f"{_count(equal, blanks, zeros, 'numbers')}; number {first + 1}{difference}"
+        first_wrong, zeros = equal.index(False), [abs(expected_value) <= floor for expected_value in reference]
+        yours = "blank" if blanks[first_wrong] else number(complex(values[first_wrong]))
+        example = EntryDifference(first_wrong, {}, yours, float(f"{reference[first_wrong]:.4g}"))
+        difference = " was left blank" if blanks[first_wrong] else number_words(example, units[first_wrong])
+        reason = f"{_count(equal, blanks, zeros, 'numbers')}; number {first_wrong + 1}{difference}"
         share = share_of_entries(equal, zeros, blanks)
         judged = partial(float(share), reason, Certificate("numeric", 1, 0.0, example))
     return replace(judged, entries=tuple((same,) for same in equal))
@@ -154,10 +167,10 @@ def judge_numbers(
 def judge_direction(
     parsed: ParsedAnswer, reference: Sequence[Node], domain: Domain, seed: str, tolerance: float | None = None
 ) -> Judgement:
-    """Judge a vector, which is right if it is the reference times any factor other than zero.
+    """Judge a vector, which is correct if it is the reference times any nonzero factor.
 
-    Without `tolerance` both are formulas, equal up to the factor at every configuration; with it they are numbers, and
-    the unit vectors may differ by that much in length of their difference.
+    Without `tolerance` both are formulas that must be equal up to the factor at every configuration. With it they are
+    numbers, and `tolerance` is the largest allowed norm of the difference of the unit vectors.
     """
     if parsed.refusal is not None:
         return parsed.refusal
@@ -169,14 +182,14 @@ def judge_direction(
 
 
 def _judge_symbolic_direction(parsed: ParsedAnswer, reference: Sequence[Node], domain: Domain, seed: str) -> Judgement:
-    """Compare entry i times r_k with r_i times entry k, r_k being an entry of the reference that is not zero."""
+    """Judge a symbolic direction by comparing entry_i r_k with r_i entry_k, where reference entry r_k is not zero."""
     entries, zeros = parsed.entries, [ZERO] * len(reference)
     pivot = compare_entries(reference, zeros, domain, f"{seed}/pivot").equal.index(False)
     if all(compare_entries(entries, zeros, domain, f"{seed}/zero").equal):
         return wrong("the zero vector is no direction")
-    left = [Node("*", (entry, reference[pivot])) for entry in entries]
-    right = [Node("*", (entry, entries[pivot])) for entry in reference]
-    comparison = compare_entries(left, right, domain, seed)
+    student_products = [Node("*", (entry, reference[pivot])) for entry in entries]
+    reference_products = [Node("*", (entry, entries[pivot])) for entry in reference]
+    comparison = compare_entries(student_products, reference_products, domain, seed)
     if all(comparison.equal):
         return correct(comparison.certificate)
     certificate = _certificate_for_pivot(comparison.certificate, reference[pivot], entries[pivot], pivot)
@@ -184,15 +197,16 @@ def _judge_symbolic_direction(parsed: ParsedAnswer, reference: Sequence[Node], d
     entry, at = comparison.equal.index(False), ""
     if isinstance(example, EntryDifference):
         entry, at = example.entry, at_words(example.at)
-    off = "should be 0" if entry == pivot else f"does not have the right ratio to entry {pivot + 1}"
-    reason = f"not along the direction that is right: entry {entry + 1} {off}{at}"
+    problem = "should be 0" if entry == pivot else f"does not have the right ratio to entry {pivot + 1}"
+    reason = f"not along the direction that is right: entry {entry + 1} {problem}{at}"
     return wrong(unknown_symbols(parsed, domain) or reason, certificate)
 
 
 def _certificate_for_pivot(certificate: Certificate, expected: Node, answered: Node, pivot: int) -> Certificate:
-    """Return the certificate with the entry itself, and what it would have to be for the pivot as it was answered.
+    """Return the certificate with the student's entry and the value it should have for the pivot as answered.
 
-    Compared were both times the `expected` pivot. Where that vanishes, the student's own does not, and should.
+    The comparison multiplied both values by the `expected` pivot. If that is zero at the counterexample, the answered
+    pivot is not, so that the counterexample shows the pivot instead.
     """
     example = certificate.counterexample
     if not isinstance(example, EntryDifference):
@@ -201,7 +215,7 @@ def _certificate_for_pivot(certificate: Certificate, expected: Node, answered: N
         return certificate
     at = {name: np.array([value]) for name, value in example.at.items()}
     scale, value = (complex(pivots[0]) for pivots in evaluate(compile_program([expected, answered]), at, 1)[0])
-    if not scale:  # as -sin(theta1) is at 0, which is among the readable configurations
+    if not scale:  # e.g. -sin(theta1) at theta1 = 0, which is a possible readable value
         return replace(certificate, counterexample=EntryDifference(pivot, example.at, number(value), 0.0))
     values = tell_apart(example.yours / scale, example.expected / scale)
     return replace(certificate, counterexample=EntryDifference(example.entry, example.at, *values, pivot))
@@ -210,19 +224,19 @@ def _certificate_for_pivot(certificate: Certificate, expected: Node, answered: N
 def _judge_numeric_direction(parsed: ParsedAnswer, reference: Sequence[Node], tolerance: float) -> Judgement:
     if parsed.symbols:
         return wrong(f"numbers are due, and {', '.join(sorted(parsed.symbols)[:5])} is left in the answer")
-    typed, right = (evaluate(compile_program(list(nodes)), {}, 1)[0][:, 0] for nodes in (parsed.entries, reference))
+    typed, expected = (evaluate(compile_program(list(nodes)), {}, 1)[0][:, 0] for nodes in (parsed.entries, reference))
     if not np.all(np.isfinite(typed)) or np.any(np.abs(typed.imag) > IMAGINARY * np.abs(typed)):
         return wrong("an entry of the vector is not a finite real number")
     size = float(np.linalg.norm(typed.real))
     if size == 0.0:
         return wrong("the zero vector is no direction")
-    unit, target = typed.real / size, right.real / np.linalg.norm(right.real)
-    target = target * (1.0 if float(unit @ target) >= 0 else -1.0)
-    apart = float(np.linalg.norm(unit - target))
-    if apart <= tolerance:
+    unit_vector, target = typed.real / size, expected.real / np.linalg.norm(expected.real)
+    target = target * (1.0 if float(unit_vector @ target) >= 0 else -1.0)
+    distance = float(np.linalg.norm(unit_vector - target))
+    if distance <= tolerance:
         return correct(Certificate("numeric", 1, 0.0))
-    entry = int(np.abs(unit - target).argmax())
-    example = EntryDifference(entry, {}, float(f"{unit[entry]:.6g}"), float(f"{target[entry]:.4g}"))
+    entry = int(np.abs(unit_vector - target).argmax())
+    example = EntryDifference(entry, {}, float(f"{unit_vector[entry]:.6g}"), float(f"{target[entry]:.4g}"))
     reason = f"not along the direction that is right: scaled to length 1, entry {entry + 1}{number_words(example)}"
     return wrong(reason, Certificate("numeric", 1, 0.0, example))
 
@@ -235,37 +249,39 @@ def judge_singular(
     seed: str,
     rounding: Rounding | None = None,
 ) -> Judgement:
-    """Judge a set of singular configurations by what it contains.
+    """Judge a set of singular configurations by the configurations it contains.
 
-    The reference holds each condition: its values, or the condition itself. The share depends on how many conditions
+    The reference lists for each condition its values, or the condition itself. The share depends on how many conditions
     are found completely or in part, and on how many claimed conditions are not singular (`share_of_set`).
     """
     if parsed.refusal is not None or parsed.tree is None:
         return parsed.refusal or missing()
-    truth = [[piece for tree in condition for piece in parse_pieces(tree, joints)] for condition in reference]
+    reference_pieces = [
+        [piece for tree in condition for piece in parse_pieces(tree, joints)] for condition in reference
+    ]
     space = Space(joints, domain, rounding)
     try:
-        judged = _judge_set(parse_claims(with_joint(parsed.tree, joints), joints), truth, space, seed)
+        judged = _judge_set(parse_claims(with_joint(parsed.tree, joints), joints), reference_pieces, space, seed)
     except ReadError as error:
         return wrong(f"this can't be read as conditions: {error}")
-    if judged.outcome is Outcome.CORRECT or (together := combine_with_and(parsed.tree, joints)) is None:
+    if judged.outcome is Outcome.CORRECT or (combined := combine_with_and(parsed.tree, joints)) is None:
         return judged
     try:
-        is_better = _judge_set(parse_claims(together, joints), truth, space, seed).share > judged.share
+        is_better = _judge_set(parse_claims(combined, joints), reference_pieces, space, seed).share > judged.share
     except ReadError:  # too many cases
         return judged
     return replace(judged, reason=f"{OR}; {judged.reason}") if is_better else judged
 
 
 def judge_angles(parsed: ParsedAnswer, reference: Node, domain: Domain, seed: str) -> Judgement:
-    """Judge a set of angles against another, modulo whole turns."""
+    """Judge a set of angles, modulo 2 pi."""
     if parsed.refusal is not None or parsed.tree is None:
         return parsed.refusal or missing()
-    joint, inner = Node("name", value="angle"), Domain({**domain.roles, "angle": "angle"})
-    truth = [parse_pieces(Node("in", (joint, reference)), ["angle"])]
+    joint, angle_domain = Node("name", value="angle"), Domain({**domain.roles, "angle": "angle"})
+    reference_pieces = [parse_pieces(Node("in", (joint, reference)), ["angle"])]
     try:
         claimed = parse_claims(Node("in", (joint, parsed.tree)), ["angle"])
-        return _judge_set(claimed, truth, Space(["angle"], inner), seed, "angle")
+        return _judge_set(claimed, reference_pieces, Space(["angle"], angle_domain), seed, "angle")
     except ReadError as error:
         return wrong(f"this can't be read as a set of angles: {error}")
 
@@ -277,25 +293,29 @@ def _judge_set(
     seed: str,
     what: str = "singular configuration",
 ) -> Judgement:
-    truth = [piece for condition in conditions for piece in condition]
-    comparison = compare_sets(claimed, truth, space, seed)
+    reference_pieces = [piece for condition in conditions for piece in condition]
+    comparison = compare_sets(claimed, reference_pieces, space, seed)
     if comparison.equal and claimed:
         return correct(_set_certificate(comparison))
-    near = Space(space.joints, space.domain, ROUNDED) if comparison.rounded else space
-    counted = compare_sets(claimed, truth, near, seed) if comparison.rounded else comparison
-    # What is claimed beyond the truth must not earn what it happens to cover: only sound pieces count for the share.
-    sound = [piece for piece, held in zip(claimed, counted.sound, strict=True) if held]
-    matched = _count_matched(compare_sets(sound, truth, near, seed).covered, conditions)
-    claims = [(_joints_of(piece, space), held) for piece, held in zip(claimed, counted.sound, strict=True)]
-    true = {joints for joints, held in claims if held}
-    unsound = count_false_conditions([joints for joints, held in claims if held is False], true)
+    tolerant_space = Space(space.joints, space.domain, ROUNDED) if comparison.rounded else space
+    tolerant_comparison = (
+        compare_sets(claimed, reference_pieces, tolerant_space, seed) if comparison.rounded else comparison
+    )
+    # An unsound piece may happen to cover part of the reference; only sound pieces count for the share.
+    sound = [piece for piece, held in zip(claimed, tolerant_comparison.sound, strict=True) if held]
+    matched = _count_matched(compare_sets(sound, reference_pieces, tolerant_space, seed).covered, conditions)
+    claims = [(_joints_of(piece, space), held) for piece, held in zip(claimed, tolerant_comparison.sound, strict=True)]
+    true_joints = {joints for joints, held in claims if held}
+    unsound = count_false_conditions([joints for joints, held in claims if held is False], true_joints)
     share = share_of_set(matched, unsound, is_rounded=comparison.rounded)
-    reason = _set_reason(counted, space.joints, what)
+    reason = _set_reason(tolerant_comparison, space.joints, what)
     if comparison.rounded:
-        rounded = [piece for piece, held in zip(claimed, comparison.sound, strict=True) if not held and piece in sound]
-        at = compare_sets(rounded, truth, space, seed).surplus or {}
+        rounded_pieces = [
+            piece for piece, held in zip(claimed, comparison.sound, strict=True) if not held and piece in sound
+        ]
+        at = compare_sets(rounded_pieces, reference_pieces, space, seed).surplus or {}
         reason = f"right but for rounding{pose_words(at, space.joints)}; write {_EXACTLY}" + (reason and f"; {reason}")
-    if counted.surplus is not None and _are_degrees(claimed, truth, space, seed):
+    if tolerant_comparison.surplus is not None and _are_degrees(claimed, reference_pieces, space, seed):
         reason = f"these values are in degrees, and radians are due; {reason}"
     words = f"{_matched_words(matched, unsound)}; " if share else ""
     return partial(float(share), words + (reason or "no configuration is claimed"), _set_certificate(comparison))
@@ -310,24 +330,29 @@ def _joints_of(piece: Piece, space: Space) -> frozenset[str]:
 
 
 def _count_matched(covered: Sequence[bool | None], conditions: Sequence[Sequence[Piece]]) -> list[tuple[int, int]]:
-    """Return of each condition how many of its pieces are covered, of how many there are anywhere."""
+    """Return for each condition the number of covered pieces, and the number of pieces that aren't empty."""
     remaining = iter(covered)
     groups = ([held for held in islice(remaining, len(condition)) if held is not None] for condition in conditions)
     return [(sum(group), len(group)) for group in groups if group]
 
 
 def _matched_words(matched: Sequence[tuple[int, int]], unsound: int) -> str:
-    """Say of how many conditions everything is found, of how many some, and how many conditions don't hold."""
-    whole, in_part = sum(some == all_ for some, all_ in matched), sum(0 < some < all_ for some, all_ in matched)
-    conditions = f"{len(matched)} conditions {'is' if whole == 1 else 'are'}" if len(matched) > 1 else "1 condition is"
-    parts = f", {in_part} in part" if in_part else ""
+    """Return a phrase that counts the conditions found completely, those found in part, and the false ones."""
+    complete_count, partial_count = (
+        sum(found_count == expected_count for found_count, expected_count in matched),
+        sum(0 < found_count < expected_count for found_count, expected_count in matched),
+    )
+    conditions = (
+        f"{len(matched)} conditions {'is' if complete_count == 1 else 'are'}" if len(matched) > 1 else "1 condition is"
+    )
+    partial_words = f", {partial_count} in part" if partial_count else ""
     verb = "does" if unsound == 1 else "do"
-    false = f", {unsound} of the claimed conditions {verb} not hold" if unsound else ""
-    return f"{whole} of {conditions} found{parts}{false}"
+    false_words = f", {unsound} of the claimed conditions {verb} not hold" if unsound else ""
+    return f"{complete_count} of {conditions} found{partial_words}{false_words}"
 
 
 def by_joints(reference: Sequence[Node], joints: Sequence[str]) -> list[list[Node]]:
-    """Return conditions in groups that name the same joints, because it is not known which ones belong together."""
+    """Return the conditions grouped by the joints they contain, because their true grouping is unknown."""
     groups: dict[frozenset[str], list[Node]] = {}
     for tree in reference:
         groups.setdefault(frozenset(names(tree) & set(joints)), []).append(tree)
@@ -335,12 +360,12 @@ def by_joints(reference: Sequence[Node], joints: Sequence[str]) -> list[list[Nod
 
 
 def _are_degrees(claimed: Sequence[Piece], truth: Sequence[Piece], space: Space, seed: str) -> bool:
-    """Tell whether the values of all joints would be right if they were turned from degrees into radians."""
+    """Return whether all joint values would be correct after conversion from degrees to radians."""
     if any(atom.joint is None for piece in claimed for atom in piece):
         return False
     degree = Node("/", (Node("name", value="pi"), number_node(180)))
-    turned = [tuple(Atom(Node("*", (atom.zero, degree)), atom.joint) for atom in piece) for piece in claimed]
-    return False not in compare_sets(turned, truth, space, seed).sound
+    converted = [tuple(Atom(Node("*", (atom.zero, degree)), atom.joint) for atom in piece) for piece in claimed]
+    return False not in compare_sets(converted, truth, space, seed).sound
 
 
 def _set_certificate(comparison: SetComparison) -> Certificate:
