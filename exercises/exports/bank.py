@@ -1,4 +1,4 @@
-"""A bank of problems: several certified variants of each problem of an assignment, the same at every export."""
+"""Generates a bank of problems: several certified variants of each problem, the same at every export."""
 
 from collections.abc import Callable, Generator
 from contextlib import closing
@@ -20,18 +20,18 @@ from qdot.exercises.problem.record import digests
 Made = TypeVar("Made")
 
 PATIENCE = 10
-"""How many problems to sample for each one that is wanted, if a family has few that differ."""
+"""Maximum number of problems to generate for each variant, if a family has few that differ."""
 
 
 Work = Callable[[Order, Slot, Problem], Made]
-"""Turns a problem into what an export needs. It is pickled for other processes, so it is a function of a module."""
+"""A function that converts a problem for an export. It must belong to a module, to be pickled for other processes."""
 
 
 def bank(order: Order) -> Generator[Variant, None, None]:
     """Yield the variants of every slot in turn. A bank of 50 begins with the bank of 20.
 
-    They are generated from the assignment's secret: nobody can regenerate them without it, and students get the same
-    ones only by chance. Problems that fail their certificate are skipped. Raises QdotError if none passes.
+    They are generated from the assignment's secret, and nobody can regenerate them without it. Students get the same
+    problems only by chance. Problems that fail their certificate are skipped. Raises QdotError if none passes.
     """
     for variant, _ in process_bank(order, _add_nothing):
         yield variant
@@ -40,43 +40,43 @@ def bank(order: Order) -> Generator[Variant, None, None]:
 def process_bank(order: Order, work: Work[Made]) -> Generator[tuple[Variant, Made], None, None]:
     """Yield the variants of a bank, each with the result of `work`.
 
-    `work` runs in the process that has sampled and certified the problem: so the processes share the work evenly, and
-    each arm is derived only once.
+    `work` runs in the process that has generated and certified the problem. So the processes share the work evenly,
+    and each arm is derived only once.
     """
     for slot in order.assignment.slots:
         count, failed = 0, list[str]()
-        for problem, made in _distinct_problems(order, slot, work, failed):
+        for problem, work_result in _distinct_problems(order, slot, work, failed):
             count += 1
             order.each()
-            yield Variant(slot, count, problem), made
+            yield Variant(slot, count, problem), work_result
         if not count:
             raise _no_variant_error(slot, failed[0])
         if failed:
             order.note(f"{slot.name}: {len(failed)} draws did not pass, and others were taken; the first: {failed[0]}")
         if count < order.variants:
             number = "one such problem" if count == 1 else f"{count} such problems that differ"
-            varied = describe_variation(slot.family, slot.variation)
-            order.note(f"{slot.name}: {slot.family.name} has only {number} ({varied}), not {order.variants}")
+            variation_words = describe_variation(slot.family, slot.variation)
+            order.note(f"{slot.name}: {slot.family.name} has only {number} ({variation_words}), not {order.variants}")
         for _ in range(order.variants - count):
             order.each()
 
 
 def _add_nothing(order: Order, slot: Slot, problem: Problem) -> None:
-    """Add nothing to a problem."""
+    """Return nothing: the `work` of a plain bank."""
 
 
 def _distinct_problems(
     order: Order, slot: Slot, work: Work[Made], failed: list[str]
 ) -> Generator[tuple[Problem, Made], None, None]:
-    """Yield distinct problems that pass; append to `failed` what is wrong with the others."""
+    """Yield distinct problems that pass their certificate; append what is wrong with the others to `failed`."""
     seen: set[str] = set()
-    drawn = 0
-    while len(seen) < order.variants and drawn < PATIENCE * order.variants and (seen or len(failed) < DRAWS):
-        numbers = range(drawn, drawn + order.variants - len(seen))
-        drawn = numbers.stop
+    tried_count = 0
+    while len(seen) < order.variants and tried_count < PATIENCE * order.variants and (seen or len(failed) < DRAWS):
+        numbers = range(tried_count, tried_count + order.variants - len(seen))
+        tried_count = numbers.stop
         state = _WorkerState(order.without_callbacks, slot, work, set(seen))
-        with closing(ordered_map(_draw_candidate, numbers, order.jobs, keep_state, (state,))) as every:
-            for candidate in every:
+        with closing(ordered_map(_draw_candidate, numbers, order.jobs, keep_state, (state,))) as candidates:
+            for candidate in candidates:
                 if isinstance(candidate, str):
                     failed.append(candidate)
                 elif candidate is not None and candidate.known_by not in seen:
@@ -98,7 +98,7 @@ class _Candidate(Generic[Made]):
 
 @dataclass
 class _WorkerState(Generic[Made]):
-    """What a worker process knows: its task, and the problems that exist already, including its own."""
+    """The state of a worker process: its task, and the problems that exist already, including its own."""
 
     order: Order
     slot: Slot
@@ -107,19 +107,19 @@ class _WorkerState(Generic[Made]):
 
 
 def _draw_candidate(state: _WorkerState[Made], number: int) -> _Candidate[Made] | str | None:
-    """Return a problem that passes, with the result of `work`, or what is wrong with it; None if it exists already.
+    """Return a problem with the result of `work`, or what is wrong with the problem; None if it exists already.
 
-    A process works through its numbers in ascending order. So if two of them give the same problem, the caller sees
-    the one with a result first.
+    A process handles its numbers in ascending order. So if two numbers give the same problem, the caller first receives
+    the one with a result.
     """
     order, slot = state.order, state.slot
     make = partial(slot.problem, order.assignment.secret, f"bank/{number}")  # no student's identifier has a slash
-    tried = attempt(make, certify_by(order.failures))
-    if isinstance(tried, str):
-        return tried
-    problem = tried[0]
-    known_by = repr(as_json(digests(problem)))
-    if known_by in state.seen:
+    attempt_result = attempt(make, certify_by(order.failures))
+    if isinstance(attempt_result, str):
+        return attempt_result
+    problem = attempt_result[0]
+    fingerprint = repr(as_json(digests(problem)))
+    if fingerprint in state.seen:
         return None
-    state.seen.add(known_by)
-    return _Candidate(problem, known_by, state.work(order, slot, problem))
+    state.seen.add(fingerprint)
+    return _Candidate(problem, fingerprint, state.work(order, slot, problem))

@@ -1,4 +1,4 @@
-"""Where an answer is written on paper: a box to tick, a line with its unit, cells for entries, and working space."""
+"""Lays out the boxes for answers on paper: boxes to tick, lines with units, cells for entries, and working space."""
 
 import math
 import re
@@ -37,10 +37,10 @@ TICK = 2.2
 
 @dataclass(frozen=True)
 class Box:
-    """Where an answer is written: `working` mm of space, then rows of cells, or one cell per letter if `letters`.
+    """A box for an answer: `working` mm of space, then rows of cells, or one cell per letter if `letters`.
 
     If pages are filled up, the space is `packed` mm plus a share of the rest of the page, in proportion to `working`.
-    `height` is that of a row in mm. `labels` (LaTeX) stand before numbers or above letters, `units` after numbers.
+    `height` is the height of a row in mm. `labels` (LaTeX) are before numbers or above letters, `units` after numbers.
     """
 
     working: int
@@ -59,7 +59,7 @@ class Box:
 
     @property
     def cells_per_row(self) -> int:
-        """How many cells stand side by side."""
+        """The number of cells side by side."""
         return (2 if self.rows == 4 else min(self.rows, 3)) if self.is_numbers else self.columns
 
     @property
@@ -109,9 +109,9 @@ def options_of(problem: Problem, part: Part, share: float = 1.0) -> PaperOptions
         ]
     widest = max(map(_width, texts)) + TICK
     columns = max((count for count in (1, 2, 4) if count * widest <= share * EM and count <= len(texts)), default=1)
-    tall = isinstance(part.details, Options) and any(option.is_tall for option in part.details.offered)
-    if (tall or widest > share * EM) and all(re.fullmatch(r"\$[^$]*\$", text) for text in texts):
-        texts = [f"${text}$" for text in texts]  # made smaller, or broken
+    has_tall_option = isinstance(part.details, Options) and any(option.is_tall for option in part.details.offered)
+    if (has_tall_option or widest > share * EM) and all(re.fullmatch(r"\$[^$]*\$", text) for text in texts):
+        texts = [f"${text}$" for text in texts]  # as a block, it can be made smaller, or broken into lines
     offered = tuple(PaperOption(letter, text) for letter, text in zip(LETTERS, texts, strict=False))
     return PaperOptions(offered, columns, ticked=not answer.matched)
 
@@ -129,12 +129,12 @@ def share_that_fits(boxes: Sequence[Box], fixed: int, page: int) -> float:
 
     `fixed` is the height that can't shrink, in mm like all heights here.
     """
-    wanted = sum(box.working for box in boxes)
-    return 1.0 if not wanted else min(1.0, max(LEAST_SHARE, (page - fixed) / wanted))
+    working_space = sum(box.working for box in boxes)
+    return 1.0 if not working_space else min(1.0, max(LEAST_SHARE, (page - fixed) / working_space))
 
 
 def scale_working_room(box: Box, share: float) -> Box:
-    """Return a box with a share of its working space; a box with all of it keeps all when pages are filled up."""
+    """Return a box with a share of its working space; with share 1, it keeps all of it when pages are filled up."""
     packed = box.working if share == 1 else round(PACKED_SHARE * box.working)
     return replace(box, working=round(share * box.working), packed=packed)
 
@@ -161,7 +161,7 @@ def box_of(problem: Problem, part: Part, solution: str = "") -> Box | None:
     entries = [] if answer.is_in_numbers else list(answer.as_matrix())
     widest = max((width(parse_latex(tex(entry, problem.chain))) for entry in entries), default=0.0)
     lines = max(1, min(3, math.ceil(WRITTEN * widest * columns / PAGE)))
-    return Box(working, rows, columns, ROW + LINE * (lines - 1))  # all cells as high as the longest entry needs
+    return Box(working, rows, columns, ROW + LINE * (lines - 1))  # all cells are as high as the longest entry
 
 
 def _lines_of_numbers(problem: Problem, part: Part, answer: Number, working: int) -> Box:

@@ -1,4 +1,4 @@
-"""A quiz for Canvas as QTI 1.2: a group for every slot and question, from which each student gets one variant."""
+"""Exports a quiz for Canvas as QTI 1.2: a group for every slot and question, from which a student gets one variant."""
 
 from collections.abc import Generator, Sequence
 
@@ -17,7 +17,7 @@ from qdot.exercises.exports.markup import (
 from qdot.exercises.writing.render import render
 
 IMAGES = "%24IMS-CC-FILEBASE%24"
-"""Where Canvas puts the files of a package."""
+"""The folder in which Canvas stores the files of a package."""
 
 
 def export_canvas(order: Order) -> Generator[File, None, None]:
@@ -52,12 +52,12 @@ def _html(body: Sequence[str | Picture]) -> str:
 
 def _type(form: Choose | Match | Numeric) -> str:
     if isinstance(form, Choose):
-        several = "multiple_answers_question" if form.several else "multiple_choice_question"
-        return "true_false_question" if form.is_true_or_false else several
+        choice_type = "multiple_answers_question" if form.several else "multiple_choice_question"
+        return "true_false_question" if form.is_true_or_false else choice_type
     return "matching_question" if isinstance(form, Match) else "numerical_question"
 
 
 def _shares(count: int) -> list[str]:
-    """Return the percentage that each of so many stems is worth, to two decimals; they add up to 100."""
+    """Return the percentages of the points for `count` stems, to two decimals; they add up to 100."""
     share = round(100 / count, 2)
     return [f"{share:.2f}"] * (count - 1) + [f"{100 - share * (count - 1):.2f}"]

@@ -1,4 +1,4 @@
-"""What an export format is, and the order that it gets: an assignment and the number of variants of each problem."""
+"""Defines export formats, and the `Order` that they receive: an assignment and the number of variants per problem."""
 
 import io
 import tomllib
@@ -15,12 +15,12 @@ from qdot.exercises.common.errors import QdotError
 from qdot.exercises.problem.problem import Part, Problem
 
 SHEETS = ("handout", "exam", "key", "marking")
-"""Kinds of sheets: problems; problems with room to write; for the staff, short answers, and what wrong answers earn."""
+"""Kinds of sheets: problems; problems with writing space; short answers; points of wrong answers (both for staff)."""
 PAGES = ("a4", "letter")
 """Sizes of paper."""
 
 Earns = Callable[[Problem, Part, str], Fraction]
-"""Returns the share of a part's points that a typed answer earns."""
+"""A function that returns the share of a part's points that a typed answer earns."""
 
 
 def _refuse(failure: FailedSlot) -> None:
@@ -28,19 +28,19 @@ def _refuse(failure: FailedSlot) -> None:
 
 
 def _ignore(*_: object) -> None:
-    """Ignore a report. As a function of a module it can be pickled for other processes."""
+    """Ignore a report. Other processes can unpickle this function, because it belongs to a module."""
 
 
 @dataclass(frozen=True)
 class Order:
-    """What is to be exported: `variants` of each problem where a platform draws from a bank.
+    """A request for an export. If a platform picks problems from a bank, it gets `variants` of each problem.
 
-    On paper: the kind of `sheet` (of SHEETS), with or without worked `solutions`, for everybody on the roster or in
-    several `versions` without names, and the size of a `page` (of PAGES).
-    `failures` certifies a problem; no problem is exported without that. `each` is called after every variant or
-    student, `note` with messages to the staff, `left_out` for each student without a problem. `earns` asks the
-    grader what an answer earns, for marking sheets. `passing` is the share of the points needed to pass, if there is
-    one.
+    For paper: `sheet` is the kind of sheet (one of SHEETS), `solutions` adds worked solutions, and `page` is the paper
+    size (one of PAGES). Sheets are for everybody on the roster, or in several `versions` without names.
+    `failures` certifies a problem; a problem that fails is never exported. `each` is called after every variant or
+    student, `note` with messages to the staff, and `left_out` for each student without a problem. `earns` is the
+    grader's share of points for an answer, for marking sheets. `passing` is the share of the points needed to pass, if
+    there is one.
     """
 
     assignment: Assignment
@@ -58,7 +58,7 @@ class Order:
     passing: Fraction | None = None
 
     def tells(self, what: str) -> bool:
-        """Whether the assignment's feedback includes this level of FEEDBACK."""
+        """Return whether the assignment's feedback includes this level of FEEDBACK."""
         return FEEDBACK.index(what) <= FEEDBACK.index(self.assignment.feedback)
 
     @property
@@ -109,14 +109,14 @@ def robots(order: Order) -> list[str]:
 
 @dataclass(frozen=True)
 class ExportFormat:
-    """A form in which an assignment is handed out: `--to NAME`.
+    """An export format, selected by `--to NAME`.
 
-    `title` describes the files, `read_by` names the program that reads them, and `checked` what reads them in our
-    tests. The work is done once for every "variant", for every "student", or "once". `drawn_there` means that the
-    platform regenerates the problems from assignment.toml.
+    `title` describes the files, `read_by` names the program that reads them, and `checked` the program that reads them
+    in our tests. `per` says how often the work is done: for every "variant", for every "student", or "once".
+    `drawn_there` means that the platform regenerates the problems from assignment.toml.
 
-    Before anything is written, `check` raises QdotError for an order that is impossible on any machine, and `missing`
-    returns what is missing on this machine and how to get it, "" if nothing is.
+    Before anything is written, `check` raises QdotError for an order that no machine can carry out. `missing` returns
+    what this machine lacks and how to install it, or "".
     """
 
     name: str

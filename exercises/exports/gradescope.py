@@ -1,4 +1,4 @@
-"""Gradescope's autograder: a zip with the assignment, its secret and qdot itself, for the staff to upload.
+"""Exports an autograder for Gradescope: a zip with the assignment, its secret and qdot itself, for staff to upload.
 
 Students never see the zip. Their code runs in the same container, as another user and in the usual sandbox; the setup
 script makes the contents of the zip readable by root only.
@@ -19,14 +19,14 @@ def export_gradescope(order: Order) -> Generator[File, None, None]:
     notebooks = handouts(order)
     assignment = notebooks.assignment
     name, content = wheel()
-    about = {"title": assignment.title, "key": assignment.key, "wheel": name}
+    context = {"title": assignment.title, "key": assignment.key, "wheel": name}
     scripts = {"setup.sh": "exports/gradescope-setup.sh.j2", "run_autograder": "exports/gradescope-run.sh.j2"}
     private = dict(assignment_files(order)) | {SECRET_FILE: f"{assignment.secret}\n".encode()}
-    files: dict[str, str | bytes] = {path: render(template, **about) for path, template in scripts.items()}
+    files: dict[str, str | bytes] = {path: render(template, **context) for path, template in scripts.items()}
     files |= {f"assignment/{path}": data for path, data in private.items()}
     files |= {name: content, "versions.txt": versions()}
     modes = dict.fromkeys(scripts, 0o755) | {f"assignment/{path}": 0o600 for path in private}
     yield File("autograder.zip", archive(files, modes), private=True)
-    yield File("README.md", render("exports/gradescope-readme.md.j2", **about))
+    yield File("README.md", render("exports/gradescope-readme.md.j2", **context))
     for student, notebook in notebooks.all():
         yield File(f"students/{student.id}/{assignment.key}.ipynb", notebook)

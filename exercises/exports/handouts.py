@@ -1,4 +1,4 @@
-"""The notebooks that exports contain: those in released/ unchanged, and new ones for everybody else."""
+"""Collects the notebooks for an export: unchanged ones from released/, and new ones for the other students."""
 
 from collections.abc import Generator
 from dataclasses import dataclass
@@ -11,9 +11,9 @@ from qdot.exercises.exports.export_format import Order
 
 @dataclass(frozen=True)
 class Handouts:
-    """The notebooks of a class. `students` lists everybody who has one.
+    """The notebooks of a class. `students` lists the students who have a notebook.
 
-    `order.each` has already been called for everybody else, and for the students in `settled_now`.
+    `order.each` has already been called for the other students, and for the students in `settled_now`.
     """
 
     order: Order
@@ -32,11 +32,14 @@ class Handouts:
 
 
 def handouts(order: Order) -> Handouts:
-    """Record which problems the students have, before any file of the assignment is handed out or copied."""
-    new = [student.id for student in order.assignment.roster if not is_released(order.assignment, student.id)]
-    assignment, given_up = settle_problems(order.assignment, new, order.failures, order.jobs, order.each)
+    """Return the notebooks of a class, after recording regenerated problems in the assignment's folder.
+
+    Call this before copying any file of the assignment.
+    """
+    unreleased = [student.id for student in order.assignment.roster if not is_released(order.assignment, student.id)]
+    assignment, given_up = settle_problems(order.assignment, unreleased, order.failures, order.jobs, order.each)
     for failure in given_up:
         order.left_out(failure)
-    without = {failure.student for failure in given_up}
-    students = tuple(student for student in assignment.roster if student.id not in without)
-    return Handouts(order, assignment, students, frozenset(new))
+    left_out_students = {failure.student for failure in given_up}
+    students = tuple(student for student in assignment.roster if student.id not in left_out_students)
+    return Handouts(order, assignment, students, frozenset(unreleased))

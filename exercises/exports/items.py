@@ -1,6 +1,6 @@
-"""Quiz items, the common form of questions for all learning platforms: text, form of answer, and right answer.
+"""Makes quiz items, the common form of questions for all learning platforms: text, form of answer, correct answer.
 
-Texts are Markdown with LaTeX, figures stand between them. Platforms can't compare formulas, so items ask for their
+Texts are Markdown with LaTeX, with figures between them. Platforms can't compare formulas, so items ask for their
 values at a configuration (`exports.numbers`). `order.note` reports questions that can't be asked at all.
 """
 
@@ -29,14 +29,14 @@ from qdot.exercises.writing.problem_texts import hints, option_text, prompt, sta
 from qdot.exercises.writing.render import render
 
 MOST_WRONG = 6
-"""Most wrong values that are recognised for one number; more would be met by chance."""
+"""Maximum number of wrong values that are recognised for one number; with more, some would match by chance."""
 SHORT_QUESTIONS = ("singular-angles-choice", "singular-configurations", "singular-drawing")
-"""Questions asked instead of one for the set of singular configurations: the first that the arm allows."""
+"""Questions that replace one for the set of singular configurations; the first that applies to the arm is asked."""
 
 
 @dataclass(frozen=True)
 class Option:
-    """An option: its text, whether it is right, and the feedback for choosing it."""
+    """An option: its text, whether it is correct (`right`), and the feedback for choosing it."""
 
     text: str
     right: bool
@@ -45,7 +45,7 @@ class Option:
 
 @dataclass(frozen=True)
 class Choose:
-    """Options to choose one from, or `several`. They keep their order (`fixed`) if a figure shows their letters."""
+    """A choice of one option, or of `several`. If a figure shows the letters, the order is `fixed`."""
 
     kind: ClassVar = "options"
     options: tuple[Option, ...]
@@ -64,7 +64,7 @@ class Choose:
 
     @property
     def choices(self) -> tuple[tuple[str, str, Option], ...]:
-        """Each option with its letter, and its text with the letter; the text has it already, or none, if `fixed`."""
+        """Each option as (letter, text, option). The letter is put before the text, unless the options are `fixed`."""
         return tuple(
             (letter, option.text if self.fixed else f"{letter}. {option.text}", option)
             for letter, option in zip(LETTERS, self.options, strict=False)
@@ -73,9 +73,9 @@ class Choose:
 
 @dataclass(frozen=True)
 class Match:
-    """Stems (LaTeX) to match with options (plain text): `correct` has the option's index for each stem, from 0.
+    """Stems (LaTeX) to match with options (plain text). `correct` is the index of each stem's option, from 0.
 
-    Some options may belong to no stem.
+    An option may belong to no stem.
     """
 
     kind: ClassVar = "match"
@@ -90,7 +90,7 @@ class Match:
 
     @property
     def pairs(self) -> tuple[tuple[str, str, int], ...]:
-        """Each stem with its letter, its text with the letter that solutions refer to, and the index of its option."""
+        """Each stem as (letter, text after the letter, index of its option); solutions refer to the letters."""
         return tuple(
             (letter, f"{letter}. {stem}", index)
             for letter, stem, index in zip(LETTERS, self.stems, self.correct, strict=False)
@@ -99,7 +99,7 @@ class Match:
 
 @dataclass(frozen=True)
 class WrongValue:
-    """A value that a mistake leads to, the mistake's title, and the feedback for it."""
+    """A wrong value, with the title of the mistake that leads to it, and the feedback."""
 
     value: float
     tolerance: float
@@ -109,7 +109,7 @@ class WrongValue:
 
 @dataclass(frozen=True)
 class Field:
-    """A number to be typed: its name in LaTeX and in words, value, tolerance, unit, and known wrong values."""
+    """An input field for a number: its name in LaTeX and in words, value, tolerance, unit, and known wrong values."""
 
     label: str
     words: str
@@ -121,7 +121,7 @@ class Field:
 
 @dataclass(frozen=True)
 class Numeric:
-    """Numbers to be typed, in rows; entries that are not fields are shown as fixed text."""
+    """Input fields for numbers, in rows; entries that are not fields are shown as fixed text."""
 
     kind: ClassVar = "numbers"
     rows: tuple[tuple[Field | str, ...], ...]
@@ -139,10 +139,10 @@ class Numeric:
 
 @dataclass(frozen=True)
 class Item:
-    """A question as platforms ask it. `key` is unique and permanent; `category` is assignment, slot, question.
+    """A question for learning platforms. `key` is unique and permanent; `category` is assignment, slot, question.
 
-    `number` is the same question for platforms that take one number only: it asks for one of several numbers. It is
-    None if the item asks for at most one.
+    `number` is the same question for platforms that accept only one number: it asks for one of the item's numbers. It
+    is None if the item asks for at most one number.
     """
 
     key: str
@@ -157,10 +157,10 @@ class Item:
 
 
 def items(order: Order) -> Generator[Item, None, None]:
-    """Yield the parts of every variant as items, by slot and variant. Note once per slot what can't be asked."""
+    """Yield the parts of every variant as items, by slot and variant. Report once per slot what can't be asked."""
     noted: set[str] = set()
-    for variant, made in process_bank(order, _items_of):
-        for part, item in zip(variant.problem.parts, made, strict=True):
+    for variant, variant_items in process_bank(order, _items_of):
+        for part, item in zip(variant.problem.parts, variant_items, strict=True):
             if item is not None:
                 yield _add_variant_key(item, variant)
                 continue
@@ -171,7 +171,7 @@ def items(order: Order) -> Generator[Item, None, None]:
 
 
 def _items_of(order: Order, slot: Slot, problem: Problem) -> list[Item | None]:
-    """Return the parts of a problem as items; their keys and titles do not name the variant yet."""
+    """Return the parts of a problem as items, whose keys and titles do not name the variant yet."""
     return [_item(order, slot, problem, part) for part in problem.parts]
 
 
@@ -189,7 +189,7 @@ def items_without_hidden_solutions(order: Order) -> Generator[Item, None, None]:
 
 
 def group_by_category(items: Iterable[Item]) -> dict[tuple[str, str, str], list[Item]]:
-    """Return the items of each category, categories in order of appearance."""
+    """Return the items of each category, with the categories in order of appearance."""
     groups: dict[tuple[str, str, str], list[Item]] = {}
     for item in items:
         groups.setdefault(item.category, []).append(item)
@@ -197,7 +197,7 @@ def group_by_category(items: Iterable[Item]) -> dict[tuple[str, str, str], list[
 
 
 def _item(order: Order, slot: Slot, problem: Problem, part: Part) -> Item | None:
-    """Return a part of a problem as an item without its variant's number; None if it can't be asked."""
+    """Return a part of a problem as an item whose key does not name the variant yet; None if it can't be asked."""
     if part.answer.is_a_set:
         short = _ask_short_question(problem, part, order)
         if short is None:
@@ -233,7 +233,7 @@ def _item(order: Order, slot: Slot, problem: Problem, part: Part) -> Item | None
 
 
 def _ask_short_question(problem: Problem, part: Part, order: Order) -> Problem | None:
-    """Return a problem with a short question on singular configurations instead of one that asks for all of them."""
+    """Return the problem with a short question on singular configurations instead of the question for all of them."""
     for name in SHORT_QUESTIONS:
         question = ASKED[name]
         if question.refusal(problem.chain) is not None:
@@ -244,9 +244,9 @@ def _ask_short_question(problem: Problem, part: Part, order: Order) -> Problem |
         except RuntimeError:
             continue
         short = replace(problem, parts=(Part(name, name, answer, part.points, details=details),))
-        failed = order.failures(short)
-        if failed:
-            raise QdotError(f"{problem.id}: {name} does not pass its certificate: {failed[0]}; please report it")
+        failures = order.failures(short)
+        if failures:
+            raise QdotError(f"{problem.id}: {name} does not pass its certificate: {failures[0]}; please report it")
         return short
     return None
 
@@ -259,25 +259,25 @@ _TYPED = (
     (re.compile(r", in the joint variables and `[^.]*`"), ""),
     (re.compile(r", its last row `\[0, 0, 0, 1\]`"), ", its last row 0, 0, 0, 1"),
 )  # fmt: skip
-"""Phrases of prompts on how to type formulas, which are removed."""
+"""Phrases in prompts that explain how to type formulas, each with its replacement."""
 
 
 def question_alone(problem: Problem, part: Part) -> str:
-    """Return the prompt without options, and without how the answer is typed."""
+    """Return the prompt without its options and without instructions on how to type the answer."""
     return _ANSWER.sub("", _OPTION.sub("", prompt(problem, part))).strip()
 
 
 def entry_labels(problem: Problem, part: Part, shape: tuple[int, ...]) -> tuple[str, ...]:
     """Return LaTeX names of the entries of an answer, row by row."""
     chain, question, count = problem.chain, ASKED[part.kind], int(np.prod(shape))
-    named = question.entry_names(chain, part) or [tex(sp.Symbol(name), chain) for name in question.labels(chain)]
-    if len(named) == count:
-        return tuple(named)
+    entry_names = question.entry_names(chain, part) or [tex(sp.Symbol(name), chain) for name in question.labels(chain)]
+    if len(entry_names) == count:
+        return tuple(entry_names)
     return tuple(f"({index // shape[1] + 1}, {index % shape[1] + 1})" for index in range(count))
 
 
 def _options(problem: Problem, part: Part, tells_mistakes: bool) -> Choose | Match:
-    """Return the options of an answer in the form that platforms use."""
+    """Return the options of an answer as a choice, or as stems and options to match."""
     answer, texts = part.answer, [option_text(problem, part, index) for index in range(len(part.answer.offered))]
     if isinstance(answer, Matching):
         correct = [len(answer.items)] * len(texts)
@@ -330,38 +330,43 @@ def _field(part: Part, numeric_part: NumericPart, index: int, label: str, tells_
 
     value = float(numeric_part.values.ravel()[index])
     tolerance = tolerance_of(value)
-    taken, wrong_values = [(value, tolerance)], list[WrongValue]()
+    values_with_tolerance, wrong_values = [(value, tolerance)], list[WrongValue]()
     for title, advice, values in numeric_part.wrong if tells_mistakes else ():
         wrong_value = float(values.ravel()[index]) if values.shape == numeric_part.values.shape else np.nan
-        room = tolerance_of(wrong_value)
-        is_zero = abs(wrong_value) <= 1e-9 and not is_count  # to which many mistakes lead
-        is_new = all(abs(wrong_value - earlier) > room + allowed for earlier, allowed in taken)
+        wrong_tolerance = tolerance_of(wrong_value)
+        is_zero = abs(wrong_value) <= 1e-9 and not is_count  # many mistakes lead to zero
+        is_new = all(
+            abs(wrong_value - earlier) > wrong_tolerance + earlier_tolerance
+            for earlier, earlier_tolerance in values_with_tolerance
+        )
         if is_new and np.isfinite(wrong_value) and not is_zero:
-            taken.append((wrong_value, room))
-            wrong_values.append(WrongValue(wrong_value, room, title, advice))
+            values_with_tolerance.append((wrong_value, wrong_tolerance))
+            wrong_values.append(WrongValue(wrong_value, wrong_tolerance, title, advice))
     row, column = divmod(index, columns)
-    place = f"row {row + 1}, column {column + 1}" if columns > 1 else f"entry {row + 1}" if rows > 1 else ""
-    words = f"that in {place} of the matrix" if columns > 1 else f"${label}$ ({place})" if place else f"${label}$"
+    position = f"row {row + 1}, column {column + 1}" if columns > 1 else f"entry {row + 1}" if rows > 1 else ""
+    words = (
+        f"that in {position} of the matrix" if columns > 1 else f"${label}$ ({position})" if position else f"${label}$"
+    )
     return Field(label, words, value, tolerance, answer.units[index], tuple(wrong_values[:MOST_WRONG]))
 
 
 def _most_telling_field(problem: Problem, part: Part, fields: tuple[Field, ...]) -> Field:
-    """Return the field that distinguishes most mistakes; choose at random among several."""
-    asking = [field for field in fields if round(abs(field.value), 9) not in (0, 1)] or list(fields)
-    most = max(len(field.wrong) for field in asking)
-    best = [field for field in asking if len(field.wrong) == most]
+    """Return the field that distinguishes most mistakes; if several do, choose one at random."""
+    nontrivial_fields = [field for field in fields if round(abs(field.value), 9) not in (0, 1)] or list(fields)
+    max_mistakes = max(len(field.wrong) for field in nontrivial_fields)
+    best = [field for field in nontrivial_fields if len(field.wrong) == max_mistakes]
     return Stream(f"{problem.id}/{part.name}/one number").choice(best)
 
 
 def _numeric_question(
     problem: Problem, part: Part, numeric_part: NumericPart, fields: tuple[Field, ...], entries: int
 ) -> str:
-    """Return the question for some fields of an answer that has so many entries."""
+    """Return the question that asks for these fields of an answer with `entries` entries."""
     text = prompt(problem, part)
     answer_line = _ANSWER.search(text)
     convention = "" if answer_line is None or part.type in ("expression", "direction") else answer_line[1].strip()
-    for pattern, instead in _TYPED:
-        convention = pattern.sub(instead, convention)
+    for pattern, replacement in _TYPED:
+        convention = pattern.sub(replacement, convention)
     labels = entry_labels(problem, part, numeric_part.values.shape)
     return render(
         "exports/question.md.j2",

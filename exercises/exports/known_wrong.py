@@ -1,6 +1,6 @@
-"""Wrong answers that mistakes of the catalogue lead to, for platforms that compare submissions with fixed answers.
+"""Finds wrong answers that known mistakes lead to, for platforms that compare submissions with fixed answers.
 
-Each is proved to be wrong by the comparison that grades submissions, and differs from the others.
+The comparison that grades submissions has found each of them wrong. No two of them are the same.
 """
 
 from collections.abc import Iterable, Iterator
@@ -40,14 +40,14 @@ LONGEST_RAW = 20_000
 LEAST = 1e-9
 """Answers smaller than this are zero, and zero identifies no mistake."""
 TRIED = 3
-"""How many mistakes to write out for each one wanted, as some turn out too long."""
+"""Number of mistakes to try per wrong answer, because the answers of some are too long."""
 CLEARLY = 3
-"""A wrong number is off by at least this multiple of the tolerance."""
+"""A wrong number must differ by more than this multiple of the tolerance."""
 
 
 @dataclass(frozen=True)
 class KnownWrongAnswer:
-    """A wrong answer: the mistake and its sentence, the answer, and which of its entries are still right."""
+    """A wrong answer: the mistake and its sentence, the answer, and which of its entries are correct (`equal`)."""
 
     mistake: str
     title: str
@@ -84,7 +84,7 @@ def domain_of(problem: Problem) -> Domain:
 
 
 def _distinct_wrong_answers(right: np.ndarray, wrongs: Iterable[Wrong]) -> Iterator[Wrong]:
-    """Yield one wrong answer per mistake, in numbers: finite, of the right shape, and different from earlier ones."""
+    """Yield one numeric wrong answer per mistake: finite, of the expected shape, and different from earlier ones."""
     seen, mistakes = [right], set[str]()
     for wrong in wrongs:
         answer = wrong.answer
@@ -121,18 +121,18 @@ class _GenericMistake:
 
 @lru_cache(maxsize=512)
 def _wrong_in_numbers(subject: _Subject) -> tuple[Wrong, ...]:
-    """Return the mistakes that change the answer, in numbers."""
+    """Return the numeric wrong answers of the mistakes that change the answer."""
     generic, part = subject.generic, subject.part
     roles = classification.domain_of(generic).roles
     names = {*roles, *(rate.name for rate in generic.rates), *generic.task, *part.symbols}
-    drawn = Domain(roles).sample(names, READABLE + POINTS, Stream(f"known/{subject.kind}"))
-    w = numbers(generic, {name: values[READABLE:] for name, values in drawn.items()})
+    samples = Domain(roles).sample(names, READABLE + POINTS, Stream(f"known/{subject.kind}"))
+    w = numbers(generic, {name: values[READABLE:] for name, values in samples.items()})
     return tuple(_distinct_wrong_answers(result(w, part), wrong_answers(w, part)))
 
 
 @lru_cache(maxsize=2048)
 def _apply_mistake(subject: _Subject, index: int) -> _GenericMistake | None:
-    """Return the answer in formulas that a mistake leads to, None if it can't be written."""
+    """Return the formulas that a mistake leads to; None if they are too long or can't be simplified."""
     generic, part, wrong = subject.generic, subject.part, _wrong_in_numbers(subject)[index]
     changes = wrong.working.changes
     if all(stage == RESULT for stage, _ in changes):
@@ -144,12 +144,12 @@ def _apply_mistake(subject: _Subject, index: int) -> _GenericMistake | None:
         return None
     try:
         return _GenericMistake(wrong.mistake, wrong.sentence, formulas.applyfunc(tidy_entry))
-    except (TypeError, ValueError, BasePolynomialError):  # no trigonometric polynomial
+    except (TypeError, ValueError, BasePolynomialError):  # not a trigonometric polynomial
         return None
 
 
 def _for_this_arm(problem: Problem, part: Part, mistakes: Iterable[_GenericMistake]) -> Iterator[KnownWrongAnswer]:
-    """Yield the wrong answers with the numbers of this arm, if they are short and proved to be wrong."""
+    """Yield the wrong answers with the numbers of this arm, if they are short and grading finds them wrong."""
     reference, fill = part.answer.as_matrix(), derive(problem.chain).fill_matrix
     for mistake in mistakes:
         if mistake.answer is None:
@@ -166,10 +166,10 @@ def _for_this_arm(problem: Problem, part: Part, mistakes: Iterable[_GenericMista
 
 
 def same_entries(problem: Problem, first: sp.Matrix, second: sp.Matrix) -> tuple[bool, ...]:
-    """Return for each entry, row by row, whether grading would take both matrices for the same function there."""
+    """Return for each entry, row by row, whether grading considers the two matrices equal there."""
     domain = domain_of(problem)
-    left, right = ([read(text_of(entry), domain.roles) for entry in matrix] for matrix in (first, second))
-    return compare_entries(left, right, domain, f"known/{problem.id}").equal
+    first_nodes, second_nodes = ([read(text_of(entry), domain.roles) for entry in matrix] for matrix in (first, second))
+    return compare_entries(first_nodes, second_nodes, domain, f"known/{problem.id}").equal
 
 
 # --- numbers and sets ---
@@ -182,19 +182,22 @@ def _wrong_numbers(problem: Problem, part: Part, most: int) -> Iterator[KnownWro
     w = numbers(problem.chain, values)
     wrongs = _distinct_wrong_answers(result(w, part), wrong_answers(w, part))
     expected = [float(value) for value in part.answer.as_matrix()]
-    room = tolerances_of(part)
+    tolerances = tolerances_of(part)
     seen = [expected]
     for wrong in wrongs:
-        typed = [float(value) for value in wrong.answer[..., 0].ravel()]
-        if all(_is_off(typed, earlier, room) for earlier in seen) and len(seen) <= most:
-            seen.append(typed)
-            near = [abs(value - right) <= allowed for value, right, allowed in zip(typed, expected, room, strict=True)]
-            shown = sp.Matrix([sp.Rational(f"{value:.6g}") for value in typed])
-            yield KnownWrongAnswer(wrong.mistake.name, wrong.mistake.title, wrong.sentence, shown, tuple(near))
+        wrong_values = [float(value) for value in wrong.answer[..., 0].ravel()]
+        if all(_is_off(wrong_values, earlier, tolerances) for earlier in seen) and len(seen) <= most:
+            seen.append(wrong_values)
+            is_correct = [
+                abs(value - correct) <= tolerance
+                for value, correct, tolerance in zip(wrong_values, expected, tolerances, strict=True)
+            ]
+            rounded = sp.Matrix([sp.Rational(f"{value:.6g}") for value in wrong_values])
+            yield KnownWrongAnswer(wrong.mistake.name, wrong.mistake.title, wrong.sentence, rounded, tuple(is_correct))
 
 
 def _is_off(values: list[float], earlier: list[float], room: list[float]) -> bool:
-    return any(abs(a - b) > CLEARLY * allowed for a, b, allowed in zip(values, earlier, room, strict=True))
+    return any(abs(a - b) > CLEARLY * tolerance for a, b, tolerance in zip(values, earlier, room, strict=True))
 
 
 def tolerances_of(part: Part) -> list[float]:
@@ -203,22 +206,22 @@ def tolerances_of(part: Part) -> list[float]:
 
 
 def _wrong_sets(problem: Problem, part: Part) -> Iterator[KnownWrongAnswer]:
-    """Yield wrong sets with different conditions."""
+    """Yield wrong sets, one per mistake, all with different conditions."""
     answer = part.of(ConditionSet)
     seen, mistakes = [_conditions(answer)], set[str]()
-    for mistake, slip in mistaken_answers(problem.chain, part):
-        if isinstance(slip.answer, ConditionSet) and mistake.name not in mistakes:
-            conditions = _conditions(slip.answer)
+    for mistake, mistaken in mistaken_answers(problem.chain, part):
+        if isinstance(mistaken.answer, ConditionSet) and mistake.name not in mistakes:
+            conditions = _conditions(mistaken.answer)
             if conditions and conditions not in seen:
                 seen.append(conditions)
                 mistakes.add(mistake.name)
-                says = mistake.sentence(slip.words)
-                yield KnownWrongAnswer(mistake.name, mistake.title, says, slip.answer.components)
+                says = mistake.sentence(mistaken.words)
+                yield KnownWrongAnswer(mistake.name, mistake.title, says, mistaken.answer.components)
 
 
 def _conditions(answer: ConditionSet) -> frozenset[str]:
-    """Return the pieces of a set with wrapped angles, so that pi and -pi are the same."""
-    turned = [
+    """Return the pieces of a set, with wrapped angles so that pi and -pi are the same."""
+    wrapped = [
         component
         if component.solutions is None
         else replace(
@@ -227,11 +230,11 @@ def _conditions(answer: ConditionSet) -> frozenset[str]:
         )
         for component in answer.components
     ]
-    return frozenset(chained.from_iterable(component.pieces() for component in turned))
+    return frozenset(chained.from_iterable(component.pieces() for component in wrapped))
 
 
 def wrap_angle(angle: sp.Expr) -> sp.Expr:
-    """Return a rational multiple of pi wrapped to (-pi, pi], other angles unchanged."""
+    """Return an angle wrapped to (-pi, pi] if it is a rational multiple of pi; other angles are unchanged."""
     turns = angle / (2 * sp.pi)
     if not turns.is_Rational:
         return angle

@@ -1,6 +1,6 @@
-"""How to mark a part on paper: the right answer, what known mistakes earn, and the rule for everything else.
+"""Explains how to mark a part on paper: the correct answer, the points for known mistakes, and a rule for the rest.
 
-The grader decides what an answer earns, so paper and notebooks are marked alike.
+The grader computes the points of an answer, so that paper and notebooks are marked in the same way.
 """
 
 import re
@@ -33,11 +33,11 @@ from qdot.exercises.writing.short_answer import short_answer
 MOST = 4
 """Maximum number of known mistakes that a sheet lists for a part."""
 LONGEST = 400
-"""Maximum length of a wrong answer that is shown, in characters; for longer ones only the mistake is named."""
+"""Maximum length of a wrong answer in characters; for a longer one, only the mistake is named."""
 TOO_LONG = "too long to be shown"
 NOTHING = "0 points."
 ROOM, LEGIBLE = 22.0, 1.25
-"""Width of a formula on a sheet, in em of the text, and the multiple of it beyond which it would shrink too much."""
+"""Width for a formula on a sheet, in em of the text; formulas wider than `LEGIBLE` times this would shrink too much."""
 
 
 @dataclass(frozen=True)
@@ -51,25 +51,25 @@ class Mark:
 
 @dataclass(frozen=True)
 class Marking:
-    """The lines of a part, the right answer first, and the rule for all other answers."""
+    """The lines for a part, beginning with the correct answer, and the rule for all other answers."""
 
     marks: tuple[Mark, ...]
     rule: str
 
 
 def mark_part(problem: Problem, part: Part, earns: Earns) -> Marking:
-    """Return how a part is marked; `earns` returns the share of the points for a typed answer."""
-    right = Mark("Right", _drop_illegible(short_answer(problem, part)) or "see the key", _points(part, Fraction(1)))
-    meanings = right.answer[: max(0, right.answer.find("$$"))]  # the meanings of s1, c12 …, which are stated only once
+    """Return the lines and the rule for marking a part; `earns` returns the share of points for a typed answer."""
+    correct = Mark("Right", _drop_illegible(short_answer(problem, part)) or "see the key", _points(part, Fraction(1)))
+    meanings = correct.answer[: max(0, correct.answer.find("$$"))]  # of s1, c12 …; they are stated only once
     wrong = _list_options(part) if part.answer.offered else _list_mistakes(problem, part, earns)
     marks = (replace(mark, answer=mark.answer.removeprefix(meanings)) for mark in wrong)
-    return Marking((right, *marks), _state_rule(problem, part))
+    return Marking((correct, *marks), _state_rule(problem, part))
 
 
 def _drop_illegible(answer: str) -> str:
     """Return an answer, or "" if its formulas would become too small to read on the sheet."""
     formulas = (parse_latex(latex) for latex in re.findall(r"\$\$(.*?)\$\$", answer, re.DOTALL))
-    return answer if all(width(fit_formula(each, ROOM)) <= LEGIBLE * ROOM for each in formulas) else ""
+    return answer if all(width(fit_formula(formula, ROOM)) <= LEGIBLE * ROOM for formula in formulas) else ""
 
 
 def _points(part: Part, share: Fraction) -> str:
@@ -77,7 +77,7 @@ def _points(part: Part, share: Fraction) -> str:
 
 
 def _list_options(part: Part) -> Iterator[Mark]:
-    """Yield the wrong options that known mistakes lead to, if exactly one option is right."""
+    """Yield the wrong options that known mistakes lead to, if the question has exactly one correct option."""
     if isinstance(part.answer, Choice):
         for index in range(len(part.answer.options)):
             mistakes = dict.fromkeys(blame.title for blame in list_blames(part, index))
@@ -86,7 +86,7 @@ def _list_options(part: Part) -> Iterator[Mark]:
 
 
 def _list_mistakes(problem: Problem, part: Part, earns: Earns) -> Iterator[Mark]:
-    """Yield the answers that known mistakes lead to, with what they earn."""
+    """Yield the answers that known mistakes lead to, with their points."""
     for known in known_wrong(problem, part, MOST):
         wrong = replace(part, answer=_wrong_answer(part.answer, known))
         typed = wrong.answer.as_typed()
@@ -95,7 +95,7 @@ def _list_mistakes(problem: Problem, part: Part, earns: Earns) -> Iterator[Mark]
 
 
 def _wrong_answer(right: Answer, known: KnownWrongAnswer) -> Answer:
-    """Return a known wrong answer as an answer of the same type as the right one."""
+    """Return a known wrong answer as an answer of the same type as the correct one."""
     match right, known.answer:
         case ConditionSet(), tuple(components):
             return replace(right, components=components)
@@ -123,8 +123,8 @@ def _state_rule(problem: Problem, part: Part) -> str:
             penalty = f"; each wrong letter takes off {_worth(part, Fraction(1, wrong))}" if wrong else ""
             return f"Each right letter: {_worth(part, Fraction(1, len(answer.correct)))}{penalty}."
         case Matching():
-            each = _worth(part, Fraction(1, len(answer.items)))
-            return f"Each right letter: {each}. A letter used twice counts as none."
+            letter_points = _worth(part, Fraction(1, len(answer.items)))
+            return f"Each right letter: {letter_points}. A letter used twice counts as none."
         case Expression() | Matrix() | Number():
             return " ".join(_rules_for_entries(problem, part)) or NOTHING
     return NOTHING
@@ -135,7 +135,7 @@ def _worth(part: Part, share: Fraction) -> str:
 
 
 def _rules_for_entries(problem: Problem, part: Part) -> Iterator[str]:
-    """Yield the rules for a formula, a matrix or numbers; none for a single value, which is right or wrong."""
+    """Yield the rules for a formula, a matrix or numbers; none for a single constant, which is correct or wrong."""
     entries, credit = part.answer.as_matrix(), part.credit or OWN
     counted = [entry for entry in entries if entry != 0] or list(entries)
     varying = [any(symbol.name not in problem.constants for symbol in entry.free_symbols) for entry in counted]

@@ -1,4 +1,4 @@
-"""What exports for platforms share: texts with figures as HTML, and numbers as text."""
+"""Helpers for exports to platforms: texts with figures as HTML, and numbers as text."""
 
 import hashlib
 import math
@@ -16,10 +16,13 @@ from qdot.exercises.writing.markup import SCREEN, to_html, to_html_for_mathjax
 from qdot.exercises.writing.render import render
 
 DIGITS = 10
-"""Significant digits of right values in exports."""
+"""Significant digits of correct values in exports."""
 
 SetFormula = Callable[[Layout, bool], str]
-"""Prints a formula for a platform; the flag says whether it is a block. Without it, MathJax typesets the LaTeX."""
+"""A function that prints a formula for a platform; the flag says whether it is a block.
+
+If there is no such function, MathJax typesets the LaTeX.
+"""
 
 
 @dataclass(frozen=True)
@@ -85,7 +88,7 @@ def pictures(body: Sequence[str | Picture]) -> list[Picture]:
 
 
 def file_name(picture: Picture) -> str:
-    """Return a file name that depends on the figure alone, so that questions share the files of equal figures."""
+    """Return a file name that depends only on the figure, so that questions share the files of equal figures."""
     return f"{picture.name}-{hashlib.sha256(picture.svg.encode()).hexdigest()[:12]}.svg"
 
 
@@ -95,7 +98,7 @@ def svg_file(picture: Picture) -> bytes:
 
 
 def decimal(value: float, digits: int = DIGITS) -> str:
-    """Return a number in decimal notation without an exponent, as platforms read it.
+    """Return a number in decimal notation without an exponent, as platforms require.
 
     >>> decimal(-0.00000012345), decimal(3.0), decimal(0.1 + 0.2)
     ('-0.00000012345', '3', '0.3')
@@ -105,7 +108,7 @@ def decimal(value: float, digits: int = DIGITS) -> str:
 
 
 def allowance(tolerance: float) -> str:
-    """Return a tolerance rounded up to four digits, as platforms read it.
+    """Return a tolerance as text, rounded up to four significant digits.
 
     >>> allowance(0.00123456), allowance(0)
     ('0.001235', '0')
@@ -117,5 +120,5 @@ def allowance(tolerance: float) -> str:
 
 
 def limits(value: float, tolerance: float) -> tuple[str, str]:
-    """Return the least and the greatest value that count as right."""
+    """Return the smallest and the largest value that are accepted, as text."""
     return decimal(value - float(allowance(tolerance))), decimal(value + float(allowance(tolerance)))

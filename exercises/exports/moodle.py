@@ -1,6 +1,6 @@
-"""Moodle: a question bank as Moodle XML, and a complete quiz, which picks a variant of every question.
+"""Exports to Moodle: a question bank as Moodle XML, and a complete quiz, which picks a variant of every question.
 
-The bank has a category for every slot and question, and a question for every variant. The quiz is in moodle_quiz.
+The bank has a category for every slot and question, and a question for every variant. moodle_quiz makes the quiz.
 """
 
 import base64
@@ -24,7 +24,7 @@ from qdot.exercises.exports.moodle_quiz import Answer, Box, Category, Question, 
 from qdot.exercises.writing.render import render
 
 FRACTIONS = {1: "100", 2: "50", 3: "33.33333", 4: "25", 5: "20", 6: "16.66667", 7: "14.28571", 8: "12.5"}
-"""The share of each right option by their number, as in Moodle's list of grades."""
+"""The credit for each correct option, by the number of correct options, as in Moodle's list of grades."""
 
 WEIGHTS = {True: 1, False: 2}
 """The weight of a field whose value is zero, and of any other: zeros are often obvious."""
@@ -43,26 +43,26 @@ LONGEST, LONGEST_ID = 255, 100
 
 
 def export_moodle(order: Order) -> Generator[File, None, None]:
-    """Yield two files: what Moodle imports into a question bank, and a backup of a quiz, which it restores."""
+    """Yield two files for Moodle: a question bank to import, and the backup of a quiz to restore."""
     assignment = order.assignment
     categories = [
         Category(tuple(moodle_name(name) for name in names), tuple(_question(item, assignment.key) for item in group))
         for names, group in group_by_category(items(order)).items()
     ]
     groups = [{"path": category_path(category.names), "questions": category.questions} for category in categories]
-    page = render("exports/moodle.xml.j2", categories=groups, title=assignment.title)
-    yield File(f"{assignment.key}.xml", page, private=True)
+    xml = render("exports/moodle.xml.j2", categories=groups, title=assignment.title)
+    yield File(f"{assignment.key}.xml", xml, private=True)
     yield File(f"{assignment.key}.mbz", quiz_backup(order, categories), private=True)
 
 
 def moodle_name(text: str) -> str:
-    """Return a name that Moodle stores unchanged: without tags, and short enough for its column."""
+    """Return a name that Moodle stores unchanged: without tags, and short enough for its database column."""
     shown = text.translate(NAMES)
     return shown if len(shown) <= LONGEST else f"{shown[: LONGEST - 1].rstrip()}…"
 
 
 def category_path(names: Sequence[str]) -> str:
-    """Return a category's place in Moodle's tree; a slash in a name is doubled."""
+    """Return a category's path in Moodle's tree; a slash in a name is doubled."""
     return "/".join(["$course$", "top", *(name.replace("/", "//") for name in names)])
 
 
@@ -105,12 +105,12 @@ def _files(body: Sequence[str | Picture]) -> tuple[tuple[str, str], ...]:
 
 
 def _options(form: Choose) -> tuple[Answer, ...]:
-    share = FRACTIONS[form.count_of_right]
-    wrong = f"-{share}" if form.several else "0"
+    credit = FRACTIONS[form.count_of_right]
+    wrong_credit = f"-{credit}" if form.several else "0"
     return tuple(
         Answer(
             text if form.is_true_or_false else line_html(text),
-            share if option.right else wrong,
+            credit if option.right else wrong_credit,
             html.escape(option.feedback),
         )
         for _, text, option in form.choices
@@ -119,18 +119,18 @@ def _options(form: Choose) -> tuple[Answer, ...]:
 
 def _pairs(form: Match) -> tuple[tuple[str, str], ...]:
     pairs = [(line_html(stem), form.options[index]) for _, stem, index in form.pairs]
-    left = [option for index, option in enumerate(form.options) if index not in form.correct]
-    return (*pairs, *(("", option) for option in left))
+    distractors = [option for index, option in enumerate(form.options) if index not in form.correct]
+    return (*pairs, *(("", option) for option in distractors))
 
 
 # --- numbers ---
 
 
 def _boxes(form: Numeric) -> tuple[Box, ...]:
-    """Return the box of every field.
+    """Return a box for every field.
 
-    If there are several, Moodle makes each as wide as the longest number among its answers; a filler answer in each
-    makes them equally wide.
+    Moodle makes each of several boxes as wide as the longest number among its answers. A filler answer in each makes
+    all boxes equally wide.
     """
     numbers = [_numbers(field) for field in form.fields]
     longest = max(WIDTH, *(len(answer.text) for answers in numbers for answer in answers))
@@ -175,7 +175,7 @@ def _filler_number(characters: int) -> str:
 
 
 def _insert_boxes(body: str, form: Choose | Match | Numeric, shown: Sequence[str]) -> str:
-    """Return a text with its boxes if there are several, as a column with names or as a matrix."""
+    """Return a text followed by its boxes, in a column with names or as a matrix; unchanged if there is one box."""
     if not isinstance(form, Numeric) or len(shown) < 2:
         return body
     boxes = iter(shown)
@@ -193,7 +193,7 @@ def _insert_boxes(body: str, form: Choose | Match | Numeric, shown: Sequence[str
 
 
 def _escape_feedback(feedback: str) -> str:
-    r"""Return HTML as feedback of an embedded answer, which `}`, `#` and `~` would end.
+    r"""Return HTML escaped for the feedback of an embedded answer, which `}`, `#` and `~` would end.
 
     Moodle resolves entities, and removes the backslash only before the first two of these characters.
 

@@ -1,7 +1,7 @@
-"""A complete quiz as the backup of an activity, which Moodle 4 restores into any course with its questions.
+"""Makes the backup of a complete quiz with its questions, which Moodle 4 can restore into any course.
 
 Moodle has no other file format for quizzes. The questions are in the quiz's own bank. Each slot picks one variant of a
-question at random and holds its points, because an embedded answer counts its boxes instead.
+question at random. The slot stores the points, because a question with embedded answers counts its boxes instead.
 """
 
 import base64
@@ -22,11 +22,11 @@ RELEASE, VERSION = "4.0", 2022041900
 QUIZ, CONTEXT = 1, 2
 """Ids of the quiz, and of the context to which its bank belongs."""
 HIGHEST, LAST = 1, 4
-"""Which attempt counts, in Moodle's numbers."""
+"""Moodle's codes for the attempt that counts."""
 CLOSED = 0x00010
 AFTER = 0x01100 | CLOSED
 ALWAYS = 0x10000 | AFTER
-"""When a part of the review is shown: once the quiz is closed; also right after the attempt; also during it."""
+"""When a part of the review is shown: once the quiz is closed; also immediately after the attempt; also during it."""
 TYPES = {"cloze": "multianswer", "matching": "match"}
 """Moodle's internal names of question types, if they differ from those in XML."""
 OF_BACKUP, OF_QUIZ = ("moodle_backup", "questions", "files"), ("quiz", "module", "inforef", "grades")
@@ -47,7 +47,7 @@ Json = dict[str, Any]
 
 @dataclass(frozen=True)
 class Answer:
-    """An answer that Moodle knows: its text or number, per cent of the marks, feedback (HTML), and tolerance."""
+    """An answer that Moodle recognises: its text or number, percentage of the marks, feedback (HTML), and tolerance."""
 
     text: str
     fraction: str
@@ -57,7 +57,7 @@ class Answer:
 
 @dataclass(frozen=True)
 class Box:
-    """A number to be typed: its known answers, its weight, and both in Moodle's notation for embedded answers."""
+    """An input box for a number: its answers, its weight, and both in Moodle's notation for embedded answers."""
 
     answers: tuple[Answer, ...]
     weight: int
@@ -66,9 +66,10 @@ class Box:
 
 @dataclass(frozen=True)
 class Question:
-    """A question as Moodle stores it, in HTML; boxes are in Moodle's notation (`body`) or numbered (`numbered`).
+    """A question in HTML, with boxes in Moodle's notation (`body`) or with numbered boxes (`numbered`).
 
-    Files are names with their content in base 64. `pairs` are stems and options; wrong options have an empty stem.
+    Files are pairs of a name and the content in base 64. `pairs` are stems and options; a wrong option has an empty
+    stem. `several` means that several options may be chosen.
     """
 
     name: str
@@ -90,14 +91,14 @@ class Question:
 
 @dataclass(frozen=True)
 class Category:
-    """The variants of a question, and the path of names of their category, the outermost first."""
+    """The variants of a question, and the path to their category: names, the outermost first."""
 
     names: tuple[str, ...]
     questions: tuple[Question, ...]
 
 
 def quiz_backup(order: Order, categories: Sequence[Category]) -> bytes:
-    """Return a backup of a quiz that picks one question from each category, in this order, for its points.
+    """Return the backup of a quiz that picks one question from each category, in this order.
 
     Values and solutions that the assignment hides are shown once the quiz is closed.
     """
@@ -140,55 +141,57 @@ def _empty(root: str) -> str:
 
 
 def _draws(folder: Json) -> str:
-    """Return the category from which a slot picks, in the notation of Moodle 4.0, which later versions read, too."""
+    """Return the category from which a slot picks, in the notation of Moodle 4.0, which later versions also accept."""
     return json.dumps({"questioncategoryid": str(folder["id"]), "includingsubcategories": "0", "tags": []})
 
 
 def _attempts(assignment: Assignment) -> Json:
-    """Return the number of attempts (0 means unlimited), which one counts, and the delay between two."""
-    several, due_date = assignment.attempts, assignment.due_date
-    best = several.best_of is not None
+    """Return the settings for attempts: their number (0 means unlimited), which one counts, the delay, and the end."""
+    policy, due_date = assignment.attempts, assignment.due_date
+    is_best_of = policy.best_of is not None
     return {
-        "attempts": several.best_of or 0,
-        "counts": HIGHEST if best else LAST,
-        "apart": several.apart if best else 0,
+        "attempts": policy.best_of or 0,
+        "counts": HIGHEST if is_best_of else LAST,
+        "apart": policy.apart if is_best_of else 0,
         "closes": 0 if due_date is None else int(with_zone(due_date).timestamp()),
     }
 
 
 def _folders(key: str, categories: Sequence[Category]) -> list[Json]:
-    """Return the bank's tree, every category after its parent; their questions have ids of the same sequence."""
+    """Return the categories of the bank, each after its parent; categories and questions are numbered together."""
     ids = count(1)
-    made: dict[tuple[str, ...], Json] = {(): {"id": next(ids), "name": "top", "parent": 0, "questions": []}}
+    folders: dict[tuple[str, ...], Json] = {(): {"id": next(ids), "name": "top", "parent": 0, "questions": []}}
     for category in categories:
         for depth in range(1, len(category.names) + 1):
             names = category.names[:depth]
-            if names not in made:
-                made[names] = {
-                    "id": next(ids), "name": names[-1], "parent": made[names[:-1]]["id"], "questions": [],
+            if names not in folders:
+                folders[names] = {
+                    "id": next(ids), "name": names[-1], "parent": folders[names[:-1]]["id"], "questions": [],
                 }  # fmt: skip
-        made[category.names]["questions"] = [_entry(question, ids) for question in category.questions]
-    for names, folder in made.items():
+        folders[category.names]["questions"] = [_entry(question, ids) for question in category.questions]
+    for names, folder in folders.items():
         folder["stamp"] = "qdot+" + hashlib.sha256(repr((key, names)).encode()).hexdigest()[:40]
-    return list(made.values())
+    return list(folders.values())
 
 
 def _entry(question: Question, ids: Iterator[int]) -> Json:
-    """Return a question with ids for itself, its answers and its boxes, which are questions to Moodle."""
-    whole = sum(box.weight for box in question.boxes)
+    """Return a question with ids for itself, its answers and its boxes, which Moodle treats as questions."""
+    total_weight = sum(box.weight for box in question.boxes)
     boxes = [
         {
-            "id": next(ids), "question": question, "box": box, "points": question.points * box.weight / whole,
+            "id": next(ids), "question": question, "box": box, "points": question.points * box.weight / total_weight,
             "answers": _number_answers(box.answers, ids),
         }
         for box in question.boxes
     ]  # fmt: skip
-    several = len(boxes) > 1
+    has_several_boxes = len(boxes) > 1
     return {
         "id": next(ids),
         "question": question,
-        "boxes": boxes if several else [],
-        "answers": _number_answers(question.boxes[0].answers if boxes and not several else question.answers, ids),
+        "boxes": boxes if has_several_boxes else [],
+        "answers": _number_answers(
+            question.boxes[0].answers if boxes and not has_several_boxes else question.answers, ids
+        ),
         "hints": [(next(ids), hint) for hint in question.hints],
         "pairs": [(next(ids), *pair) for pair in question.pairs],
     }

@@ -1,7 +1,7 @@
-"""An nbgrader course: a source notebook with the cells and their points, and a notebook for each student.
+"""Exports an nbgrader course: a source notebook with the cells and their points, and a notebook for each student.
 
-nbgrader releases the same notebook to everybody, but here students have different problems with the same parts. So the
-source notebook contains no problem, and the students' notebooks are handed out by other means. The cells of both have
+nbgrader releases the same notebook to everybody, but qdot's students have different problems with the same parts. So
+the source notebook contains no problem, and the students' notebooks are handed out separately. The cells of both have
 the same names.
 """
 
@@ -26,7 +26,7 @@ Cell = dict[str, Any]
 SCHEMA = 3
 """The version of nbgrader's metadata that is written."""
 ANSWER = "-answer"
-"""The suffix of an answer cell's name; nbgrader's gradebook has the name of the cell with the marks, without it."""
+"""The suffix of an answer cell's name. The cell with the marks has the name without it, which the gradebook shows."""
 SIGN = "# Marked by qdot"
 """The first line of a cell with marks; no other cell begins with it."""
 
@@ -37,9 +37,9 @@ def export_nbgrader(order: Order) -> Generator[File, None, None]:
     assignment = notebooks.assignment
     key = assignment.key
     name, content = wheel()
-    about = {"title": assignment.title, "key": key, "wheel": name}
+    context = {"title": assignment.title, "key": key, "wheel": name}
     yield File("nbgrader_config.py", render("exports/nbgrader/config.py.j2"))
-    yield File("README.md", render("exports/nbgrader/readme.md.j2", **about))
+    yield File("README.md", render("exports/nbgrader/readme.md.j2", **context))
     yield File(".gitignore", render("exports/nbgrader/gitignore.j2"))
     yield File(name, content)
     yield File("students.csv", _names(assignment.roster))
@@ -52,23 +52,23 @@ def export_nbgrader(order: Order) -> Generator[File, None, None]:
         if "+" in student.id:
             order.note(f"{student.id}: nbgrader takes no student whose identifier has a +")
         notebook = json.loads(text)
-        notebook["cells"] = [made for cell in notebook["cells"] for made in _with_marks(cell, points)]
+        notebook["cells"] = [new_cell for cell in notebook["cells"] for new_cell in _with_marks(cell, points)]
         yield File(f"handout/{student.id}/{key}/{key}.ipynb", _text(notebook))
 
 
 def _names(roster: Sequence[Student]) -> str:
     """Return the roster for `nbgrader db student import`; the last word of a name is the last name."""
-    out = io.StringIO()
-    table = csv.writer(out, lineterminator="\n")
-    table.writerow(["id", "first_name", "last_name", "email"])
+    stream = io.StringIO()
+    writer = csv.writer(stream, lineterminator="\n")
+    writer.writerow(["id", "first_name", "last_name", "email"])
     for student in roster:
         first, _, last = student.name.rpartition(" ")
-        table.writerow([student.id, first, last, student.email])
-    return out.getvalue()
+        writer.writerow([student.id, first, last, student.email])
+    return stream.getvalue()
 
 
 def grade_id(part: str) -> str:
-    """Return nbgrader's name of a part.
+    """Return nbgrader's name for a part.
 
     >>> grade_id("p1.rank-at")
     'p1-rank-at'
@@ -77,11 +77,11 @@ def grade_id(part: str) -> str:
 
 
 def checksum(cell: Cell) -> str:
-    """Return the digest by which nbgrader recognises that a cell is unchanged."""
-    about = cell["metadata"]["nbgrader"]
-    flags = (about["grade"], about["solution"], about["locked"])
-    worth = str(float(about["points"])) if about["grade"] else ""
-    content = "".join((cell["source"], cell["cell_type"], *map(str, flags), about["grade_id"], worth))
+    """Return nbgrader's checksum of a cell, by which it recognises an unchanged cell."""
+    metadata = cell["metadata"]["nbgrader"]
+    flags = (metadata["grade"], metadata["solution"], metadata["locked"])
+    worth = str(float(metadata["points"])) if metadata["grade"] else ""
+    content = "".join((cell["source"], cell["cell_type"], *map(str, flags), metadata["grade_id"], worth))
     return hashlib.md5(content.encode(), usedforsecurity=False).hexdigest()
 
 
@@ -93,20 +93,19 @@ def answer_metadata(part: str) -> dict[str, Any]:
 def marks_cell(part: str, points: float) -> Cell:
     """Return the cell that holds the marks of a part.
 
-    It evaluates to 0 points, so that nothing is earned unless qdot has marked the part. It raises no error: students
-    can run all cells to the end.
+    It evaluates to 0 points until qdot has marked the part. It raises no error, so that students can run all cells.
     """
-    about = _metadata(grade_id(part), grade=True, locked=True)
-    about["nbgrader"]["points"] = points
+    metadata = _metadata(grade_id(part), grade=True, locked=True)
+    metadata["nbgrader"]["points"] = points
     source = render("exports/nbgrader/marks.py.j2", sign=SIGN, part=part, points=points_text(points)).strip()
-    cell = _code(f"{grade_id(part)}-marks", source, {**about, "deletable": False, "editable": False})
-    about["nbgrader"]["checksum"] = checksum(cell)
+    cell = _code(f"{grade_id(part)}-marks", source, {**metadata, "deletable": False, "editable": False})
+    metadata["nbgrader"]["checksum"] = checksum(cell)
     return cell
 
 
 def _metadata(name: str, **flags: bool) -> Cell:
-    about: Cell = {"grade": False, "grade_id": name, "locked": False, "schema_version": SCHEMA, "solution": False}
-    return {"deletable": False, "nbgrader": {**about, "task": False, **flags}}
+    defaults: Cell = {"grade": False, "grade_id": name, "locked": False, "schema_version": SCHEMA, "solution": False}
+    return {"deletable": False, "nbgrader": {**defaults, "task": False, **flags}}
 
 
 def _with_marks(cell: Cell, points: dict[str, float]) -> list[Cell]:
@@ -128,8 +127,8 @@ def _pattern(title: str, key: str, slots: tuple[Slot, ...]) -> dict[str, Any]:
             cells.append(_markdown(f"{grade_id(name)}-question", heading))
             cells.append(_code(grade_id(name), f"{variable(slot.name, part)} = blank", answer_metadata(name)))
             cells.append(marks_cell(name, worth))
-    about = {"kernelspec": KERNEL, "language_info": {"name": "python"}}
-    return {"cells": cells, "metadata": about, "nbformat": 4, "nbformat_minor": 5}
+    metadata = {"kernelspec": KERNEL, "language_info": {"name": "python"}}
+    return {"cells": cells, "metadata": metadata, "nbformat": 4, "nbformat_minor": 5}
 
 
 def _parts(slot: Slot) -> list[tuple[str, float]]:

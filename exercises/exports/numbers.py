@@ -1,7 +1,7 @@
-"""Formulas asked for as numbers at a configuration, for platforms that can't compare formulas.
+"""Replaces formulas by their values at a configuration, for platforms that can't compare formulas.
 
-Lengths and the configuration are sampled from the problem's own stream, away from singularities, so that no entry is
-tiny or zero by chance and the numbers distinguish as many mistakes as possible. They are computed twice: from the
+Lengths and the configuration are sampled from the problem's own stream, away from singular configurations. So no entry
+is tiny or zero by chance, and the numbers distinguish as many mistakes as possible. They are computed twice: from the
 reference and by a numeric derivation.
 """
 
@@ -37,22 +37,22 @@ from qdot.exercises.writing.latex import tex, tex_angle, tex_length, tex_value
 from qdot.exercises.writing.wording import Wording
 
 DRAWS = 12
-"""How many configurations are sampled; the one that distinguishes most mistakes is used."""
+"""Number of sampled configurations; the one that distinguishes most mistakes is used."""
 TINY = 0.02
-"""An entry below this share of the largest one is hard to give to three digits."""
+"""An entry is hard to give to three digits if it is below this fraction of the largest one."""
 LEAST = 0.001
-"""Absolute tolerance of any entry as a share of the largest one; it matters for zeros."""
+"""Absolute tolerance of any entry, as a fraction of the largest one; it matters for zeros."""
 APART = 0.03
-"""A mistake is distinguishable if it changes some entry by this share of the largest one."""
+"""A mistake is distinguishable if it changes an entry by more than this fraction of the largest one."""
 MOST_JOINTS = 4
 """Maximum number of joints for which all mistakes after J are computed; larger arms would take many seconds."""
 SAME = 1e-8
-"""Both computations of the numbers may differ by this share of the largest entry."""
+"""Maximum difference of the two computations, as a fraction of the largest entry."""
 
 
 @dataclass(frozen=True)
 class GivenValues:
-    """The given values of a configuration in LaTeX: names and values in the order of the question.
+    """The values that a question gives, in LaTeX: names and values in the order of the question.
 
     `values` has the numeric value of every symbol.
     """
@@ -64,9 +64,9 @@ class GivenValues:
 
 @dataclass(frozen=True)
 class NumericPart:
-    """A part whose answer is numbers, (rows, columns), with given values, and the answers that mistakes lead to.
+    """A part whose answer is numbers (rows x columns), with the given values and the answers that mistakes lead to.
 
-    `unit` is the index of the entry of a direction that is scaled to 1, from 0; None for other answers.
+    For a direction, `unit` is the index (from 0) of the entry that is scaled to 1; None for other answers.
     """
 
     part: Part
@@ -77,7 +77,7 @@ class NumericPart:
 
 
 def ask_in_numbers(problem: Problem, part: Part) -> NumericPart | None:
-    """Return a part with numbers as its answer; None if it can't be asked in numbers.
+    """Return a part with numbers as its answer; None if that is impossible.
 
     Raises QdotError if the two computations of the numbers do not agree.
     """
@@ -90,8 +90,8 @@ def ask_in_numbers(problem: Problem, part: Part) -> NumericPart | None:
         )
     if not answer.entries() or not is_derived(part):
         return None
-    asked = _from_formulas(problem, part)
-    return _scale_direction(asked) if answer.counts_up_to_a_factor and asked is not None else asked
+    numeric_part = _from_formulas(problem, part)
+    return _scale_direction(numeric_part) if answer.counts_up_to_a_factor and numeric_part is not None else numeric_part
 
 
 def _as_number(part: Part, values: sp.Matrix) -> Number:
@@ -101,21 +101,21 @@ def _as_number(part: Part, values: sp.Matrix) -> Number:
 
 def _from_numbers(problem: Problem, part: Part, direction: bool = False) -> NumericPart:
     answer = part.of(Number)
-    right = np.array(answer.reference.tolist(), dtype=float)
+    reference = np.array(answer.reference.tolist(), dtype=float)
     wrong = [
-        (mistake.title, mistake.sentence(slip.words), np.array(slip.answer.reference.tolist(), dtype=float))
-        for mistake, slip in mistaken_answers(problem.chain, part)
-        if isinstance(slip.answer, Number)
+        (mistake.title, mistake.sentence(mistaken.words), np.array(mistaken.answer.reference.tolist(), dtype=float))
+        for mistake, mistaken in mistaken_answers(problem.chain, part)
+        if isinstance(mistaken.answer, Number)
     ]
     if is_derived(part):
         domain = _domain(problem, part)
-        where = sample_configurations(problem.chain, part, domain, 1, Stream(f"{problem.id}/{part.name}/wrong"))
-        w = numbers(problem.chain, where)
-        _check_agreement(problem, part, right, result(w, part)[..., 0], direction)
+        values = sample_configurations(problem.chain, part, domain, 1, Stream(f"{problem.id}/{part.name}/wrong"))
+        w = numbers(problem.chain, values)
+        _check_agreement(problem, part, reference, result(w, part)[..., 0], direction)
         wrong += [
             _describe_wrong(mistake_result, mistake_result.answer[..., 0]) for mistake_result in _mistakes(w, part)
         ]
-    return NumericPart(part, right, None, tuple(wrong))
+    return NumericPart(part, reference, None, tuple(wrong))
 
 
 def _describe_wrong(wrong: Wrong, values: np.ndarray) -> tuple[str, str, np.ndarray]:
@@ -133,7 +133,7 @@ def _check_agreement(problem: Problem, part: Part, reference: np.ndarray, derive
 
 
 def _mistakes(w: Working, part: Part) -> list[Wrong]:
-    """Return the answers that mistakes lead to; for long derivations, only mistakes that are sought in one number."""
+    """Return the answers that mistakes lead to; for long derivations, only mistakes considered for a single number."""
     if not is_derived(part):
         return []
     if w.n > MOST_JOINTS and is_made_of_jacobian(part):
@@ -153,29 +153,29 @@ def _from_formulas(problem: Problem, part: Part) -> NumericPart | None:
     """Return a part with its formulas evaluated at the best of several sampled configurations."""
     chain, stream = problem.chain, Stream(f"qdot/{problem.id.engine}/{problem.id}/{part.name}/in numbers")
     reference = part.answer.as_matrix()
-    sampled = list(_configurations(chain, part, stream))
-    values = _values_by_symbol(chain, part, sampled)
+    configurations = list(_configurations(chain, part, stream))
+    values = _values_by_symbol(chain, part, configurations)
     as_number = replace(part, answer=_as_number(part, sp.ones(*reference.shape)))
     w = numbers(chain, values)
-    right = result(w, as_number)
-    mistakes = [wrong_answer for wrong_answer in _mistakes(w, as_number) if wrong_answer.answer.shape == right.shape]
-    best = _best_configuration(right, mistakes)
+    derived = result(w, as_number)
+    mistakes = [wrong_answer for wrong_answer in _mistakes(w, as_number) if wrong_answer.answer.shape == derived.shape]
+    best = _best_configuration(derived, mistakes)
     if best is None:
         return None
-    exact = _evaluate_reference(reference, _add_given_joints(part, sampled[best]))
+    exact = _evaluate_reference(reference, _add_given_joints(part, configurations[best]))
     as_number = replace(part, answer=_as_number(part, exact))
     doubles = np.array(exact.tolist(), dtype=float)
-    _check_agreement(problem, part, doubles, right[..., best], part.answer.counts_up_to_a_factor)
+    _check_agreement(problem, part, doubles, derived[..., best], part.answer.counts_up_to_a_factor)
     wrong = tuple(_describe_wrong(wrong_answer, wrong_answer.answer[..., best]) for wrong_answer in mistakes)
-    return NumericPart(as_number, doubles, _given_values(chain, part, sampled[best], reference), wrong)
+    return NumericPart(as_number, doubles, _given_values(chain, part, configurations[best], reference), wrong)
 
 
 Configuration = dict[sp.Symbol, sp.Expr]
 
 
 def _configurations(chain: Chain, part: Part, stream: Stream) -> Iterator[Configuration]:
-    """Yield numbers for every symbol, at joint values with a well-conditioned J if possible."""
-    full = min(len(chain.task), chain.n) and not part.details.given_joints
+    """Yield values of all symbols, with joint values at which J is well-conditioned, if possible."""
+    needs_full_rank = min(len(chain.task), chain.n) and not part.details.given_joints
     for _ in range(DRAWS):
         for _ in range(30):
             lengths = {
@@ -183,7 +183,7 @@ def _configurations(chain: Chain, part: Part, stream: Stream) -> Iterator[Config
                 for symbol, value in sample_unequal_lengths(chain, stream).items()
             }
             joints = sample_pose(chain, stream)
-            if not full or conditioning(chain, lengths, joints) > least_conditioning(chain) / 2:
+            if not needs_full_rank or conditioning(chain, lengths, joints) > least_conditioning(chain) / 2:
                 break
         rates = {rate: sp.Rational(_draw_nonzero(stream, 9), 10) for rate in chain.rates}
         velocity = {sp.Symbol(row): sp.Rational(_draw_nonzero(stream, 8), 20) for row in chain.task}
@@ -196,17 +196,17 @@ def _draw_angle(stream: Stream) -> sp.Expr:
 
 
 def _draw_nonzero(stream: Stream, most: int) -> int:
-    """Return a random whole number other than zero."""
+    """Return a random nonzero integer from -most to most."""
     return stream.choice([k for k in range(-most, most + 1) if k])
 
 
 def _add_given_joints(part: Part, configuration: Configuration) -> Configuration:
-    """Return a configuration with the joint values that the question gives."""
+    """Return a configuration in which the joint values given by the question replace the sampled ones."""
     return {**configuration, **{q: value.xreplace(configuration) for q, value in part.details.given_joints.items()}}
 
 
 def _values_by_symbol(chain: Chain, part: Part, configurations: Sequence[Configuration]) -> Values:
-    """Return the values of each symbol at all configurations, (N,)."""
+    """Return the values (N,) of each symbol at all N configurations."""
     exact = [_add_given_joints(part, configuration) for configuration in configurations]
     columns = {symbol.name: np.array([float(configuration[symbol]) for configuration in exact]) for symbol in exact[0]}
     others = {*domain_of(chain).roles} - set(columns)
@@ -218,26 +218,29 @@ def _evaluate_reference(reference: sp.Matrix, values: Configuration) -> sp.Matri
 
 
 def _best_configuration(right: np.ndarray, mistakes: Sequence[Wrong]) -> int | None:
-    """Return the configuration with the fewest tiny entries; among these, the one that distinguishes most mistakes."""
+    """Return the index of the best configuration, or None if none is usable.
+
+    It has the fewest tiny entries; among equals, it distinguishes most mistakes.
+    """
     size = np.abs(right).max(axis=(0, 1))
-    somewhere = np.nan_to_num(np.abs(right)).max(axis=-1)
-    always = somewhere > SAME * somewhere.max()
-    small = ((np.abs(right) < TINY * size) & always[..., None]).sum(axis=(0, 1))
-    tell_apart = np.zeros(right.shape[-1], dtype=int)
+    max_values = np.nan_to_num(np.abs(right)).max(axis=-1)
+    is_nonzero = max_values > SAME * max_values.max()
+    tiny_count = ((np.abs(right) < TINY * size) & is_nonzero[..., None]).sum(axis=(0, 1))
+    distinguished_count = np.zeros(right.shape[-1], dtype=int)
     for mistake_result in mistakes:
-        apart = np.abs(mistake_result.answer - right)
-        tell_apart += np.where(np.isfinite(apart), apart, 0.0).max(axis=(0, 1)) > APART * size
+        difference = np.abs(mistake_result.answer - right)
+        distinguished_count += np.where(np.isfinite(difference), difference, 0.0).max(axis=(0, 1)) > APART * size
     usable = np.isfinite(right).all(axis=(0, 1)) & (size > SAME)
-    order = [(small[k], -tell_apart[k], k) for k in range(right.shape[-1]) if usable[k]]
-    return min(order)[2] if order else None
+    rankings = [(tiny_count[k], -distinguished_count[k], k) for k in range(right.shape[-1]) if usable[k]]
+    return min(rankings)[2] if rankings else None
 
 
 def _scale_direction(direction: NumericPart) -> NumericPart:
-    """Return a direction scaled so that its largest entry is 1, as it is right up to a factor."""
+    """Return a direction scaled so that its largest entry is 1, because only the direction matters."""
     unit = int(np.abs(np.round(direction.values, 6)).argmax())
     values = direction.values / direction.values.ravel()[unit]
     with np.errstate(all="ignore"):
-        wrong = tuple((title, says, answer / answer.ravel()[unit]) for title, says, answer in direction.wrong)
+        wrong = tuple((title, sentence, answer / answer.ravel()[unit]) for title, sentence, answer in direction.wrong)
     reference = sp.Matrix(values.tolist())
     part = replace(direction.part, answer=Number(reference, ("",) * len(reference), THREE_DIGITS, LEAST))
     return NumericPart(part, values, direction.given_values, wrong, unit)
@@ -247,7 +250,7 @@ def _scale_direction(direction: NumericPart) -> NumericPart:
 
 
 def _given_values(chain: Chain, part: Part, configuration: Configuration, reference: sp.Matrix) -> GivenValues:
-    """Return the given values: joints that the question does not give itself, and what formulas and mistakes need."""
+    """Return the given values: joint values that the prompt doesn't give, and all others that the answer depends on."""
     w, used = Wording(chain), reference.free_symbols
     joints = tuple((tex(q), tex_value(configuration[q], q)) for q in chain.q if q not in part.details.given_joints)
     others: list[tuple[str, str]] = []

@@ -1,8 +1,8 @@
-"""A source notebook for `otter assign`, whose autograder marks with qdot, and every student's notebook for Otter.
+"""Exports a source notebook for `otter assign`, whose autograder marks with qdot, and every student's notebook.
 
-Otter releases the same notebook to everybody, but here students have different problems with the same parts. So the
-source notebook contains no problem: `otter assign` makes the autograder from it, with a test for each part, and the
-students' notebooks are handed out separately. They contain the same tests, which only report on a student's machine
+Otter releases the same notebook to everybody, but qdot's students have different problems with the same parts. So the
+source notebook contains no problem. `otter assign` makes the autograder from it, with a test for each part. The
+students' notebooks are handed out separately. They contain the same tests, which on a student's machine only report
 whether an answer is given.
 """
 
@@ -36,12 +36,12 @@ def export_otter(order: Order) -> Generator[File, None, None]:
     notebooks = handouts(order)
     assignment, (name, content) = notebooks.assignment, wheel()
     private = [*assignment_files(order), (SECRET_FILE, f"{assignment.secret}\n".encode())]
-    about = {
+    context = {
         "title": assignment.title, "key": assignment.key, "wheel": name, "plugin": PLUGIN,
         "files": [name, *(f"{FOLDER}/{path}" for path, _ in private)],
     }  # fmt: skip
-    yield File("README.md", render("exports/otter/readme.md.j2", **about))
-    yield File(f"{assignment.key}.ipynb", _source(assignment, render("exports/otter/config.yaml.j2", **about)))
+    yield File("README.md", render("exports/otter/readme.md.j2", **context))
+    yield File(f"{assignment.key}.ipynb", _source(assignment, render("exports/otter/config.yaml.j2", **context)))
     yield File(name, content)
     for path, data in private:
         yield File(f"{FOLDER}/{path}", data, private=True)
@@ -50,7 +50,7 @@ def export_otter(order: Order) -> Generator[File, None, None]:
 
 
 def parts_of(assignment: Assignment) -> list[Part]:
-    """Return the parts of an assignment: name, Otter's name, points, title."""
+    """Return the parts of an assignment as (name, Otter's name, points, title)."""
     return [
         (f"{slot.name}.{kind}", grade_id(f"{slot.name}.{kind}"), points, ASKED[kind].title)
         for slot in assignment.slots
@@ -82,7 +82,7 @@ def _source(assignment: Assignment, config: str) -> str:
     return notebook_text(notebook)
 
 
-# --- what students are given ---
+# --- students' notebooks ---
 
 
 def _add_tests(assignment: Assignment, text: str) -> str:
@@ -97,8 +97,8 @@ def _add_tests(assignment: Assignment, text: str) -> str:
     for cell in notebook["cells"]:
         if "qdot" in cell["metadata"]:
             cell["metadata"]["tags"] = ["otter_answer_cell"]
-    made: dict[str, Any] = notebook
-    return notebook_text(made)  # type: ignore[arg-type]
+    finished: dict[str, Any] = notebook
+    return notebook_text(finished)  # type: ignore[arg-type]
 
 
 def _presence_test(part: str, name: str, points: float) -> dict[str, Any]:

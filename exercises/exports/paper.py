@@ -1,4 +1,4 @@
-"""Handouts, exams, keys and marking sheets on paper and screen: HTML, PDF and LaTeX of the same sheets."""
+"""Writes handouts, exams, keys and marking sheets as HTML, PDF or LaTeX."""
 
 from collections.abc import Callable, Generator, Sequence
 from dataclasses import dataclass
@@ -14,18 +14,18 @@ from qdot.exercises.writing.render import render
 from qdot.exercises.writing.typst import to_typst, typst_escaped
 
 STAFF = {"key": "a key", "marking": "a marking sheet"}
-"""Sheets that show answers, each as messages name it."""
+"""Kinds of sheets that show answers, each with its name in messages."""
 VERSION_TICKS = 8
-"""Columns to tick on the marking sheet of a version, one for each student; a student's own sheet has one."""
+"""Number of columns to tick on the marking sheet of a version, one per student; a student's own sheet has one."""
 NARROW = 0.8
 """The share of a page's width that a formula may take beside a name."""
 LAST = 60
-"""Weight of the end of a sheet when the free space of the last page is shared out; a part weighs its working space."""
+"""Weight of a sheet's end when free space on the last page is distributed; a part's weight is its working space."""
 
 
 @dataclass(frozen=True)
 class PaperQuestion:
-    """A part of an assignment with everybody's answers, for marking one question after the other."""
+    """A part of an assignment with the answers of all students, for marking question by question."""
 
     label: str
     title: str
@@ -34,28 +34,28 @@ class PaperQuestion:
 
 
 def export_html(order: Order) -> Generator[File, None, None]:
-    """Yield a page for every student or version, and for a key one for the class."""
+    """Yield an HTML page for every student or version and, for a key, one page for the class."""
     return _files(order, "html", _html, whole=False)
 
 
 def export_latex(order: Order) -> Generator[File, None, None]:
-    """Yield self-contained LaTeX source for every student or version, and for a key one for the class."""
+    """Yield self-contained LaTeX source for every student or version and, for a key, one file for the class."""
     return _files(order, "tex", _latex, whole=False)
 
 
 def export_pdf(order: Order) -> Generator[File, None, None]:
-    """Yield a PDF for every student or version, and one PDF of all to print. Raises QdotError without typst."""
+    """Yield a PDF for every student or version, and one of all to print. Raises QdotError if typst is missing."""
     need("pdf", "PDF")
     return _files(order, "pdf", lambda *arguments: compile_pdf(typst_source(*arguments)), whole=True)
 
 
 def missing_for_pdf() -> str:
-    """Return how to install the library that makes PDF if it is missing, else ""."""
+    """Return how to install the PDF library if it is missing, else ""."""
     return explain_missing("pdf", "PDF")
 
 
 def check_sheet(order: Order) -> None:
-    """Raise QdotError if the sheet can't be made as ordered."""
+    """Raise QdotError if the order is impossible for this kind of sheet."""
     if order.sheet == "marking" and order.earns is None:
         raise QdotError("a marking sheet needs the grader: qdot export DIR --sheet marking")
     if order.sheet in STAFF and order.solutions:
@@ -68,21 +68,24 @@ Write = Callable[[Order, Sequence[Sheet], Sequence[PaperQuestion]], str | bytes]
 
 
 def _files(order: Order, ending: str, write: Write, whole: bool) -> Generator[File, None, None]:
-    """Yield a file for each sheet, then one for the class: a key's answers by question, else all sheets if `whole`."""
-    key = order.sheet == "key"
+    """Yield a file for each sheet, and then one for the class.
+
+    For a key, the last file has the answers by question. Otherwise it has all sheets, and only if `whole`.
+    """
+    is_key = order.sheet == "key"
     check_sheet(order)
     private = order.sheet in STAFF or order.solutions
     stem = f"{order.sheet}{'-versions' if order.versions else ''}{'-solutions' if order.solutions else ''}"
-    made: list[Sheet] = []
+    written_sheets: list[Sheet] = []
     for sheet in sheets(order):
         yield File(f"{stem}/{sheet.file}.{ending}", write(order, [sheet], ()), private)
-        made.append(sheet)
-    if not made:  # everybody was left out
+        written_sheets.append(sheet)
+    if not written_sheets:  # everybody was left out
         return
-    if key:
-        yield File(f"{stem}-all.{ending}", write(order, (), questions(made)), private)
+    if is_key:
+        yield File(f"{stem}-all.{ending}", write(order, (), questions(written_sheets)), private)
     elif whole:
-        yield File(f"{stem}-all.{ending}", write(order, made, ()), private)
+        yield File(f"{stem}-all.{ending}", write(order, written_sheets, ()), private)
 
 
 def questions(sheets_done: Sequence[Sheet]) -> tuple[PaperQuestion, ...]:
@@ -108,7 +111,7 @@ def _template_context(order: Order, made: Sequence[Sheet], asked: Sequence[Paper
 
 
 def typst_source(order: Order, made: Sequence[Sheet], asked: Sequence[PaperQuestion]) -> str:
-    """Return the Typst document of some sheets."""
+    """Return the Typst document with these sheets."""
     return render(
         "exports/paper.typ.j2", **_template_context(order, made, asked), markup=to_typst, plain=typst_escaped,
         string=typst_string, narrow=NARROW,
@@ -116,9 +119,9 @@ def typst_source(order: Order, made: Sequence[Sheet], asked: Sequence[PaperQuest
 
 
 def compile_pdf(source: str) -> bytes:
-    """Return a Typst document as PDF/UA-1. Its bytes are the same on every machine: library fonts only, no date.
+    """Return a Typst document as PDF/UA-1. It needs the library typst (`missing_for_pdf`).
 
-    It needs the library typst (`missing_for_pdf`).
+    The bytes are the same on every machine, because only the library's fonts are used and no date is written.
     """
     import typst
 

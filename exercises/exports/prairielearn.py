@@ -1,4 +1,4 @@
-"""A PrairieLearn course folder: a question for every slot of an assignment, which calls qdot, and assessments."""
+"""Exports a PrairieLearn course folder: for every slot of an assignment a question that calls qdot, and assessments."""
 
 import hashlib
 import json
@@ -20,7 +20,7 @@ BANK_FILE = "bank.json"
 TOPIC = "Velocity kinematics"
 COURSE_INSTANCE = "courseInstances/qdot"
 TRIES = 3
-"""Attempts at a variant, unless the assignment limits them; feedback shows no values."""
+"""Number of attempts at a variant, unless the assignment limits them; feedback shows no values."""
 
 
 def export_prairielearn(order: Order) -> Generator[File, None, None]:
@@ -28,9 +28,9 @@ def export_prairielearn(order: Order) -> Generator[File, None, None]:
     assignment = order.assignment
     key = assignment.key.lower()
     seeds: dict[str, list[str]] = {slot.name: [] for slot in assignment.slots}
-    asked: dict[str, tuple[Part, ...]] = {}
+    parts_by_slot: dict[str, tuple[Part, ...]] = {}
     for variant in bank(order):
-        asked.setdefault(variant.slot.name, variant.problem.parts)
+        parts_by_slot.setdefault(variant.slot.name, variant.problem.parts)
         seeds[variant.slot.name].append(str(variant.problem.id.seed))  # as text: JavaScript rounds whole numbers
     topic = {"name": TOPIC, "color": "blue3", "description": "Velocities and singularities of robot arms"}
     tag = {"name": "qdot", "color": "gray2", "description": "Made and graded by qdot"}
@@ -38,10 +38,10 @@ def export_prairielearn(order: Order) -> Generator[File, None, None]:
     instance = {"uuid": _uuid(assignment, "course instance"), "longName": assignment.title}
     yield File("infoCourse.json", _json(course))
     for slot in assignment.slots:
-        yield from _question_files(assignment, slot, asked[slot.name])
+        yield from _question_files(assignment, slot, parts_by_slot[slot.name])
     yield File(f"{COURSE_INSTANCE}/infoCourseInstance.json", _json(instance))
-    for kind, about in _assessments(assignment).items():
-        yield File(f"{COURSE_INSTANCE}/assessments/{key}-{kind}/infoAssessment.json", _json(about))
+    for kind, assessment in _assessments(assignment).items():
+        yield File(f"{COURSE_INSTANCE}/assessments/{key}-{kind}/infoAssessment.json", _json(assessment))
     yield from _server_files(order, f"serverFilesCourse/qdot/{key}", seeds)
 
 
@@ -61,8 +61,8 @@ def _question_files(assignment: Assignment, slot: Slot, parts: tuple[Part, ...])
         for part in parts
     ]
     yield File(f"{folder}/question.html", render("exports/prairielearn/question.html.j2", parts=elements))
-    words = {"title": title.replace("\\", " ").replace('"', "'"), "slot": slot.name, "folder": f"qdot/{key}"}
-    yield File(f"{folder}/server.py", render("exports/prairielearn/server.py.j2", **words))
+    context = {"title": title.replace("\\", " ").replace('"', "'"), "slot": slot.name, "folder": f"qdot/{key}"}
+    yield File(f"{folder}/server.py", render("exports/prairielearn/server.py.j2", **context))
 
 
 # --- the elements in which answers are given ---
@@ -73,7 +73,7 @@ EXACTLY = 1e-6
 
 
 def element_of(answer: Answer) -> str:
-    """Return the element of question.html in which an answer is given; all variants of a slot have the same."""
+    """Return the element of question.html for an answer; all variants of a slot have the same element."""
     if isinstance(answer, Number):
         return "wholes" if answer.tolerance < EXACTLY else "numbers"
     kinds = ((Matching, "match"), (Selection, "several"), (Choice, "choice"))
@@ -81,9 +81,9 @@ def element_of(answer: Answer) -> str:
 
 
 def input_names(part: Part) -> list[str]:
-    """Return the names of the inputs of a part: its own name, or one for each of several numbers or matched items.
+    """Return the names of a part's inputs: the part's name, or one per number or matched item if there are several.
 
-    Those of a match follow the rule of pl-matching.
+    Names for a match follow the rule of pl-matching.
     """
     if part.answer.matched:
         return [f"{part.name}-dropdown-{index}" for index in range(len(part.answer.matched))]
@@ -107,7 +107,7 @@ def _server_files(order: Order, folder: str, seeds: dict[str, list[str]]) -> Gen
 
 
 def _derive_text(assignment: Assignment, use: str) -> str:
-    """Return a text that depends on the secret and the use, but does not reveal the secret."""
+    """Return a hash that depends on the secret and the use, but does not reveal the secret."""
     return hashlib.sha256(f"qdot/prairielearn/{use}/{assignment.secret}".encode()).hexdigest()
 
 
@@ -117,7 +117,7 @@ def question_id(assignment: Assignment, slot: Slot) -> str:
 
 
 def question_uuid(assignment: Assignment, slot: Slot) -> str:
-    """Return the question's UUID: the same at every export, even if the slot asks something else."""
+    """Return the question's UUID, which is the same at every export, even if the slot's questions change."""
     return _uuid(assignment, slot.name)
 
 
@@ -126,11 +126,13 @@ def _uuid(assignment: Assignment, name: str) -> str:
 
 
 def _assessments(assignment: Assignment) -> dict[str, dict[str, object]]:
-    """Return a homework with new variants for practice, and an exam with one fixed variant. The best attempt counts."""
+    """Return a homework with new variants for practice, and an exam with one variant. The best attempt counts."""
     tries = assignment.attempts.best_of or TRIES
-    worth = {question_id(assignment, slot): sum(slot.max_points) for slot in assignment.slots}
-    practice = [{"id": qid, "autoPoints": points, "triesPerVariant": tries} for qid, points in worth.items()]
-    once = [{"id": qid, "autoPoints": [points] * tries} for qid, points in worth.items()]
+    points_by_question = {question_id(assignment, slot): sum(slot.max_points) for slot in assignment.slots}
+    practice = [
+        {"id": qid, "autoPoints": points, "triesPerVariant": tries} for qid, points in points_by_question.items()
+    ]
+    once = [{"id": qid, "autoPoints": [points] * tries} for qid, points in points_by_question.items()]
     return {
         "homework": _assessment(assignment, "Homework", practice),
         "exam": _assessment(assignment, "Exam", once) | {"shuffleQuestions": False, "requireHonorCode": False},

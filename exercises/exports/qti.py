@@ -1,7 +1,7 @@
-"""A test and its items as a QTI 2.1 package: formulas as MathML, and a section with the variants of each slot.
+"""Makes a QTI 2.1 package of a test and its items: formulas as MathML, and a section with the variants of each slot.
 
-From each slot one variant is picked at random, with all of its parts in order. If the assignment shows solutions, a
-student sees the solution of an item after full marks or after the last attempt.
+The platform picks one variant of each slot at random, with all of its parts in order. If the assignment shows
+solutions, a student sees the solution of an item after full marks or after the last attempt.
 """
 
 import re
@@ -23,12 +23,12 @@ from qdot.exercises.formula.printers.mathml import plain_mathml
 from qdot.exercises.writing.render import render
 
 MOST_FIELDS = 4
-"""Items with more fields name no mistakes behind wrong numbers, as they would become too long."""
+"""Maximum number of fields of an item that explains wrong numbers; with more fields, the item would be too long."""
 
 TRIES = 3
-"""Attempts at an item, unless the assignment limits them."""
+"""Number of attempts at an item, unless the assignment limits them."""
 NEARLY = 1e-6
-"""Rounded shares may fall short of full marks by this share."""
+"""The share of full marks that may be missing because shares are rounded."""
 
 _STYLE = re.compile(r' style="[^"]*"')
 
@@ -39,26 +39,26 @@ def export_qti(order: Order) -> Generator[File, None, None]:
     files: dict[str, str | bytes] = {}
     images: dict[str, str | bytes] = {}
     resources = []
-    places: dict[str, dict[str, list[str]]] = {}
+    variants_by_slot: dict[str, dict[str, list[str]]] = {}
     titles: dict[str, str] = {}
-    tries, total = assignment.attempts.best_of or TRIES, dict[str, float]()
+    tries, points_by_question = assignment.attempts.best_of or TRIES, dict[str, float]()
     for item in items_without_hidden_solutions(order):
         files[f"items/{item.key}.xml"] = _item(item, tries)
-        drawn = {file_name(p): svg_file(p) for p in (*pictures(item.body), *pictures(item.solution))}
-        images |= {f"images/{name}": content for name, content in drawn.items()}
-        resources.append({"ident": item.key, "images": sorted(drawn)})
-        place, number, kind = item.key.split("-", 2)
-        places.setdefault(place, {}).setdefault(f"{place}-{number}", []).append(item.key)
-        titles[place] = item.category[1]
-        total[f"{place}-{kind}"] = item.points
+        item_images = {file_name(p): svg_file(p) for p in (*pictures(item.body), *pictures(item.solution))}
+        images |= {f"images/{name}": content for name, content in item_images.items()}
+        resources.append({"ident": item.key, "images": sorted(item_images)})
+        slot_name, number, kind = item.key.split("-", 2)
+        variants_by_slot.setdefault(slot_name, {}).setdefault(f"{slot_name}-{number}", []).append(item.key)
+        titles[slot_name] = item.category[1]
+        points_by_question[f"{slot_name}-{kind}"] = item.points
     sections = [
-        {"ident": place, "title": titles[place], "variants": list(variants.items())}
-        for place, variants in places.items()
+        {"ident": slot_name, "title": titles[slot_name], "variants": list(variants.items())}
+        for slot_name, variants in variants_by_slot.items()
     ]
     ident = f"qdot-{assignment.key}"
-    points = decimal(sum(total.values()))
-    about = {"ident": ident, "title": assignment.title, "sections": sections, "tries": tries, "points": points}
-    test = render("exports/qti-test.xml.j2", **about)
+    points = decimal(sum(points_by_question.values()))
+    test_context = {"ident": ident, "title": assignment.title, "sections": sections, "tries": tries, "points": points}
+    test = render("exports/qti-test.xml.j2", **test_context)
     manifest = render("exports/qti-manifest.xml.j2", ident=ident, resources=resources)
     package = {"imsmanifest.xml": manifest, "test.xml": test} | files | dict(sorted(images.items()))
     yield File(f"{assignment.key}.zip", archive(package), private=True)
@@ -69,7 +69,7 @@ def _source(picture: Picture) -> str:
 
 
 def _html(body: tuple[str | Picture, ...]) -> str:
-    """Return a text in QTI's subset of XHTML: blocks, and no style."""
+    """Return a text in QTI's subset of XHTML: block elements without styles."""
     return _STYLE.sub("", body_html(body, _source, plain_mathml))
 
 

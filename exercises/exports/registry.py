@@ -1,4 +1,4 @@
-"""The export formats by name: `qdot export DIR --to NAME`, and the table of docs/outlets.md."""
+"""The export formats by name, for `qdot export DIR --to NAME` and the table in docs/outlets.md."""
 
 from qdot.exercises.exports.canvas import export_canvas
 from qdot.exercises.exports.export_format import ExportFormat, robots

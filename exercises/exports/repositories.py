@@ -1,7 +1,8 @@
-"""Repositories for GitHub and GitLab: one in which the staff grade, and one for every student, without the secret.
+"""Exports repositories for GitHub and GitLab: one for grading by the staff, and one per student without the secret.
 
-Anybody who may push to a repository can change its jobs, and so print every secret that they get. So students'
-repositories never get the secret: the staff's repository fetches what they pushed, grades it and returns feedback.
+Anybody who may push to a repository can change its CI jobs, and so print every secret that the jobs receive. So
+students' repositories never receive the secret. The staff's repository fetches their work, grades it and returns
+feedback.
 """
 
 import re
@@ -30,17 +31,17 @@ LOGIN = re.compile(r"[A-Za-z0-9](?:[A-Za-z0-9-]{0,37}[A-Za-z0-9])?")
 
 
 def export_github(order: Order) -> Generator[File, None, None]:
-    """Yield repositories that GitHub Actions grades."""
+    """Yield the files of repositories that GitHub Actions grades."""
     yield from _repositories(order, "github", "grade.yml", "check.yml")
 
 
 def export_gitlab(order: Order) -> Generator[File, None, None]:
-    """Yield projects that GitLab CI grades."""
+    """Yield the files of projects that GitLab CI grades."""
     yield from _repositories(order, "gitlab", ".gitlab-ci.yml", ".gitlab-ci.yml")
 
 
 def assignment_files(order: Order) -> list[tuple[str, bytes]]:
-    """Return the files of an assignment folder that grading needs, except for the secret. Raises QdotError."""
+    """Return the files of an assignment folder that grading needs, except the secret. Raises QdotError."""
     folder = order.assignment.folder
     names = ["assignment.toml", "roster.csv"]
     names += [name for name in (REDRAWN, "overrides.csv") if (folder / name).exists()]
@@ -53,40 +54,40 @@ def _repositories(order: Order, platform: str, grade: str, check: str) -> Genera
     assignment = notebooks.assignment
     name, content = wheel()
     python = f"{sys.version_info.major}.{sys.version_info.minor}"
-    about: dict[str, object] = {
+    context: dict[str, object] = {
         "title": assignment.title,
         "key": assignment.key,
         "platform": platform,
         "wheel": name,
         "python": python,
     }
-    about["actions"] = ACTIONS
+    context["actions"] = ACTIONS
     constraints = versions()
-    place = f"{PLATFORMS[platform]}/" if PLATFORMS[platform] else ""
-    yield File("README.md", render("exports/repositories.md.j2", **about))
+    workflow_folder = f"{PLATFORMS[platform]}/" if PLATFORMS[platform] else ""
+    yield File("README.md", render("exports/repositories.md.j2", **context))
     if platform == "github":
-        yield File("setup-class.sh", render("exports/setup-class.sh.j2", **about))
+        yield File("setup-class.sh", render("exports/setup-class.sh.j2", **context))
     for path, data in assignment_files(order):
         yield File(f"grading/{path}", data)
     for path, template in (
-        (f"{place}{grade}", f"{platform}-grade.yml.j2"), ("README.md", "grading-readme.md.j2"),
+        (f"{workflow_folder}{grade}", f"{platform}-grade.yml.j2"), ("README.md", "grading-readme.md.j2"),
         (".gitignore", "gitignore.j2"),
     ):  # fmt: skip
-        yield File(f"grading/{path}", render(f"exports/{template}", **about))
+        yield File(f"grading/{path}", render(f"exports/{template}", **context))
     yield File("grading/repositories.csv", _listing(order, platform))
     yield File(f"grading/{name}", content)
     yield File("grading/versions.txt", constraints)
     for student, notebook in notebooks.all():
         folder = f"students/{student.id}"
         yield File(f"{folder}/{assignment.key}.ipynb", notebook)
-        yield File(f"{folder}/README.md", render("exports/student-readme.md.j2", **about))
-        yield File(f"{folder}/{place}{check}", render(f"exports/{platform}-check.yml.j2", **about))
+        yield File(f"{folder}/README.md", render("exports/student-readme.md.j2", **context))
+        yield File(f"{folder}/{workflow_folder}{check}", render(f"exports/{platform}-check.yml.j2", **context))
         yield File(f"{folder}/.qdot/{name}", content)
         yield File(f"{folder}/.qdot/versions.txt", constraints)
 
 
 def _listing(order: Order, platform: str) -> str:
-    """Return a table of repositories and students; a repository is KEY-STUDENT unless the roster has a column for it.
+    """Return a table of repositories and students. A repository is KEY-STUDENT, unless the roster names another one.
 
     The third column is the login, from the roster's column with the platform's name. Raises QdotError if it is invalid.
     """

@@ -1,7 +1,7 @@
-"""SCORM 1.2 and SCORM 2004 packages for learning platforms: a page of the site that reports a score, with its bank.
+"""Makes SCORM 1.2 and SCORM 2004 packages for learning platforms: a page of the site that reports a score, and a bank.
 
-Each student gets one variant of every slot, chosen in the browser from the identifier that the platform provides. The
-browser also judges the answers (`qdot.exercises.site`), so the package contains the right answers.
+Each student gets one variant of every slot, chosen in the browser by the identifier that the platform provides. The
+browser also grades the answers (`qdot.exercises.site`), so the package contains the correct answers.
 """
 
 import json
@@ -29,7 +29,7 @@ VERSIONS = {"1.2": "scorm12", "2004": "scorm2004"}
 MOST_PARTS = 1000
 """The number of questions whose state fits into SCORM 1.2's 4,096 characters per student (site/src/course/round.ts)."""
 LONGEST_TITLE = 200
-"""Characters of a title, by the schema of SCORM 1.2."""
+"""Maximum length of a title in the schema of SCORM 1.2, in characters."""
 _OURS = ("made_from", "listed")
 """Fields of a bank's record that only the next build needs."""
 
@@ -65,7 +65,7 @@ def missing_scripts() -> str:
 
 
 def check_size(order: Order) -> None:
-    """Raise QdotError if there are more questions than SCORM 1.2 can store the state of."""
+    """Raise QdotError if SCORM 1.2 can't store the state of all questions, because there are too many."""
     count = sum(len(slot.questions) for slot in order.assignment.slots)
     if count > MOST_PARTS:
         raise QdotError(
@@ -75,7 +75,7 @@ def check_size(order: Order) -> None:
 
 
 def _note_differences(order: Order, slot: Slot) -> None:
-    """Note to the staff which marking rules of assignment.toml a browser does not apply."""
+    """Tell the staff which marking rules of assignment.toml the browser does not apply."""
     if slot.decimals:
         rounded = ", ".join(name for name, _ in slot.decimals)
         order.note(f"{slot.name}: in the package, rounded decimals are not taken for right ({rounded})")
@@ -86,15 +86,15 @@ def _note_differences(order: Order, slot: Slot) -> None:
 
 def _page(order: Order, version: str, assets: Assets) -> str:
     title = order.assignment.title
-    about = json.dumps({"scorm": version, **_describe_set(order)}, ensure_ascii=False)
+    page_data = json.dumps({"scorm": version, **_describe_set(order)}, ensure_ascii=False)
     return render(
-        "exports/scorm/index.html.j2", title=title, set=about, frames=False, script=assets.scripts["package"],
+        "exports/scorm/index.html.j2", title=title, set=page_data, frames=False, script=assets.scripts["package"],
         modules=assets.modules["package"], styles=assets.styles["package"],
     )  # fmt: skip
 
 
 def _describe_set(order: Order) -> Json:
-    """Return the page's data on the set: its slots, with points and partial credit."""
+    """Return the data of an assignment for its page: its slots, with points and partial credit."""
     assignment = order.assignment
     return {
         "key": assignment.key,
@@ -112,22 +112,22 @@ def _questions(slot: Slot) -> list[list[str | float]]:
 
 
 def _bank_files(order: Order) -> _Files:
-    """Return the files of the bank by path: problems, their translations, and solutions if students may see them."""
+    """Return the files of the bank by path: problems, translations, and also solutions if students may see them."""
     assignment = order.assignment
     level = FEEDBACK[-1] if order.solutions else assignment.feedback
-    wanted = wanted_of_variants(list(bank(replace(order, each=lambda: None))))
+    bank_problems = wanted_of_variants(list(bank(replace(order, each=lambda: None))))
     titles = [(slot.name, slot.family.title, slot.family.source) for slot in assignment.slots]
     with tempfile.TemporaryDirectory() as folder:
         left_out: list[FailedSlot] = []
-        listed = write_bank(
-            Path(folder), wanted, order.failures, order.jobs, order.each, left_out.append, level == FEEDBACK[-1]
+        entries = write_bank(
+            Path(folder), bank_problems, order.failures, order.jobs, order.each, left_out.append, level == FEEDBACK[-1]
         )
         if left_out:
-            raise QdotError(f"{left_out[0]}. Nothing is exported")  # it passed a moment ago: our own fault
-        for _ in range(len(assignment.slots) * order.variants - len(wanted)):
+            raise QdotError(f"{left_out[0]}. Nothing is exported")  # each passed before, so this is a bug
+        for _ in range(len(assignment.slots) * order.variants - len(bank_problems)):
             order.each()
         files = _read_bank(Path(folder), assignment.hints)
-    files[f"{FOLDER}/index.json"] = index_text(listed, titles, level)
+    files[f"{FOLDER}/index.json"] = index_text(entries, titles, level)
     return files | {f"{FOLDER}/index.{code}.json": titles_text(code, titles) for code in LANGUAGES}
 
 

@@ -1,4 +1,4 @@
-"""A sheet of paper as data: a student's problems in Markdown, figures, and boxes to write in, but no layout."""
+"""Makes the data of a paper sheet: a student's problems in Markdown, figures, and boxes for answers, without layout."""
 
 import math
 import re
@@ -36,7 +36,7 @@ VERSIONS = "ABCDEFGHIJKLMNOPQRSTUVWXYZ"
 class SheetPart:
     """A part: Markdown and figures. `solution` and `answer` are empty unless the sheet shows them.
 
-    Its `figure` stands beside the prompt, unless it is `wide`. A `scored` part has room for its points.
+    The `figure` is beside the prompt, unless it is `wide`. A `scored` part has space for its points.
     """
 
     label: str
@@ -67,7 +67,7 @@ class SheetPart:
 
 @dataclass(frozen=True)
 class SheetProblem:
-    """A problem: its statement and parts. The table stands beside the figure, other facts below both."""
+    """A problem: its statement and parts. The table is beside the figure, and other facts are below both."""
 
     number: int
     title: str
@@ -110,7 +110,7 @@ class Sheet:
 
 @dataclass(frozen=True)
 class _SheetRequest:
-    """The student or version of a sheet; `problems` are None if they still have to be generated for the student."""
+    """A request for the sheet of a student or version; if `problems` is None, the student's are generated."""
 
     file: str
     name: str
@@ -120,7 +120,7 @@ class _SheetRequest:
 
 @dataclass(frozen=True)
 class _SheetResult:
-    """A sheet, None if no problem was possible for some slot, and its replaced problems that are not recorded yet."""
+    """A sheet, with regenerated problems that are not recorded yet; None if all draws of a slot failed."""
 
     sheet: Sheet | None
     redrawn: Mapping[str, Redraw] = field(default_factory=dict)
@@ -128,17 +128,17 @@ class _SheetResult:
 
 
 def sheets(order: Order) -> Generator[Sheet, None, None]:
-    """Yield a sheet for everybody on the roster, or for each of `order.versions`, made in parallel."""
-    wanted = (
+    """Yield a sheet for each student on the roster, or for each of `order.versions`, made in parallel."""
+    requests = (
         _versions(order) if order.versions else [_SheetRequest(s.id, s.name, s.id) for s in order.assignment.roster]
     )
     assignment = order.assignment
-    with closing(ordered_map(_make_sheet, wanted, order.jobs, keep_state, (order.without_callbacks,))) as every:
-        for request, result in zip(wanted, every, strict=True):
+    with closing(ordered_map(_make_sheet, requests, order.jobs, keep_state, (order.without_callbacks,))) as results:
+        for request, result in zip(requests, results, strict=True):
             order.each()
             for failure in result.given_up:
                 order.left_out(failure)
-            if result.redrawn:  # on record before anybody has the sheet
+            if result.redrawn:  # recorded before anybody gets the sheet
                 assignment = record_redraws(assignment, request.student, result.redrawn)
             if result.sheet is not None:
                 yield result.sheet
@@ -150,7 +150,12 @@ def _versions(order: Order) -> list[_SheetRequest]:
     for variant in bank(replace(order, variants=order.versions, each=lambda: None)):
         versions.setdefault(variant.slot.name, []).append(variant.problem)
     return [
-        _SheetRequest(letter, f"Version {letter}", "", tuple(drawn[number % len(drawn)] for drawn in versions.values()))
+        _SheetRequest(
+            letter,
+            f"Version {letter}",
+            "",
+            tuple(slot_problems[number % len(slot_problems)] for slot_problems in versions.values()),
+        )
         for number, letter in enumerate(VERSIONS[: order.versions])
     ]
 
@@ -161,13 +166,13 @@ def _make_sheet(order: Order, request: _SheetRequest) -> _SheetResult:
     draws = generate_student_problems(order.assignment, request.student, certify_by(order.failures))
     if draws.given_up:
         return _SheetResult(None, given_up=draws.given_up)
-    problems = [drawn.problem for drawn in draws.certified.values()]
+    problems = [certified.problem for certified in draws.certified.values()]
     return _SheetResult(_sheet_of_problems(order, request, problems), draws.new_redraws(order.assignment))
 
 
 def _sheet_of_problems(order: Order, request: _SheetRequest, problems: Sequence[Problem]) -> Sheet:
-    numbered = tuple(_sheet_problem(order, n, p) for n, p in enumerate(problems, 1))
-    return Sheet(request.file, request.name, request.student, _shrink_boxes(numbered))
+    sheet_problems = tuple(_sheet_problem(order, n, p) for n, p in enumerate(problems, 1))
+    return Sheet(request.file, request.name, request.student, _shrink_boxes(sheet_problems))
 
 
 def _shrink_boxes(problems: tuple[SheetProblem, ...]) -> tuple[SheetProblem, ...]:
@@ -185,18 +190,20 @@ def _shrink_boxes(problems: tuple[SheetProblem, ...]) -> tuple[SheetProblem, ...
 
 def _sheet_problem(order: Order, number: int, problem: Problem) -> SheetProblem:
     intro, table, facts = _split_statement(on_paper(statement(problem, ""), problem))
-    drawn = order.sheet in PROBLEMS
-    needed = order.solutions or order.sheet == "exam"  # an exam has as much room as a solution takes
-    solved = worked_solutions(problem) if needed else {}
+    is_printed = order.sheet in PROBLEMS
+    needs_solutions = (
+        order.solutions or order.sheet == "exam"
+    )  # the working space in an exam depends on the solution's length
+    solutions_by_part = worked_solutions(problem) if needs_solutions else {}
     return SheetProblem(
         number,
         problem.title,
         intro,
         table,
         facts,
-        arm_picture(problem, f"p{number}") if drawn else None,
+        arm_picture(problem, f"p{number}") if is_printed else None,
         tuple(
-            _sheet_part(order, f"{number}.{index}", problem, part, solved.get(part.name, ""))
+            _sheet_part(order, f"{number}.{index}", problem, part, solutions_by_part.get(part.name, ""))
             for index, part in enumerate(problem.parts, 1)
         ),
     )
@@ -217,14 +224,14 @@ def _sheet_part(order: Order, label: str, problem: Problem, part: Part, solution
     figure = part_picture(problem, part, name) if is_printed else None
     wide = part.has_drawn_options
     options = options_of(problem, part, BESIDE if figure and not wide else 1.0) if is_printed else None
-    hinted = hints(problem, part) if order.sheet == "handout" and not solutions and order.assignment.hints else ()
+    shown_hints = hints(problem, part) if order.sheet == "handout" and not solutions and order.assignment.hints else ()
     return SheetPart(
         label=label,
         title=ASKED[part.kind].heading(problem.chain),
         points=points_text(part.points),
         worth=part.points,
         prompt=text if options is None else without_options(text),
-        hints=tuple(on_paper(hint, problem) for hint in hinted),
+        hints=tuple(on_paper(hint, problem) for hint in shown_hints),
         figure=figure,
         options=options,
         box=box_of(problem, part, solution) if order.sheet == "exam" and not solutions else None,

@@ -1,8 +1,8 @@
-"""STACK questions in one Moodle XML file: a question for every part of every variant, and its question tests.
+"""Exports STACK questions in one Moodle XML file: a question for every part of every variant, and its question tests.
 
-Each part is a question, because STACK limits the time for one question. Each variant is a question, too, in a category
-for its slot and part, from which a quiz picks one at random. One question with all variants, picked by a seed, could
-not have the mistakes of each arm as nodes of its response tree, as the same answer means different mistakes for
+Each part is a question of its own, because STACK limits the time for one question. So is each variant: it is in a
+category for its slot and part, from which a quiz picks one at random. STACK could also pick the variant by a seed, but
+then the nodes of the response tree could not be the mistakes of each arm: the same answer means different mistakes for
 different arms.
 """
 
@@ -33,7 +33,7 @@ NOT_READ = Case("what can't be read is not marked", "qdot_unknown(1)", None, "NU
 
 @dataclass(frozen=True)
 class StackQuestion:
-    """A part of a variant as the template needs it: in STACK's terms, with texts as HTML."""
+    """A part of a variant, for the template: in STACK's terms, with texts as HTML."""
 
     asked: StackPart
     name: str
@@ -52,12 +52,12 @@ class StackQuestion:
 
 
 def export_stack(order: Order) -> Generator[File, None, None]:
-    """Yield the file; note once per slot what STACK can't ask or judges differently."""
+    """Yield the file; report once per slot what STACK can't ask or grades differently."""
     notes: dict[str, None] = {}
     questions: dict[str, list[StackQuestion]] = {}
-    for variant, (made, new_notes) in process_bank(order, _questions):
+    for variant, (variant_questions, new_notes) in process_bank(order, _questions):
         notes |= new_notes
-        for question in made:
+        for question in variant_questions:
             questions.setdefault(question.category, []).append(_add_variant_name(order, variant, question))
     for note in notes:
         order.note(note)
@@ -71,7 +71,7 @@ def export_stack(order: Order) -> Generator[File, None, None]:
 
 
 def _questions(order: Order, slot: Slot, problem: Problem) -> tuple[list[StackQuestion], dict[str, None]]:
-    """Return the questions of a problem that STACK can ask, not named after a variant yet, and notes on the slot."""
+    """Return the questions that STACK can ask of a problem, without the variant's name, and notes on the slot."""
     notes: dict[str, None] = {}
     return [_question(order, slot, problem, part) for part in _stack_parts(slot, problem, notes)], notes
 
@@ -123,12 +123,12 @@ def _add_variant_name(order: Order, variant: Variant, question: StackQuestion) -
 
 
 def _html(text: str) -> str:
-    """Return HTML with escaped brackets, so that STACK finds no block or variable of CASText in it."""
+    """Return HTML with escaped brackets, so that STACK doesn't find blocks or variables of CASText in it."""
     return to_html_for_mathjax(text).replace("[[", "&#91;&#91;").replace("]]", "&#93;&#93;").replace("{@", "{&#64;")
 
 
 def _prompt(problem: Problem, part: Part) -> str:
-    """Return the prompt, without how to type the answer in Python if STACK's input differs."""
+    """Return the prompt; instructions on typing the answer in Python are removed if STACK's input differs."""
     text = prompt(problem, part)
     return text.split("**Answer:**")[0] if (part.answer.offered or part.answer.is_a_set) else text
 

@@ -1,19 +1,19 @@
-"""Maxima functions for marking, defined among the variables of a STACK question if its kind of answer needs them.
+"""Maxima functions for marking, which a STACK question defines among its variables if it needs them.
 
 Formulas are compared by their values at a few points that the exporter samples. That takes milliseconds for any form
 of an answer. A proof for each entry, as by STACK's AlgEquiv, takes seconds, of the 30 that STACK allows in total.
 
     points          for each point the values of all symbols; the first two differ in the configuration only
-    short, given    names and what is substituted for them: c12, and lengths that are given as numbers
+    short, given    substitutions: for short names such as c12, and for lengths that are given as numbers
     turning         the joints whose values are angles
-    u, w            submitted and right answer: for each point a list of entries, false for an entry that is no number
+    u, w            submitted and correct answer: for each point a list of entries, false if an entry is not a number
 """
 
 from qdot.exercises.formula.printers.maxima import maxima_text
 from qdot.exercises.problem.problem import Problem
 
 MOST_JOINTS = 6
-"""Maximum number of joints in a short name for a sum of neighbouring angles, as c123."""
+"""Maximum number of joints in a short name for a sum of neighbouring angles, such as c123."""
 
 COUNT = "qdot_count(l) := length(sublist(l, lambda([x], is(x = true))));"
 READ = "qdot_read(x) := subst(append(short, given), x);"
@@ -42,9 +42,9 @@ FORMULAS = (
     "elseif qdot_close(k[1], k[2]) and length(sublist(wrong, lambda([i], member(i, moving)))) > 0 then signs + 1 "
     "else 0));"),
 )  # fmt: skip
-"""`qdot_amiss` counts what is wrong, signs and a constant factor, if the answer is right apart from these; else 0.
+"""`qdot_amiss` returns 1 for wrong signs plus 1 for a wrong constant factor, or 0 if the answer has other errors.
 
-`agree` says which entries are right, `moving` are the indices of those that depend on the configuration.
+`agree` says which entries are correct; `moving` are the indices of entries that depend on the configuration.
 """
 
 NUMBERS = (COUNT, READ, "qdot_near(x, y, room) := is(abs(float(x) - y) <= room);")
@@ -71,20 +71,20 @@ def names(problem: Problem) -> tuple[str, str]:
     given_values = (
         f"{name} = {maxima_text(info.value)}" for name, info in problem.symbols().items() if info.value is not None
     )
-    short = (f"{name} = {meant}" for name, meant in short_names(problem).items())
+    short = (f"{name} = {meaning}" for name, meaning in short_names(problem).items())
     return f"given: [{', '.join(given_values)}];", f"short: [{', '.join(short)}];"
 
 
 def short_names(problem: Problem) -> dict[str, str]:
     """Return short names for sines and cosines of angles and of sums of neighbouring angles, with their meanings."""
-    known = problem.symbols()
+    symbols = problem.symbols()
     angles = {i: q for i, q in enumerate(problem.chain.q, 1) if q.name.startswith("theta")}
-    short = {}
+    meanings = {}
     for first in angles:
         for last in range(first, min(first + MOST_JOINTS, 10)):
             run = range(first, last + 1)
             if not all(i in angles for i in run):
                 break
             total, digits = " + ".join(angles[i].name for i in run), "".join(map(str, run))
-            short.update({f"c{digits}": f"cos({total})", f"s{digits}": f"sin({total})"})
-    return {name: meant for name, meant in short.items() if name not in known}
+            meanings.update({f"c{digits}": f"cos({total})", f"s{digits}": f"sin({total})"})
+    return {name: meaning for name, meaning in meanings.items() if name not in symbols}

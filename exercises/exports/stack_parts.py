@@ -1,7 +1,7 @@
-"""A part as STACK asks and marks it: the input, Maxima for marking, nodes of the response tree, and question tests.
+"""Converts a part to STACK's form: the input, Maxima for marking, nodes of the response tree, and question tests.
 
 Formulas are compared at a few points, matrices entry by entry with qdot's partial credit, numbers within their
-tolerance, and sets of joint values modulo whole turns. Question tests submit names of question variables, because STACK
+tolerance, and sets of joint values modulo full turns. Question tests submit names of question variables, because STACK
 stores only 255 characters of an answer.
 """
 
@@ -42,9 +42,9 @@ from qdot.exercises.quizzes.options import list_blames
 MOST = 6
 """Maximum number of mistakes in a part's response tree: each adds a node and a question test."""
 RIGHT, OTHER = "prt1-right", "prt1-other"
-"""Answer notes for a right answer, and for one that no known mistake explains."""
+"""Answer notes for a correct answer, and for an answer that no known mistake explains."""
 POINTS, TRIED = 3, 20
-"""Number of points at which formulas are compared, and how often they are sampled if they turn out unusable."""
+"""Number of points at which formulas are compared, and maximum number of attempts to sample usable points."""
 CLEAR, HUGE = 1e-2, 1e4
 """At a usable point, no entry of the answer exceeds HUGE, and the entry that determines a factor exceeds CLEAR."""
 
@@ -64,7 +64,7 @@ class Node:
 
 @dataclass(frozen=True)
 class Case:
-    """An answer of the question tests with its expected score (None: not marked at all) and note."""
+    """An answer in the question tests, with its expected note and score (None if STACK should not mark it)."""
 
     title: str
     value: str
@@ -98,7 +98,7 @@ class StackPart:
 
 
 def stack_part_of(problem: Problem, part: Part) -> StackPart | str:
-    """Return a part as STACK asks it, or why STACK can't ask it."""
+    """Return a part in STACK's form, or the reason why STACK can't ask it."""
     match part.answer:
         case Number():
             return _numbers(problem, part)
@@ -119,9 +119,9 @@ def stack_part_of(problem: Problem, part: Part) -> StackPart | str:
 
 
 def share_of(problem: Problem, part: Part, answer: sp.Matrix, equal: Sequence[bool], is_known: bool = False) -> float:
-    """Return the share that formulas earn, as `qdot grade` marks them, apart from lost factors.
+    """Return the share that formulas earn, as in `qdot grade`, but without credit for products with missing factors.
 
-    The answer of a single known mistake (`is_known`) earns at least half.
+    An answer that a single known mistake explains (`is_known`) earns at least half.
     """
     if all(equal):
         return 1.0
@@ -131,37 +131,37 @@ def share_of(problem: Problem, part: Part, answer: sp.Matrix, equal: Sequence[bo
     reference = part.answer.as_matrix()
     share = _share_of_known(problem, part, answer) if is_known else Fraction(0)
     if part.shape is not None:
-        right = {k for k, same in enumerate(equal) if same}
+        correct_indices = {k for k, is_equal in enumerate(equal) if is_equal}
         if credit.by == "columns" and reference.cols > 1:
-            counted = share_of_columns([right.issuperset(column) for column in _columns(reference)])
+            entry_share = share_of_columns([correct_indices.issuperset(column) for column in _columns(reference)])
         else:
             _, zeros = _entries_that_count(reference)
-            counted = share_of_entries(equal, [k in zeros for k in range(len(equal))])
+            entry_share = share_of_entries(equal, [k in zeros for k in range(len(equal))])
         varying = _varying_entries(problem, reference)
-        if not varying or right.intersection(varying):
-            share = max(share, counted)
+        if not varying or correct_indices.intersection(varying):
+            share = max(share, entry_share)
     if _pivot(problem, reference) is not None:
         share = max(share, _share_but_for_a_factor(problem, answer, reference, equal))
     return float(share * credit.worth)
 
 
 def _share_of_known(problem: Problem, part: Part, answer: sp.Matrix) -> Fraction:
-    """Return the least that the answer of a single known mistake earns."""
+    """Return the minimum share for an answer that a single known mistake explains."""
     reference = part.answer.as_matrix()
-    moves = _varying_entries(problem, reference) and _varying_entries(problem, answer)
-    if not (part.credit or OWN).is_by_mistakes or not moves:
+    has_varying_entries = _varying_entries(problem, reference) and _varying_entries(problem, answer)
+    if not (part.credit or OWN).is_by_mistakes or not has_varying_entries:
         return Fraction(0)
     det = divisor(problem.chain, part, domain_of(problem).roles)
-    nowhere = [False] * len(reference)
-    return HALF if det is None else max(HALF, _share_but_for_a_factor(problem, answer, reference, nowhere, det))
+    none_equal = [False] * len(reference)
+    return HALF if det is None else max(HALF, _share_but_for_a_factor(problem, answer, reference, none_equal, det))
 
 
 def _share_but_for_a_factor(
     problem: Problem, answer: sp.Matrix, reference: sp.Matrix, equal: Sequence[bool], common: Tree = ONE
 ) -> Fraction:
-    """Return the share of an answer whose wrong entries differ by signs, a constant and a `common` factor only."""
+    """Return the share of an answer whose wrong entries differ only by signs, a constant and a `common` factor."""
     domain, moving = domain_of(problem), set(_varying_entries(problem, reference))
-    wrong = [k for k, same in enumerate(equal) if not same]
+    wrong = [k for k, is_equal in enumerate(equal) if not is_equal]
     answer_entries, reference_entries = (
         [read(text_of(matrix[k]), domain.roles) for k in wrong] for matrix in (answer, reference)
     )
@@ -175,7 +175,7 @@ def _share_but_for_a_factor(
 
 
 def _varying_entries(problem: Problem, reference: sp.Matrix) -> list[int]:
-    """Return the entries that depend on the configuration or its velocity, counted from 0 like all entries here."""
+    """Return the indices (from 0, as everywhere here) of entries that depend on the configuration or its velocity."""
     return [
         k
         for k, entry in enumerate(reference)
@@ -184,20 +184,20 @@ def _varying_entries(problem: Problem, reference: sp.Matrix) -> list[int]:
 
 
 def _pivot(problem: Problem, reference: sp.Matrix) -> int | None:
-    """Return an entry that determines a constant factor, from 1; None if the reference is a single number."""
-    filled = [k for k, entry in enumerate(reference, 1) if entry != 0]
-    return None if not filled or (len(filled) == 1 and not _varying_entries(problem, reference)) else filled[0]
+    """Return the number (from 1) of an entry that determines a constant factor; None if there is only one number."""
+    nonzero = [k for k, entry in enumerate(reference, 1) if entry != 0]
+    return None if not nonzero or (len(nonzero) == 1 and not _varying_entries(problem, reference)) else nonzero[0]
 
 
 def _entries_that_count(reference: sp.Matrix) -> tuple[list[int], list[int]]:
-    """Return the entries that count (those that are not zero, if there are any), and the zeros."""
-    filled = [k for k, entry in enumerate(reference) if entry != 0]
-    zeros = [k for k in range(len(reference)) if k not in filled]
-    return (filled, zeros) if filled else (zeros, [])
+    """Return the indices of the entries that count, and of the zeros; zeros count only if all entries are zero."""
+    nonzero = [k for k, entry in enumerate(reference) if entry != 0]
+    zeros = [k for k in range(len(reference)) if k not in nonzero]
+    return (nonzero, zeros) if nonzero else (zeros, [])
 
 
 def _columns(reference: sp.Matrix) -> list[list[int]]:
-    """Return the entries of each column that is not all zeros."""
+    """Return the indices of the entries of each nonzero column."""
     columns = (list(range(j, len(reference), reference.cols)) for j in range(reference.cols))
     return [column for column in columns if any(reference[k] != 0 for k in column)]
 
@@ -225,15 +225,15 @@ def _formulas(problem: Problem, part: Part) -> StackPart | str:
         marking.append(f"like{index}: qdot_same(said, {name});")
         nodes.append(Node("AlgEquiv", f"like{index}", "1", note, score, wrong.says))
         assert isinstance(wrong.answer, sp.MatrixBase)
-        if least := _share_of_known(problem, part, wrong.answer):
-            marking.append(_minimum_share_line(part, least, f"like{index} = 1"))
+        if min_share := _share_of_known(problem, part, wrong.answer):
+            marking.append(_minimum_share_line(part, min_share, f"like{index} = 1"))
         cases.append(Case(wrong.title, name, share_of(problem, part, wrong.answer, wrong.equal, is_known=True), note))
     unusual = _unusual_form(problem, reference)
     if unusual is not None:
         variables.append(f"form1: {_maxima_of(unusual, single)};")
         cases.append(Case("another form of the reference", "form1", 1.0, RIGHT))
-    nothing = reference * 0 + sp.ones(*reference.shape) * sp.Integer(7)
-    share = share_of(problem, part, nothing, same_entries(problem, nothing, reference))
+    unrelated = reference * 0 + sp.ones(*reference.shape) * sp.Integer(7)
+    share = share_of(problem, part, unrelated, same_entries(problem, unrelated, reference))
     cases.append(Case("nobody's mistake", "other1", share, OTHER))
     words = "a formula" if single else f"one formula in each of the {reference.rows} × {reference.cols} boxes"
     longest = max(len(maxima_text(entry)) for entry in reference)
@@ -249,9 +249,9 @@ def typing_help(problem: Problem) -> str:
     """Return instructions on how to type formulas, with names of this arm."""
     joint = problem.chain.q[0]
     rule = f"Names are typed as they stand in the statement, as {joint}; a product needs its star, as in 2*{joint}."
-    short = short_names(problem)
-    examples = [name for digits in (1, 2) for name in [name for name in short if len(name) == 1 + digits][:2]]
-    meant = ", ".join(f"{name} stands for {short[name]}" for name in examples)
+    meanings = short_names(problem)
+    examples = [name for digits in (1, 2) for name in [name for name in meanings if len(name) == 1 + digits][:2]]
+    meant = ", ".join(f"{name} stands for {meanings[name]}" for name in examples)
     return f"{rule} {meant}." if meant else rule
 
 
@@ -261,15 +261,15 @@ def _maxima_of(matrix: sp.Matrix | tuple[Component, ...], single: bool) -> str:
 
 
 def _points(problem: Problem, reference: sp.Matrix, pivot: int) -> str | None:
-    """Return the line with the points at which formulas are compared; None if none are usable.
+    """Return the line with the points at which formulas are compared; None if no usable points were found.
 
-    The first two have the same lengths: a factor that is the same at both is a constant.
+    The first two points have the same lengths: a factor with the same value at both is a constant.
     """
     domain = domain_of(problem)
     program = compile_program([read(text_of(entry), domain.roles) for entry in reference])
     for attempt in range(TRIED):
-        drawn = domain.sample(set(domain.roles), READABLE, Stream(f"stack/{problem.id}/{reference.shape}/{attempt}"))
-        points = [{name: float(values[i]) for name, values in drawn.items()} for i in range(POINTS)]
+        samples = domain.sample(set(domain.roles), READABLE, Stream(f"stack/{problem.id}/{reference.shape}/{attempt}"))
+        points = [{name: float(values[i]) for name, values in samples.items()} for i in range(POINTS)]
         points[1].update({name: value for name, value in points[0].items() if name in problem.constants})
         if _are_usable(program, points, None if reference[pivot - 1] == 0 else pivot - 1):
             shown = (", ".join(f"{name} = {value}" for name, value in point.items()) for point in points)
@@ -278,21 +278,21 @@ def _points(problem: Problem, reference: sp.Matrix, pivot: int) -> str | None:
 
 
 def _are_usable(program: Program, points: Sequence[dict[str, float]], pivot: int | None) -> bool:
-    """Whether all entries are numbers of moderate size at all points, and the pivot is clearly not zero."""
-    at = {name: np.array([point[name] for point in points]) for name in points[0]}
-    values = evaluate(program, at, len(points))[0]
+    """Return whether all entries are moderate numbers at all points, and the pivot is clearly not zero."""
+    values_by_name = {name: np.array([point[name] for point in points]) for name in points[0]}
+    values = evaluate(program, values_by_name, len(points))[0]
     if not (np.isfinite(values).all() and (values.imag == 0).all() and (np.abs(values) < HUGE).all()):
         return False
     return pivot is None or bool((np.abs(values[pivot]) > CLEAR).all())
 
 
 def _minimum_share_line(part: Part, least: Fraction, condition: str) -> str:
-    """Return the line that raises the share of a known mistake's answer to at least this much."""
+    """Return the line that raises the share to at least `least` if `condition` holds: a known mistake explains it."""
     return f"share: if {condition} then max(share, {least * (part.credit or OWN).worth}) else share;"
 
 
 def _partial_credit_lines(problem: Problem, part: Part, reference: sp.Matrix) -> tuple[list[str], str]:
-    """Return the lines that compute the share of partly right formulas, and the feedback on them."""
+    """Return the lines that compute the share of partly correct formulas, and the feedback on them."""
     lines, feedback = (["share: 0;"], "") if part.shape is None else _entries(problem, part, reference)
     if _pivot(problem, reference) is None:
         return lines, feedback
@@ -338,17 +338,17 @@ def _entries(problem: Problem, part: Part, reference: sp.Matrix) -> tuple[list[s
 
 
 def _unusual_form(problem: Problem, reference: sp.Matrix) -> sp.Matrix | None:
-    """Return the reference in an unusual form, proved to be equal; None if there is none."""
-    first = next((q for q in problem.chain.q if q.name.startswith("theta")), None)
-    if first is None:
+    """Return the reference in an unusual form, checked to be equal; None if there is none."""
+    first_angle = next((q for q in problem.chain.q if q.name.startswith("theta")), None)
+    if first_angle is None:
         return None
-    unit = sp.sin(first) ** 2 + sp.cos(first) ** 2
-    expanded = reference.applyfunc(lambda entry: sp.expand_trig(entry) * unit if entry != 0 else entry)
+    one_as_squares = sp.sin(first_angle) ** 2 + sp.cos(first_angle) ** 2
+    expanded = reference.applyfunc(lambda entry: sp.expand_trig(entry) * one_as_squares if entry != 0 else entry)
     return expanded if all(same_entries(problem, expanded, reference)) else None
 
 
 def _direction(problem: Problem, part: Part) -> StackPart | str:
-    """Ask for a vector that is right if it is a nonzero multiple of the reference."""
+    """Return a part that asks for a direction: any nonzero multiple of the reference is correct."""
     reference = part.of(Direction).reference
     pivot = next(i for i, entry in enumerate(reference, 1) if entry != 0)
     points = _points(problem, reference, pivot)
@@ -385,8 +385,8 @@ def _direction(problem: Problem, part: Part) -> StackPart | str:
 def _numbers(problem: Problem, part: Part) -> StackPart:
     answer = part.of(Number)
     single, n = len(answer.reference) == 1, len(answer.reference)
-    room = [sp.Rational(f"{allowed:.12g}") for allowed in tolerances_of(part)]
-    known = known_wrong(problem, part, MOST)
+    tolerances = [sp.Rational(f"{tolerance:.12g}") for tolerance in tolerances_of(part)]
+    known_answers = known_wrong(problem, part, MOST)
     truth = sp.Matrix([sp.Rational(f"{float(value):.12g}") for value in answer.reference])
     value = "said" if single else "said[i, 1]"
 
@@ -395,16 +395,16 @@ def _numbers(problem: Problem, part: Part) -> StackPart:
         return f"qdot_count(makelist(qdot_near({value}, {compared}, room[i]), i, 1, {n}))"
 
     zeros = [abs(float(v)) <= answer.tolerance_and_floor(part.rounding)[1] for v in answer.reference]
-    lines = ["said: qdot_read(ans1);", f"room: [{', '.join(map(maxima_text, room))}];", f"right: {near('ta1')};"]
+    lines = ["said: qdot_read(ans1);", f"room: [{', '.join(map(maxima_text, tolerances))}];", f"right: {near('ta1')};"]
     lines += _share_of_numbers(part, zeros)
     variables = [*names(problem), *NUMBERS, f"ta1: {_floats(truth, single)};"]
-    right = (
-        Node("NumAbsolute", "said", "ta1", RIGHT, "1", options=maxima_text(room[0]))
+    correct_node = (
+        Node("NumAbsolute", "said", "ta1", RIGHT, "1", options=maxima_text(tolerances[0]))
         if single
         else Node("AlgEquiv", "right", str(n), RIGHT, "1")
     )
-    nodes, cases = [right], [Case("the reference", "ta1", 1.0, RIGHT)]
-    for index, wrong in enumerate(known, 1):
+    nodes, cases = [correct_node], [Case("the reference", "ta1", 1.0, RIGHT)]
+    for index, wrong in enumerate(known_answers, 1):
         name, note = f"wrong{index}", f"prt1-{wrong.mistake}"
         variables.append(f"{name}: {_floats(wrong.answer, single)};")
         lines.append(f"like{index}: {near(name)};")
@@ -412,12 +412,12 @@ def _numbers(problem: Problem, part: Part) -> StackPart:
             lines.append(_minimum_share_line(part, HALF, f"like{index} = {n}"))
         nodes.append(Node("AlgEquiv", f"like{index}", str(n), note, "share", wrong.says))
         cases.append(Case(wrong.title, name, _share_of_wrong_numbers(part, wrong, zeros), note))
-    off = truth + sp.Matrix([50 * r for r in room])
-    inside = truth + sp.Matrix([r / 2 for r in room])
+    outside = truth + sp.Matrix([50 * r for r in tolerances])
+    inside = truth + sp.Matrix([r / 2 for r in tolerances])
     variables.append(f"form1: {_floats(inside, single)};")
     cases.append(Case("off by half of what is allowed", "form1", 1.0, RIGHT))
-    if not any(_is_near(off, wrong, room) for wrong in known):
-        variables.append(f"other1: {_floats(off, single)};")
+    if not any(_is_near(outside, wrong, tolerances) for wrong in known_answers):
+        variables.append(f"other1: {_floats(outside, single)};")
         cases.append(Case("nobody's mistake", "other1", 0.0, OTHER))
     unit = "; ".join(dict.fromkeys(unit for unit in answer.units if unit))
     words = ("a number" if single else f"{n} numbers") + (f", in {unit}, without the unit" if unit else "")
@@ -429,7 +429,7 @@ def _numbers(problem: Problem, part: Part) -> StackPart:
 
 
 def _share_of_numbers(part: Part, zeros: Sequence[bool]) -> list[str]:
-    """Return the lines that compute the share of numbers that are not all right."""
+    """Return the lines that compute the share of numbers that are not all correct."""
     n = len(zeros)
     if n == 1 or (part.credit or OWN).by == "whole":
         return ["share: 0;"]
@@ -442,16 +442,16 @@ def _share_of_numbers(part: Part, zeros: Sequence[bool]) -> list[str]:
     share = f"max(0, min({near(counted)} - ({len(spoiled)} - {near(spoiled)}), {len(counted) - 1}))/{len(counted)}"
     lines = [f"share: {share};"]
     if all(part.answer.units_due) and not all(zeros):
-        both = "qdot_near(abs(said[i, 1]), float(abs(ta1[i, 1])), room[i])"
+        same_size = "qdot_near(abs(said[i, 1]), float(abs(ta1[i, 1])), room[i])"
         lines.append(
-            f"share: if qdot_count(makelist({both}, i, 1, {n})) = {n} then max(share, {1 - AMISS}) else share;"
+            f"share: if qdot_count(makelist({same_size}, i, 1, {n})) = {n} then max(share, {1 - AMISS}) else share;"
         )
     worth = (part.credit or OWN).worth
     return lines if worth == 1 else [*lines, f"share: share*{worth};"]
 
 
 def _share_of_wrong_numbers(part: Part, wrong: KnownWrongAnswer, zeros: Sequence[bool]) -> float:
-    """Return the share that the numbers of a known mistake earn."""
+    """Return the share for the numbers that a known mistake leads to."""
     credit = part.credit or OWN
     if len(zeros) == 1 or credit.by == "whole":
         return 0.0
@@ -461,7 +461,7 @@ def _share_of_wrong_numbers(part: Part, wrong: KnownWrongAnswer, zeros: Sequence
     if (
         all(part.answer.units_due)
         and not all(zeros)
-        and all(abs(float(abs(a) - abs(b))) <= room for a, b, room in pairs)
+        and all(abs(float(abs(a) - abs(b))) <= tolerance for a, b, tolerance in pairs)
     ):
         share = max(share, 1 - AMISS)
     return float(share * credit.worth)
@@ -490,8 +490,8 @@ def _choice(part: Part) -> StackPart:
         f'[{i}, {"true" if i - 1 == answer.correct else "false"}, "{LETTERS[i - 1]}"]'
         for i in range(1, len(answer.options) + 1)
     ]
-    right = str(answer.correct + 1)
-    nodes, cases = [Node("AlgEquiv", "ans1", right, RIGHT, "1")], [Case("the reference", right, 1.0, RIGHT)]
+    correct = str(answer.correct + 1)
+    nodes, cases = [Node("AlgEquiv", "ans1", correct, RIGHT, "1")], [Case("the reference", correct, 1.0, RIGHT)]
     for i in range(len(answer.options)):
         if i != answer.correct:
             blames = list_blames(part, i)
@@ -506,11 +506,11 @@ def _choice(part: Part) -> StackPart:
 
 
 def _values(problem: Problem, part: Part) -> StackPart | str:
-    """Ask for a set of equations with a joint on the left and its value on the right."""
+    """Return a part that asks for a set of equations: a joint variable on the left, its value on the right."""
     answer = part.of(ConditionSet)
     if not all(_is_of_values(component) for component in answer.components):
         return "its singular configurations are no values of single joints, which STACK could judge fairly"
-    turning = [q.name for q in problem.chain.q if _is_angle(q)]
+    angle_joints = [q.name for q in problem.chain.q if _is_angle(q)]
 
     def equations(components: tuple[Component, ...], turns: int = 0) -> str:
         shown = [
@@ -532,21 +532,31 @@ def _values(problem: Problem, part: Part) -> StackPart | str:
     lines += [] if worth == 1 else [f"share: share*{worth};"]
     total = len([pair for c in answer.components for _, values in c.solutions or () for pair in values])
     nodes = [Node("AlgEquiv", "[right, beyond]", f"[{total}, 0]", RIGHT, "1")]
-    variables = [*names(problem), f"turning: [{', '.join(turning)}];", *SETS, f"ta1: {equations(answer.components)};"]
+    variables = [
+        *names(problem),
+        f"turning: [{', '.join(angle_joints)}];",
+        *SETS,
+        f"ta1: {equations(answer.components)};",
+    ]
     cases = [Case("the reference", "ta1", 1.0, RIGHT)]
-    truth = _claims(answer.components)
+    reference_claims = _claims(answer.components)
     for index, wrong in enumerate(known_wrong(problem, part, 2 * MOST), 1):
         assert isinstance(wrong.answer, tuple)
         if len(nodes) > MOST or not all(_is_of_values(component) for component in wrong.answer):
             continue
         name, note = f"wrong{index}", f"prt1-{wrong.mistake}"
         variables.append(f"{name}: {equations(wrong.answer)};")
-        against = f"(said, args({name}))"
-        lines.append(f"like{index}: [qdot_covered{against} - length({name}), qdot_beyond{against}];")
+        arguments = f"(said, args({name}))"
+        lines.append(f"like{index}: [qdot_covered{arguments} - length({name}), qdot_beyond{arguments}];")
         claimed = _claims(wrong.answer)
-        each = [_claims((component,)) for component in answer.components]
-        false = count_false_conditions([q for q, _ in claimed - truth], [q for q, _ in claimed & truth])
-        share = float(share_of_set([(len(claimed & expected), len(expected)) for expected in each], false) * worth)
+        condition_claims = [_claims((component,)) for component in answer.components]
+        false_count = count_false_conditions(
+            [q for q, _ in claimed - reference_claims], [q for q, _ in claimed & reference_claims]
+        )
+        share = float(
+            share_of_set([(len(claimed & expected), len(expected)) for expected in condition_claims], false_count)
+            * worth
+        )
         nodes.append(Node("AlgEquiv", f"like{index}", "[0, 0]", note, "share", wrong.says))
         cases.append(Case(wrong.title, name, share, note))
     variables += [f"form1: {equations(answer.components, 1)};", f"other1: {{{problem.chain.q[0]} = 1/7}};"]
@@ -569,13 +579,15 @@ def _is_angle(joint: sp.Symbol) -> bool:
 
 
 def _set_words(problem: Problem) -> str:
-    """Return how to type a set, with an example for each kind of joint of the arm."""
-    turning = [q.name for q in problem.chain.q if _is_angle(q)]
-    sliding = [q.name for q in problem.chain.q if not _is_angle(q)]
-    units = ([", angles in radians, one turn"] if turning else []) + ([", lengths in metres"] if sliding else [])
-    examples = [f"{name} = {value}" for name, value in ((turning[-1:], "pi/3"), (sliding[-1:], "1/2")) for name in name]
+    """Return instructions on how to type a set, with an example for each kind of joint of the arm."""
+    revolute = [q.name for q in problem.chain.q if _is_angle(q)]
+    prismatic = [q.name for q in problem.chain.q if not _is_angle(q)]
+    units = ([", angles in radians, one turn"] if revolute else []) + ([", lengths in metres"] if prismatic else [])
+    examples = [
+        f"{name} = {value}" for name, value in ((revolute[-1:], "pi/3"), (prismatic[-1:], "1/2")) for name in name
+    ]
     if len(examples) == 1:
-        examples.insert(0, f"{turning[-1]} = 1/2" if turning else f"{sliding[-1]} = 1/3")
+        examples.insert(0, f"{revolute[-1]} = 1/2" if revolute else f"{prismatic[-1]} = 1/3")
     return (
         f"a set of equations, each with a joint variable on the left and one value of it on the right{''.join(units)}; "
         f"for instance {{{', '.join(examples)}}}; every value counts"
@@ -583,12 +595,12 @@ def _set_words(problem: Problem) -> str:
 
 
 def _count(component: Component) -> int:
-    """Return the number of values of a component."""
+    """Return the number of joint values in a component."""
     return len(_claims((component,)))
 
 
 def _is_of_values(component: Component) -> bool:
-    """Whether a component consists of numeric values of a single joint."""
+    """Return whether a component consists of numeric values of a single joint."""
     return (
         component.solutions is not None
         and len(component.solutions) == 1
@@ -597,14 +609,14 @@ def _is_of_values(component: Component) -> bool:
 
 
 def _claims(components: tuple[Component, ...]) -> set[tuple[str, float]]:
-    """Return joints and rounded values, with angles wrapped to one turn."""
+    """Return pairs of a joint and its rounded value, with angles wrapped to one turn."""
     claims = set()
     for component in components:
         for joint, values in component.solutions or ():
             for value in values:
                 number = float(value)
-                turned = number % (2 * float(sp.pi)) if joint.name.startswith("theta") else number
-                claims.add((joint.name, round(turned, 9) % round(2 * float(sp.pi), 9)))
+                wrapped = number % (2 * float(sp.pi)) if joint.name.startswith("theta") else number
+                claims.add((joint.name, round(wrapped, 9) % round(2 * float(sp.pi), 9)))
     return claims
 
 

@@ -1,7 +1,7 @@
-"""qdot as a wheel, and the versions of its libraries, for machines that can't install it from a package index.
+"""Packs qdot as a wheel, and lists the versions of its libraries, for machines without access to a package index.
 
 The wheel is made from the installed files according to the format (packaging.python.org); the same files give the same
-bytes. It contains no assignment, and nothing that reveals answers.
+bytes. It contains no assignment and reveals no answers.
 """
 
 import base64
@@ -25,17 +25,17 @@ def wheel() -> tuple[str, bytes]:
     """Return the wheel's file name and content."""
     installed = distribution(DISTRIBUTION)
     name = f"{DISTRIBUTION.replace('-', '_')}-{installed.version}"
-    about = f"{name}.dist-info"
+    info_folder = f"{name}.dist-info"
     files = _modules() | {
-        f"{about}/METADATA": (installed.read_text("METADATA") or "").encode(),
-        f"{about}/WHEEL": b"Wheel-Version: 1.0\nGenerator: qdot\nRoot-Is-Purelib: true\nTag: py3-none-any\n",
-        f"{about}/entry_points.txt": (installed.read_text("entry_points.txt") or "").encode(),
+        f"{info_folder}/METADATA": (installed.read_text("METADATA") or "").encode(),
+        f"{info_folder}/WHEEL": b"Wheel-Version: 1.0\nGenerator: qdot\nRoot-Is-Purelib: true\nTag: py3-none-any\n",
+        f"{info_folder}/entry_points.txt": (installed.read_text("entry_points.txt") or "").encode(),
     }
     record = ""
     for path, data in files.items():
         digest = base64.urlsafe_b64encode(hashlib.sha256(data).digest()).rstrip(b"=").decode()
         record += f"{path},sha256={digest},{len(data)}\n"
-    files[f"{about}/RECORD"] = f"{record}{about}/RECORD,,\n".encode()
+    files[f"{info_folder}/RECORD"] = f"{record}{info_folder}/RECORD,,\n".encode()
     return f"{name}-py3-none-any.whl", archive(files)
 
 
@@ -54,21 +54,21 @@ def _modules() -> dict[str, bytes]:
 def versions() -> str:
     """Return the versions of the libraries installed here, one per line, as a constraints file for pip."""
     pinned: dict[str, str] = {}
-    waiting = [distribution(DISTRIBUTION)]
-    while waiting:
-        for needed in _needed_by(waiting.pop()):
-            if needed.name.lower() not in pinned:
-                pinned[needed.name.lower()] = f"{needed.name}=={needed.version}"
-                waiting.append(needed)
+    unvisited = [distribution(DISTRIBUTION)]
+    while unvisited:
+        for dependency in _needed_by(unvisited.pop()):
+            if dependency.name.lower() not in pinned:
+                pinned[dependency.name.lower()] = f"{dependency.name}=={dependency.version}"
+                unvisited.append(dependency)
     return "".join(f"{pinned[name]}\n" for name in sorted(pinned))
 
 
 def _needed_by(package: Distribution) -> list[Distribution]:
     """Return the installed dependencies of a package, without those of its extras."""
-    needed = []
+    dependencies = []
     for line in package.requires or ():
         name, _, marker = line.partition(";")
         if "extra" not in marker:
-            with contextlib.suppress(PackageNotFoundError):  # another system's
-                needed.append(distribution(re.split(r"[^A-Za-z0-9._-]", name, maxsplit=1)[0]))
-    return needed
+            with contextlib.suppress(PackageNotFoundError):  # a dependency for another operating system
+                dependencies.append(distribution(re.split(r"[^A-Za-z0-9._-]", name, maxsplit=1)[0]))
+    return dependencies
