@@ -1,7 +1,7 @@
 """Show a student's answer on the feedback page: typeset as a formula if that is possible, and as text.
 
-What was judged is set, as it was read, and nothing else is done with the text. What is too long or too
-deep to be set, can't be read, or is no formula (a function, a letter without an option) stands there as text alone.
+The formula is what qdot parsed and judged. An answer is shown only as text if it is too long or too deeply nested to
+be typeset, can't be parsed, or is not a formula (a function, a letter without an option).
 """
 
 import re
@@ -20,16 +20,16 @@ from qdot.grader.judging.answer_parser import read_answer
 from qdot.grader.judging.functions import SHOWN
 
 LONGEST, LARGEST = 4000, 2000
-"""Characters of a text and nodes of a tree that are set as a formula; more would be no formula to look at."""
+"""Maximum numbers of characters and of tree nodes that are typeset; a larger formula would be unreadable."""
 SHOWN_OF_TEXT = 2000
 ROOM = 40.0
-"""How wide a formula may be on the page, in em: it is broken into lines there, and scrolls where that can't be done."""
+"""Maximum width of a formula on the page, in em; a wider one is broken into lines, or scrolls if it can't be broken."""
 SMALLEST = 80
-"""Per cent of its size to which a formula is made smaller before it scrolls."""
+"""Minimum size of a wide formula, as a percentage of the normal size, before it scrolls."""
 
 _NAMESPACE = ' xmlns="http://www.w3.org/1998/Math/MathML"'
 FORMULAS = ("expression", "matrix", "singular", "number", "direction")
-"""The types of answers that are formulas; those of any other are shown as text."""
+"""The types of answers that are formulas; others are shown as text."""
 
 _CONTROL = {code: 0x2400 + code for code in range(32) if chr(code) not in "\t\n"} | {0x7F: 0x2421}
 _CONTROL |= dict.fromkeys((*range(0x80, 0xA0), *range(0xD800, 0xE000), 0xFFFE, 0xFFFF), 0xFFFD)
@@ -37,9 +37,9 @@ _CONTROL |= dict.fromkeys((*range(0x80, 0xA0), *range(0xD800, 0xE000), 0xFFFE, 0
 
 @dataclass(frozen=True)
 class Answer:
-    """An answer on the page: `shown` is HTML, empty if there is only text; if `text` is empty, `shown` says everything.
+    """An answer on the page, as HTML (`shown`) and as `text`; either is empty if the other suffices.
 
-    `is_text` says that the text is the student's, and not ours about a function.
+    `is_text` is False if the text is not the student's but qdot's description of a function.
     """
 
     text: str
@@ -48,7 +48,7 @@ class Answer:
 
 
 def show_answer(problem: Problem, part: Part, text: str) -> Answer:
-    """Return an answer as text and, if possible, as it was parsed."""
+    """Return an answer as text and, if possible, as the formula or options that were parsed."""
     plain = make_visible(text if len(text) <= SHOWN_OF_TEXT else f"{text[:SHOWN_OF_TEXT]} …")
     if text == SHOWN:
         return Answer(plain, is_text=False)
@@ -65,33 +65,36 @@ def show_answer(problem: Problem, part: Part, text: str) -> Answer:
 
 
 def make_visible(text: str) -> str:
-    """Return a text with pictures in place of control characters, so that any page can hold it."""
+    """Return a text with visible symbols instead of control characters, so that any page can contain it."""
     return text.translate(_CONTROL)
 
 
 def _formula_html(problem: Problem, part: Part, node: Node) -> str:
     if size_of(node) > LARGEST:
         raise TooDeep("the answer is too long to be set")
-    typed = typeset(node, prismatic_joints(problem.chain), part.answer.is_a_set, part.answer.units_due)
-    shown = fit_formula(typed, ROOM)
-    return _shorten_mathml(mathml(shown, True, max(SMALLEST, min(100, int(100 * ROOM / max(width(shown), 1.0))))))
+    formula = typeset(node, prismatic_joints(problem.chain), part.answer.is_a_set, part.answer.units_due)
+    fitted = fit_formula(formula, ROOM)
+    return _shorten_mathml(mathml(fitted, True, max(SMALLEST, min(100, int(100 * ROOM / max(width(fitted), 1.0))))))
 
 
 def _shorten_mathml(shown: str) -> str:
-    """Return MathML in fewer characters: letters in place of their codes, no rows of a single item."""
+    """Return MathML with fewer characters: letters instead of their codes, and no rows with a single item."""
     shown = re.sub(r"&#x0*([0-9A-F]{3,5});", lambda code: chr(int(code[1], 16)), shown)
     return re.sub(r"<mrow>(<m[ino]>[^<]*</m[ino]>)</mrow>", r"\1", shown.replace(_NAMESPACE, "", 1))
 
 
 def _chosen_options(problem: Problem, part: Part, text: str) -> str:
-    """Return the chosen options, each with its letter and, if items are matched, with its item."""
+    """Return the chosen options as HTML, each with its letter and, in a matching question, its item."""
     answer = part.answer
     chosen, items = list(read_answer(problem, part, text).chosen), answer.matched
     if items and len(chosen) == len(items):
-        heads = [f"{item}: " for item in items]
+        prefixes = [f"{item}: " for item in items]
     else:
-        chosen, heads = list(dict.fromkeys(chosen)), [""] * len(chosen)
+        chosen, prefixes = list(dict.fromkeys(chosen)), [""] * len(chosen)
     if answer.offered == TRUE_FALSE:
         return "".join(answer.offered[index] for index in chosen)
-    lines = (f"{head}**{LETTERS[k]}.** {option_text(problem, part, k)}" for head, k in zip(heads, chosen, strict=False))
+    lines = (
+        f"{prefix}**{LETTERS[k]}.** {option_text(problem, part, k)}"
+        for prefix, k in zip(prefixes, chosen, strict=False)
+    )
     return "".join(map(to_html, lines))

@@ -1,4 +1,4 @@
-"""The class overview of `qdot report`: one page for the staff, with charts; nothing in it comes from elsewhere."""
+"""Write the class overview of `qdot report`: a page for the staff with charts, which loads no other files."""
 
 from collections import Counter
 from collections.abc import Mapping, Sequence
@@ -32,26 +32,26 @@ from qdot.grader.statistics import statistics
 from qdot.grader.statistics.fairness_tests import Comparison, compare, correct_for_number
 
 MOST_CHARTED = 15
-"""Mistakes in the chart; all are in the table."""
+"""Maximum number of mistakes in the chart; the table has all of them."""
 MOST_UNUSUAL = 2
-"""Unusual forms that are shown of a part."""
+"""Maximum number of unusual forms shown for a part."""
 UNUSUAL = 0.5
-"""A right answer has an unusual form if it shares no more than this part of its pieces with the reference."""
+"""A correct answer has an unusual form if it shares at most this fraction of its pieces with the reference."""
 MOST_PAIRS = 30
 MOST_GROUPS = 20
-"""Groups of a part of which an answer is shown; the keys of all are in results.jsonl."""
+"""Maximum number of groups of a part with an answer shown; results.jsonl has the keys of all groups."""
 SHORT = 400
-"""Characters of an answer that are shown."""
+"""Maximum number of characters shown of an answer."""
 FEW = 30
-"""With fewer students, figures of difficulty and discrimination say little, and the page says so."""
+"""With fewer students, the page warns that difficulty and discrimination are unreliable."""
 COMPARED = ("expression", "matrix", "singular", "direction")
-"""The types of answers that are compared as they are written."""
+"""The types of answers whose written forms are compared."""
 CHARTED_VARIANTS = 3
 
 
 @dataclass(frozen=True)
 class Work:
-    """A student's work on a part: the answer's text and what became of it, with the student's problem."""
+    """A student's work on a part: the text of the answer and its result, with the student's problem."""
 
     student: str
     problem: Problem
@@ -61,17 +61,17 @@ class Work:
 
     @property
     def on_page(self) -> Answer:
-        """The answer as the page shows it, its text cut short."""
+        """The answer as the page shows it, with its text shortened."""
         return replace(show_answer(self.problem, self.part, self.answer), text=_cut(self.answer))
 
     def parse(self, text: str) -> Written | None:
-        """Return a text as an answer to this part in the form in which answers are compared, None if there is none."""
+        """Return a text, parsed as an answer to this part, in the form used to compare answers; None if it has none."""
         return written(read_answer(self.problem, self.part, text))
 
 
 @dataclass(frozen=True)
 class GroupsOfPart:
-    """The groups of equal wrong answers of a part, those that are shown and those that are left out."""
+    """The groups of equal wrong answers to a part: those that are shown with an answer, and those left out."""
 
     name: str
     groups: Sequence[tuple[GroupOfClass, Answer]]
@@ -80,7 +80,7 @@ class GroupsOfPart:
 
 @dataclass(frozen=True)
 class UnusualForm:
-    """A right answer to a part in a form that few others have, one student who wrote it, and how many did."""
+    """A correct answer to a part in an unusual form, a student who wrote it, and the number of such students."""
 
     part: str
     answer: Answer
@@ -89,51 +89,51 @@ class UnusualForm:
 
 
 def make_class_page(assignment: Assignment, results: Sequence[Result]) -> str:
-    """Return the page as self-contained HTML. Raises QdotError if the library that draws charts is not installed."""
+    """Return the page as self-contained HTML. Raises QdotError if matplotlib is not installed."""
     charts.check_library()
     graded = [result.student for result in select_graded(results)]
     problems = {student: dict(load_stored_problems(assignment, student).problems) for student in graded}
-    of_class, of_mistakes, of_parts = (
+    scores, mistakes, class_parts = (
         summarize_scores(results),
         summarize_mistakes(results),
         summarize_parts(assignment, results),
     )
     comparisons = _compare_variants(assignment, results, problems)
-    work = {part.name: _work_on(part.name, results, problems) for part in of_parts}
-    part_names = [part.name for part in of_parts]
+    work = {part.name: _work_on(part.name, results, problems) for part in class_parts}
+    part_names = [part.name for part in class_parts]
     states = Counter(status(result) for result in results)
     similar = _similar_answers(work)
-    charted = of_mistakes[:MOST_CHARTED]
+    charted = mistakes[:MOST_CHARTED]
     return render(
         "reports/report.html.j2",
         title=assignment.title,
         names={student.id: describe_student(student) for student in assignment.roster},
-        titles={part.name: part.title for part in of_parts},
+        titles={part.name: part.title for part in class_parts},
         students=len(results),
         handed_in=sum(result.submission is not None for result in results),
         states={name: states[name] for name in ("graded", "late", "missing", "unusable", *NO_MARK)},
-        scores=of_class,
-        score_chart=charts.draw_histogram(of_class.percents, of_class.mean, of_class.median) if of_class else "",
-        parts=of_parts,
+        scores=scores,
+        score_chart=charts.draw_histogram(scores.percents, scores.mean, scores.median) if scores else "",
+        parts=class_parts,
         outcome_words={
             outcome: word
             for outcome, (word, *_) in charts.OUTCOMES.items()
             if outcome is not Outcome.UNGRADED or any(map(states.get, NO_MARK))
         },
-        outcome_chart=charts.draw_outcomes(part_names, [part.count for part in of_parts]) if graded else "",
-        interval_chart=charts.draw_intervals(part_names, [part.discrimination for part in of_parts]),
+        outcome_chart=charts.draw_outcomes(part_names, [part.count for part in class_parts]) if graded else "",
+        interval_chart=charts.draw_intervals(part_names, [part.discrimination for part in class_parts]),
         least=statistics.LEAST,
-        few=of_class is None or len(of_class.percents) < FEW,
-        followed=sum(part.followed for part in of_parts),
-        mistakes=of_mistakes,
+        few=scores is None or len(scores.percents) < FEW,
+        followed=sum(part.followed for part in class_parts),
+        mistakes=mistakes,
         graded=len(graded),
-        mistake_chart=charts.draw_mistakes({each.title: len(each.students) for each in charted}),
+        mistake_chart=charts.draw_mistakes({item.title: len(item.students) for item in charted}),
         groups=_groups_with_answers(results, work),
         unusual=_unusual_forms(work),
         comparisons=comparisons,
         variant_charts=[
-            charts.draw_groups(index, each.groups, each.shares)
-            for index, each in enumerate(comparisons[:CHARTED_VARIANTS])
+            charts.draw_groups(index, item.groups, item.shares)
+            for index, item in enumerate(comparisons[:CHARTED_VARIANTS])
         ],
         permutations=statistics.PERMUTATIONS,
         has_due=any(assignment.due_of(student) is not None for student in assignment.roster),
@@ -151,7 +151,7 @@ def make_class_page(assignment: Assignment, results: Sequence[Result]) -> str:
 
 
 def _work_on(name: str, results: Sequence[Result], problems: Mapping[str, Mapping[str, Problem]]) -> list[Work]:
-    """Return the work of all students on a part, called as in "p1.jacobian", that has a text of the student's own."""
+    """Return the work of all students who wrote an answer to a part; `name` is for example "p1.jacobian"."""
     slot, question = name.split(".", 1)
     works = []
     for result in select_graded(results):
@@ -162,24 +162,24 @@ def _work_on(name: str, results: Sequence[Result], problems: Mapping[str, Mappin
 
 
 def _groups_with_answers(results: Sequence[Result], work: Mapping[str, Sequence[Work]]) -> list[GroupsOfPart]:
-    """Return every part that has groups of equal wrong answers, with those of most students."""
-    shown = []
-    every = group_wrong_answers(results)
-    for name in dict.fromkeys(group.part for group in every):
-        of_part = [group for group in every if group.part == name]
-        of_students = {each.student: each for each in work[name]}
+    """Return every part that has groups of equal wrong answers, with an answer of each of the largest groups."""
+    parts = []
+    groups = group_wrong_answers(results)
+    for name in dict.fromkeys(group.part for group in groups):
+        part_groups = [group for group in groups if group.part == name]
+        work_by_student = {student_work.student: student_work for student_work in work[name]}
         answers = [
-            of_students[group.typical].on_page if group.typical in of_students else Answer(SHOWN)
-            for group in of_part[:MOST_GROUPS]
+            work_by_student[group.typical].on_page if group.typical in work_by_student else Answer(SHOWN)
+            for group in part_groups[:MOST_GROUPS]
         ]
-        shown.append(GroupsOfPart(name, list(zip(of_part, answers, strict=False)), of_part[MOST_GROUPS:]))
-    return shown
+        parts.append(GroupsOfPart(name, list(zip(part_groups, answers, strict=False)), part_groups[MOST_GROUPS:]))
+    return parts
 
 
 def _compare_variants(
     assignment: Assignment, results: Sequence[Result], problems: Mapping[str, Mapping[str, Problem]]
 ) -> list[Comparison]:
-    """Return the comparisons of students whose arms differ, for every problem of the assignment."""
+    """Return the comparisons between students with different arms, for every problem of the assignment."""
     comparisons = []
     for slot in assignment.slots:
         chains, shares = [], []
@@ -195,38 +195,38 @@ def _compare_variants(
 
 
 def _unusual_forms(of_parts: Mapping[str, Sequence[Work]]) -> list[UnusualForm]:
-    """Return right answers that have little in common with their reference as it is written, a part's oddest first."""
+    """Return correct answers whose form differs most from the reference, for each part the most unusual first."""
     forms = []
-    for name, every in of_parts.items():
+    for name, works in of_parts.items():
         by_form: dict[str, tuple[float, Work, int]] = {}
-        for work in every:
+        for work in works:
             if work.result.outcome is not Outcome.CORRECT or work.part.type not in COMPARED:
                 continue
             answer, reference = work.parse(work.answer), work.parse(work.part.answer.code())
             if answer is None or reference is None:
                 continue
-            alike = alikeness(answer, reference)
-            if alike <= UNUSUAL:
-                before = by_form.get(answer.text, (alike, work, 0))
-                by_form[answer.text] = (*before[:2], before[2] + 1)
-        oddest = sorted(by_form.values(), key=lambda each: (each[0], each[1].student))[:MOST_UNUSUAL]
-        forms += [UnusualForm(name, work.on_page, work.student, count) for _, work, count in oddest]
+            similarity = alikeness(answer, reference)
+            if similarity <= UNUSUAL:
+                entry = by_form.get(answer.text, (similarity, work, 0))
+                by_form[answer.text] = (*entry[:2], entry[2] + 1)
+        most_unusual = sorted(by_form.values(), key=lambda each: (each[0], each[1].student))[:MOST_UNUSUAL]
+        forms += [UnusualForm(name, work.on_page, work.student, count) for _, work, count in most_unusual]
     return forms
 
 
 def _similar_answers(of_parts: Mapping[str, Sequence[Work]]) -> list[tuple[str, Pair]]:
-    """Return pairs of nearly identical wrong answers with their part; what a known mistake explains is no pair."""
+    """Return pairs of nearly identical wrong answers with their part, unless a known mistake explains the answers."""
     pairs: list[tuple[str, Pair]] = []
-    for name, every in of_parts.items():
-        wrong = []
-        for work in every:
-            unexplained = work.result.mistake is None and work.result.followed_from is None
-            if work.result.outcome not in NOT_RIGHT or work.part.type not in COMPARED or not unexplained:
+    for name, works in of_parts.items():
+        wrong_answers = []
+        for work in works:
+            is_unexplained = work.result.mistake is None and work.result.followed_from is None
+            if work.result.outcome not in NOT_RIGHT or work.part.type not in COMPARED or not is_unexplained:
                 continue
             answer = work.parse(work.answer)
             if answer is not None:
-                wrong.append(Wrong(work.student, work.answer, answer, work.part.answer.code()))
-        pairs += [(name, pair) for pair in nearly_the_same(wrong, usual=max(3, len(every) // 20))]
+                wrong_answers.append(Wrong(work.student, work.answer, answer, work.part.answer.code()))
+        pairs += [(name, pair) for pair in nearly_the_same(wrong_answers, usual=max(3, len(works) // 20))]
     return pairs
 
 

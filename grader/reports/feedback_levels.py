@@ -1,8 +1,12 @@
-"""Limit what a student sees of a wrong answer to the level of `feedback` in assignment.toml.
+"""Limit what a student sees about a wrong answer to the level of `feedback` in assignment.toml.
 
-The levels are an outcome, and why an answer could not be read; the mistake, or what to look at, and which entries are
-right; where it differs with its own value there, which is nothing that could be handed in again; what is right there;
-the worked solution.
+Each level adds something to the previous one:
+
+1. the outcome, and why an answer could not be parsed;
+2. the mistake, or advice on what to look at, and which entries are correct;
+3. a configuration where the answer is wrong, with the answer's own value there, which a student can't resubmit;
+4. the correct value there;
+5. the worked solution.
 """
 
 import re
@@ -22,7 +26,7 @@ _RIGHT_VALUES = (
     (rf", expected {_VALUE}", ", which is not right"),
     (rf", and {_VALUE} is right", ", which is not right"),
 )
-"""What tells a value that is right, as the reasons of `qdot.grader.judging.formulas` say it, and what is left of it."""
+"""Patterns of correct values in the reasons given by `qdot.grader.judging.formulas`, with their replacements."""
 
 _NUMBERS = (
     (rf"(\bno [a-z ]+|right but for rounding){_POSE}", r"\1"),
@@ -30,20 +34,20 @@ _NUMBERS = (
     (rf": yours {_VALUE}, which is not right", ""),
     (rf"(\b(?:number|entry) \d+) is {_VALUE}, which is not right", r"\1 is not right"),
 )
-"""What tells of a counterexample."""
+"""Patterns of the numbers of a counterexample, with their replacements."""
 
 
 _ALONE = (
     (r"(?:^|; )differs$", ""),
     (r"\bclaimed, but no (singular configuration)$", r"what is claimed is not everywhere a \1"),
 )
-"""What says nothing, or reads badly, without the example that is kept back."""
+"""Patterns of phrases that make no sense without the withheld counterexample, with their replacements."""
 _NAMES = ((r" \(transposed\?\)", ""),)
-"""What names a mistake in the reason for which an answer is not read."""
+"""Patterns that name a mistake in the reason why an answer could not be parsed, with their replacements."""
 
 
 def at_least(level: str, wanted: str) -> bool:
-    """Tell whether a level of feedback shows at least what another does."""
+    """Return whether a level of feedback shows at least as much as another."""
     return FEEDBACK.index(level) >= FEEDBACK.index(wanted)
 
 
@@ -66,12 +70,12 @@ def hold_back(part: PartResult, level: str) -> PartResult:
     if at_least(level, "mistake"):
         return replace(part, reason=reason, certificate=certificate)
     reason = _replace_patterns(reason, _NAMES) if certificate is None else ""
-    nothing = replace(part, mistake=None, advice=None, entries=None, follows=None)
-    return replace(nothing, reason=reason, certificate=certificate)
+    outcome_only = replace(part, mistake=None, advice=None, entries=None, follows=None)
+    return replace(outcome_only, reason=reason, certificate=certificate)
 
 
 def remove_numbers(reason: str) -> str:
-    """Return a reason without the numbers of its counterexample, if a table has them.
+    """Return a reason without the numbers of its counterexample, which a table shows.
 
     >>> remove_numbers("entry 1 differs at a1 = 2: yours 4, expected 2")
     'entry 1 differs'
@@ -80,13 +84,13 @@ def remove_numbers(reason: str) -> str:
 
 
 def _replace_patterns(reason: str, patterns: tuple[tuple[str, str], ...]) -> str:
-    for pattern, left in patterns:
-        reason = re.sub(pattern, left, reason)
+    for pattern, replacement in patterns:
+        reason = re.sub(pattern, replacement, reason)
     return reason
 
 
 def _without_right_values(certificate: Certificate | None) -> Certificate | None:
-    """Return a certificate whose counterexample shows no right values."""
+    """Return a certificate whose counterexample shows no correct values."""
     if certificate is None or certificate.counterexample is None:
         return certificate
     example = certificate.counterexample

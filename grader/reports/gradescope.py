@@ -1,7 +1,7 @@
 """Write a student's result as Gradescope's results.json: a test for every part, with its points and the reason.
 
-A hidden test hides the total from students, so there is none: what only staff should know is in `extra_data`, which
-Gradescope shows to nobody but its API.
+There is no hidden test, because one would hide the total from students. Information for the staff is in `extra_data`,
+which only Gradescope's API shows.
 """
 
 import json
@@ -21,7 +21,7 @@ VISIBILITY = ("visible", "after_due_date", "after_published", "hidden")
 
 @dataclass(frozen=True)
 class PartTest:
-    """A test of a part: its number is the part's name, as in "p1.jacobian"."""
+    """The test for a part; its `number` is the part's name in the assignment, for example "p1.jacobian"."""
 
     name: str
     number: str
@@ -35,7 +35,7 @@ class PartTest:
 
 @dataclass(frozen=True)
 class ForStaff:
-    """What Gradescope's API tells and its pages do not."""
+    """Information for the staff, which Gradescope shows in its API but not on its pages."""
 
     student: str
     assignment: str
@@ -46,7 +46,7 @@ class ForStaff:
 
 @dataclass(frozen=True)
 class GradescopeResults:
-    """What results.json holds; the score is after lateness and whatever a person set."""
+    """The contents of results.json; the score includes the late penalty and overrides."""
 
     score: float
     output: str
@@ -58,7 +58,7 @@ class GradescopeResults:
 
     @property
     def text(self) -> str:
-        """The file's text."""
+        """The content of the file."""
         return json.dumps(as_json(self), ensure_ascii=False, indent=1) + "\n"
 
 

@@ -1,4 +1,4 @@
-"""Turn a student's result into rows, one for each part, as reports for other programs need them."""
+"""Convert a student's result into rows, one for each part, for reports that other programs read."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -12,14 +12,14 @@ from qdot.grader.reports.feedback_levels import hold_back
 from qdot.grader.reports.tables import NO_MARK, status
 
 LONGEST = 4000
-"""Characters of what is said of a part."""
+"""Maximum number of characters of the message on a part."""
 
 
 @dataclass(frozen=True)
 class Row:
-    """A part: its name as in "p1.jacobian", its title, its outcome and points, and the feedback in one paragraph.
+    """A part: its name, for example "p1.jacobian", its title, outcome and points, and the feedback in one paragraph.
 
-    `points` are None where qdot itself failed: that is never a mark.
+    `points` is None if qdot failed to grade the part.
     """
 
     part: str
@@ -31,12 +31,12 @@ class Row:
 
     @property
     def passed(self) -> bool:
-        """Whether all points were earned, or set by a person."""
+        """Whether the part has all its points, earned or set by a person."""
         return self.points is not None and self.points >= self.max_points
 
     @property
     def earned(self) -> str:
-        """The points in words, as in "1.5 of 2"."""
+        """The points as text, for example "1.5 of 2"."""
         return f"{'no mark' if self.points is None else format_points(self.points)} of {format_points(self.max_points)}"
 
 
@@ -53,29 +53,29 @@ def make_rows(result: Result, feedback: str = FEEDBACK[-1]) -> list[Row]:
 
 def _message(part: PartResult) -> str:
     override = part.override
-    by_hand = ""
+    override_text = ""
     if override is not None:
-        what = "your instructor says" if override.points is None else "points set by your instructor"
-        by_hand = f"{what}{': ' if override.comment else ''}{override.comment}"
-    sentences = [text.rstrip(".") for text in (part.reason, part.advice, by_hand) if text]
-    whole = " ".join(". ".join(sentences).split())
-    return whole if len(whole) <= LONGEST else f"{whole[:LONGEST]} …"
+        prefix = "your instructor says" if override.points is None else "points set by your instructor"
+        override_text = f"{prefix}{': ' if override.comment else ''}{override.comment}"
+    sentences = [text.rstrip(".") for text in (part.reason, part.advice, override_text) if text]
+    paragraph = " ".join(". ".join(sentences).split())
+    return paragraph if len(paragraph) <= LONGEST else f"{paragraph[:LONGEST]} …"
 
 
 def only_result(results: Sequence[Result], form: str) -> Result:
-    """Return the result of the only student of a report. Raises QdotError, also if a part has no mark."""
+    """Return the only result. Raises QdotError if there are several students, or if a part has no mark."""
     if len(results) != 1:
         raise QdotError(f"--report {form} is of one student: name them with --student ID")
     if (state := status(results[0])) in NO_MARK:
-        what = (
+        cause = (
             "qdot failed on an answer" if state == "ungraded" else "a limit was exceeded by an answer or the notebook"
         )
-        raise QdotError(f"{what} of {results[0].student}, so there is no mark for {form}")
+        raise QdotError(f"{cause} of {results[0].student}, so there is no mark for {form}")
     return results[0]
 
 
 def list_notes(result: Result) -> list[str]:
-    """Return the notes for a student on the whole result: also the late penalty, and a total that a person set."""
+    """Return the notes for a student on the whole result, including the late penalty and an override of the total."""
     notes, late = [note for note in result.notes if note], result.late
     if late is not None:
         share = f"{100 * late.penalty:g} % of {format_points(late.points_before)} points taken off"
