@@ -1,14 +1,14 @@
-"""The drawing of an arm as in a robotics textbook, made from its DH table: shapes in numbers, SVG, and words.
+"""Draw an arm from its DH table as in a robotics textbook: numeric shapes, SVG, and a description in words.
 
 Planar arms are drawn flat, seen from +z_w. Spatial arms are drawn in one fixed axonometric view. In a given pose, links
-and axes may overlap: there the view that separates them best is used, with fewer names. The drawing shows the entry of
+and axes may overlap: then the view that separates them best is used, with fewer names. The drawing shows the entry of
 the table for joint i, theta_i or d_i with its offset. Differences in length are reduced, so that small lengths are
 visible.
 
     arm_figure              the figure of an arm, and figures made of several drawings
     shapes, view            plain shapes in pixels; from metres to pixels
     plane, pose             the general view of an arm; the pose in which it is drawn, or the view of a given pose
-    model                   the arm that is drawn in place of others that differ only in their labels
+    model                   one arm that is drawn for all arms that differ only in their labels
     arm, frames             links and joints, and the view that fits; axes, origins and the base's position
     places, labels          the lines of a drawing and the places for one label; the layout of all labels
     small                   thumbnails, and singular configurations beside a regular one

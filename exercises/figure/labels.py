@@ -1,7 +1,7 @@
-"""Places labels: each at the best place near its anchor that covers neither lines nor other labels.
+"""Place each label at the best position near its anchor that covers neither lines nor other labels.
 
-A label should be nearer to the thing that it names than to others of that kind; otherwise, or if it is far away, a
-thin leader line connects them.
+A label should be nearer to the thing that it names than to others of that kind. If it is not, or if it is far away, a
+thin leader line connects the label to the thing.
 """
 
 import math
@@ -19,7 +19,8 @@ FAR = 15.0
 class Request:
     """A label to place `gap` pixels from one of its anchors, each with a preferred direction (y down).
 
-    `kind` is the kind of thing that it names; no other label of the kind should be near `reach`, more points of it.
+    `kind` is the kind of thing that the label names. `reach` has more points of that thing; no other label of the kind
+    should be near them.
     """
 
     pieces: tuple[TextRun, ...]
@@ -38,7 +39,7 @@ class Request:
     def shift(self, by: Pair) -> "Request":
         """Return the label shifted by a vector."""
         spots = shift_points(tuple([spot for spot, _ in self.anchors]), by)
-        anchors = tuple([(spot, wish) for spot, (_, wish) in zip(spots, self.anchors, strict=True)])
+        anchors = tuple([(spot, direction) for spot, (_, direction) in zip(spots, self.anchors, strict=True)])
         return replace(self, anchors=anchors, reach=shift_points(self.reach, by))
 
     @property
@@ -69,8 +70,8 @@ class Layout:
         self._requests = requests
         self._places: list[Places] = []
         for i, request in enumerate(requests):
-            alike = (k for k, another in enumerate(requests) if another.kind == request.kind and k != i)
-            rivals = [point for k in alike for point in reaches[k]]
+            same_kind = (k for k, another in enumerate(requests) if another.kind == request.kind and k != i)
+            rivals = [point for k in same_kind for point in reaches[k]]
             self._places.append(Places(request.pieces, request.anchors, request.gap, request.far, rivals, ink, size))
         self._order = sorted(range(len(requests)), key=lambda k: requests[k].rank)
         self._boxes: dict[int, Box] = {}
@@ -79,9 +80,9 @@ class Layout:
         self._seen: dict[int, tuple[dict[int, Box], dict[int, Polyline]]] = {}
 
     def place_all(self, most: float = math.inf) -> bool:
-        """Move each label to its best place among the others, in the first round among those before it.
+        """Move each label to its best place among the others (in the first round, among those placed before it).
 
-        Return whether they cost at most `most` together in the first round; a layout that costs more is abandoned.
+        Return whether the total cost in the first round is at most `most`; a layout that costs more is abandoned.
         """
         for i in self._order:
             boxes = {k: box for k, box in self._boxes.items() if k != i}

@@ -1,8 +1,8 @@
-"""The arm that is drawn in place of another: many arms of a class look alike except for their labels.
+"""Draw one model for many arms of a class, because their figures differ only in the labels.
 
-A figure is not to scale: lengths in numbers are drawn in a few steps, equal ones equal and longer ones longer. Offsets
-of joints appear only in labels. A figure is made once for all arms with the same model, with room for the widest of
-their labels; then each arm's labels are filled in.
+A figure is not to scale: numeric lengths are rounded to a few steps that keep their order, and equal lengths stay
+equal. Joint offsets appear only in labels. A figure is drawn once for all arms with the same model, with space for the
+widest of their labels. Then each arm's labels are filled in.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -17,7 +17,7 @@ from qdot.exercises.figure.pose import entries_of_pose
 from qdot.exercises.figure.shapes import Figure, Run, TextRun, extent, magnitude, runs, with_offset
 
 _STEPS = (9, 24, 36, 48, 59, 72, 84, 96)
-"""Lengths of models in centimetres, with two digits of full width; the longest length of an arm gets the last step."""
+"""Lengths of models in centimetres, with two wide digits each; the longest length of an arm gets the last step."""
 _TURN, _SLIDE = sp.pi / 6, sp.Rational(35, 100)
 """Offsets of models; their labels are as wide as most others."""
 
@@ -44,8 +44,8 @@ class Model:
         return tuple(map(float, self._scale_slides(np.array(drawn), self.longer)))
 
     def _scale_slides(self, entries: np.ndarray, by: float) -> np.ndarray:
-        slides = np.array([joint.kind == "P" for joint in self.arm.joints])
-        return np.where(slides, entries * by, entries)
+        is_prismatic = np.array([joint.kind == "P" for joint in self.arm.joints])
+        return np.where(is_prismatic, entries * by, entries)
 
     def relabel(self, figure: Figure) -> Figure:
         """Return the model's figure with the arm's own lettering."""
@@ -56,7 +56,7 @@ class Model:
 
 
 def model_of(chain: Chain) -> Model:
-    """Return the model of an arm. An arm described by its axes is its own model, as it is drawn at home."""
+    """Return the model of an arm. An arm described by its axes is its own model, because it is drawn at home."""
     if not convention_of(chain).has_frames:
         return Model(chain, chain, {}, 1.0)
     letters: dict[tuple[TextRun, ...], tuple[TextRun, ...]] = {}
@@ -64,12 +64,12 @@ def model_of(chain: Chain) -> Model:
     joints = []
     for joint, q, offset in zip(chain.joints, chain.q, chain.offsets, strict=True):
         entry = q + _model_offset(q, offset, joint.kind == "R", letters)
-        turns = {"theta": entry, "d": length(joint.d)} if joint.kind == "R" else {"d": entry}
-        joints.append(replace(joint, **turns, a=length(joint.a)))
+        joint_entries = {"theta": entry, "d": length(joint.d)} if joint.kind == "R" else {"d": entry}
+        joints.append(replace(joint, **joint_entries, a=length(joint.a)))
     u, v, w = map(length, chain.point.offset)
     point = Point(chain.point.frame, (u, v, w))
-    plain = Chain("model", tuple(joints), chain.task, chain.base, point, convention=chain.convention)
-    return Model(chain, plain, {runs(model): runs(arm_letters) for model, arm_letters in letters.items()}, longer)
+    model_chain = Chain("model", tuple(joints), chain.task, chain.base, point, convention=chain.convention)
+    return Model(chain, model_chain, {runs(model): runs(arm_letters) for model, arm_letters in letters.items()}, longer)
 
 
 def _model_lengths(
@@ -77,8 +77,8 @@ def _model_lengths(
 ) -> tuple[Callable[[sp.Expr], sp.Expr], float]:
     """Return a function from the arm's lengths to the model's, and the arm's size relative to the model.
 
-    The arm is unchanged if its base position has numbers, to which its lengths must stay in proportion, if it has more
-    lengths than there are steps, or if its labels are wider.
+    The arm's lengths are unchanged if its base position has numbers, because both must stay in proportion. They are
+    also unchanged if there are more lengths than steps, or if the arm's labels are wider than the model's.
     """
     unchanged = (lambda value: value), 1.0
     values = [value for joint in chain.joints for value in (joint.a, joint.d)] + list(chain.point.offset)
@@ -110,11 +110,11 @@ def _model_offset(
     q: sp.Symbol, offset: sp.Expr, turns: bool, letters: dict[tuple[TextRun, ...], tuple[TextRun, ...]]
 ) -> sp.Expr:
     """Return the model's offset of a joint."""
-    usual = _TURN if turns else _SLIDE
+    model_offset = _TURN if turns else _SLIDE
     if offset == 0 or not offset.is_number:
         return offset
-    model, arm_letters = with_offset(q, usual, turns), with_offset(q, offset, turns)
+    model, arm_letters = with_offset(q, model_offset, turns), with_offset(q, offset, turns)
     if extent(arm_letters)[0] > extent(model)[0]:
         return offset
     letters[model] = arm_letters
-    return usual
+    return model_offset

@@ -1,4 +1,4 @@
-"""The view of an arm: perpendicular to the plane in which it moves, if there is one, else from above at a slant."""
+"""Choose the view of an arm: perpendicular to the plane in which it moves, or oblique from above if there is none."""
 
 from dataclasses import replace
 from functools import lru_cache
@@ -28,7 +28,7 @@ SEEN = {
 
 
 def exact(chain: Chain) -> Chain:
-    """Return the same arm with sympy numbers where its base or point hold Python ones."""
+    """Return the same arm with Python numbers in its base and point converted to SymPy numbers."""
     (x, y, z), (u, v, w) = (map(sp.sympify, three) for three in (chain.base.position, chain.point.offset))
     base = Base((x, y, z), sp.sympify(chain.base.yaw), sp.sympify(chain.base.tilt))
     return replace(chain, base=base, tool=Point(chain.point.frame, (u, v, w)))
@@ -46,20 +46,20 @@ def is_flat(chain: Chain) -> bool:
 
 @lru_cache(maxsize=256)
 def plane(chain: Chain) -> str | None:
-    """Return the axis of the world ("x", "y" or "z") that is square to all motion of the arm, or None."""
+    """Return the world axis ("x", "y" or "z") that is perpendicular to all motion of the arm, or None."""
     if chain.is_planar:
         return "z"
     chain = exact(chain)
     values = {symbol.name: 0.3 + 0.11 * k for k, symbol in enumerate(chain.parameters)}
     arm = NumericChain(chain, values)
-    poses = np.array([[0.37 + 0.21 * i for i in range(chain.n)], [1.13 - 0.47 * i for i in range(chain.n)]])
-    frames = arm.frames(poses)
+    configurations = np.array([[0.37 + 0.21 * i for i in range(chain.n)], [1.13 - 0.47 * i for i in range(chain.n)]])
+    frames = arm.frames(configurations)
     points = np.concatenate([frames[..., :3, 3], arm.point_of(frames)[:, None]], axis=1).reshape(-1, 3)
     axes = frames[:, :-1, :3, 2]
-    turns = np.array([kind == "R" for kind in arm.kinds])
+    is_revolute = np.array([kind == "R" for kind in arm.kinds])
     for k, name in ((2, "z"), (1, "y"), (0, "x")):
-        along = np.abs(axes[..., k])
-        square = np.all(np.abs(along - turns) < 1e-9) and np.all(np.abs(points[:, k]) < 1e-9)
-        if square and turns.any() and (name == "z" or chain.base.yaw == 0):
+        axis_components = np.abs(axes[..., k])
+        is_perpendicular = np.all(np.abs(axis_components - is_revolute) < 1e-9) and np.all(np.abs(points[:, k]) < 1e-9)
+        if is_perpendicular and is_revolute.any() and (name == "z" or chain.base.yaw == 0):
             return name
     return None

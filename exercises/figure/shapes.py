@@ -1,4 +1,4 @@
-"""Plain shapes of a figure, in pixels with y down, and the lettering of symbols, lengths and angles."""
+"""Define the plain shapes of a figure (pixels, y down) and the lettering of symbols, lengths and angles."""
 
 import re
 from dataclasses import dataclass
@@ -11,7 +11,7 @@ Box = tuple[float, float, float, float]
 """Left, top, right, bottom."""
 FONT = 15.0
 LOW = {"ω": 1.25}
-"""Magnification of letters that are low in the fonts of PDFs and name an axis on their own."""
+"""Magnification of letters that are small in the fonts of PDFs and are the name of an axis."""
 SUB = 0.72
 GREEK = {
     "theta": "θ", "alpha": "α", "beta": "β", "gamma": "γ", "delta": "δ", "phi": "φ", "psi": "ψ",
@@ -157,7 +157,7 @@ def decimal(number: sp.Expr) -> str:
 
 @lru_cache(maxsize=4096)
 def magnitude(expression: sp.Expr) -> tuple[TextRun, ...]:
-    """Return the lettering of a length beside a drawn line: without sign."""
+    """Return the lettering of a length beside a drawn line, without its sign."""
     return sign_and_lettering(expression, angle=False)[1]
 
 
@@ -173,12 +173,12 @@ def with_offset(variable: sp.Symbol, offset: sp.Expr, angle: bool) -> tuple[Text
 @lru_cache(maxsize=4096)
 def runs(pieces: tuple[TextRun, ...], font: float = FONT) -> tuple[Run, ...]:
     """Return the runs of some lettering, with lowered and smaller subscripts."""
-    done, low = [], 0.0
+    font_runs, low = [], 0.0
     for text, italic, sub in pieces:
         level = 0.24 * font if sub else 0.0
-        done.append(Run(text, italic, font * SUB if sub else font * LOW.get(text, 1.0), level - low))
+        font_runs.append(Run(text, italic, font * SUB if sub else font * LOW.get(text, 1.0), level - low))
         low = level
-    return tuple(done)
+    return tuple(font_runs)
 
 
 @lru_cache(maxsize=4096)

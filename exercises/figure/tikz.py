@@ -1,4 +1,4 @@
-"""A figure's SVG as TikZ, so that LaTeX draws it without a converter; only the few elements of our figures."""
+"""Convert a figure's SVG to TikZ, so that LaTeX can draw it; only the elements in our figures are supported."""
 
 import re
 import xml.etree.ElementTree as ET
@@ -60,8 +60,8 @@ class _Frame:
 def tikz(svg: str) -> str:
     """Return a tikzpicture of one of our figures; needs tikz. Raises ValueError for SVG that our figures don't have."""
     root = ET.fromstring(svg)  # noqa: S314 - our own figure
-    drawn = list(_draw_elements(root, _Frame(), {}))
-    return render("figure/arm.tex.j2", drawn=drawn, unit=POINTS, end=(root.get("width"), root.get("height")))
+    elements = list(_draw_elements(root, _Frame(), {}))
+    return render("figure/arm.tex.j2", drawn=elements, unit=POINTS, end=(root.get("width"), root.get("height")))
 
 
 def _draw_elements(parent: ET.Element, frame: _Frame, inherited: Mapping[str, str]) -> Iterator[Stroke | Lettering]:
@@ -98,10 +98,10 @@ def _transform_frame(frame: _Frame, transform: str) -> _Frame:
 
 def _options(attributes: Mapping[str, str], frame: _Frame) -> tuple[str, ...]:
     scale = POINTS * frame.scale
-    options = [f"{name}={_colour(attributes[what])}" for what, name in (("fill", "fill"), ("stroke", "draw"))
-               if attributes.get(what, "none") != "none"]  # fmt: skip
+    options = [f"{name}={_colour(attributes[attribute])}" for attribute, name in (("fill", "fill"), ("stroke", "draw"))
+               if attributes.get(attribute, "none") != "none"]  # fmt: skip
     options.append(f"line width={scale * float(attributes.get('stroke-width', 1)):.2f}pt")
-    options += [f"{name}={attributes[what]}" for what, name in _JOINS.items() if what in attributes]
+    options += [f"{name}={attributes[attribute]}" for attribute, name in _JOINS.items() if attribute in attributes]
     if "stroke-dasharray" in attributes:
         lengths = [f"{scale * float(length):.2f}pt" for length in attributes["stroke-dasharray"].split()]
         marks = (f"{'off' if k % 2 else 'on'} {length}" for k, length in enumerate(lengths))

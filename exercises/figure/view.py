@@ -1,4 +1,4 @@
-"""The projection from metres in the world frame to pixels, and solid shapes in it."""
+"""Project points from the world frame (m) to pixels, and draw cylinders, boxes and arrows in this projection."""
 
 import math
 from collections.abc import Iterable
@@ -80,12 +80,12 @@ def hull(points: list[Pair]) -> tuple[Pair, ...]:
     ordered = sorted({(round(x, 6), round(y, 6)) for x, y in points})
 
     def chain(side: list[Pair]) -> list[Pair]:
-        kept: list[Pair] = []
+        hull_points: list[Pair] = []
         for p in side:
-            while len(kept) > 1 and _turn(kept[-2], kept[-1], p) <= 1e-9:
-                kept.pop()
-            kept.append(p)
-        return kept[:-1]
+            while len(hull_points) > 1 and _turn(hull_points[-2], hull_points[-1], p) <= 1e-9:
+                hull_points.pop()
+            hull_points.append(p)
+        return hull_points[:-1]
 
     return tuple(chain(ordered) + chain(ordered[::-1]))
 
@@ -117,11 +117,11 @@ def _cylinder(
     """Return the outline and the near end of a cylinder in pixels about its centre, for a view's axes (by rows)."""
     axes, axis = np.array(directions).reshape(3, 3), np.array(along)
     u, v = perpendicular_vectors(axis)
-    turns = np.linspace(0.0, 2 * np.pi, 41)[:-1, None]
-    ring = (u * np.cos(turns) + v * np.sin(turns)) * radius
-    near = axis * (1.0 if axes[2] @ axis >= 0 else -1.0) * half
+    angles = np.linspace(0.0, 2 * np.pi, 41)[:-1, None]
+    ring = (u * np.cos(angles) + v * np.sin(angles)) * radius
+    near_end = axis * (1.0 if axes[2] @ axis >= 0 else -1.0) * half
     right_down = axes[:2].T * (1.0, -1.0)
-    front, back = ([(float(x), float(y)) for x, y in (ring + end) @ right_down] for end in (near, -near))
+    front, back = ([(float(x), float(y)) for x, y in (ring + end) @ right_down] for end in (near_end, -near_end))
     return hull([*front, *back]), tuple(front)
 
 
@@ -159,8 +159,8 @@ def tip(points: tuple[Pair, ...], style: str, size: float = ARROW) -> tuple[Poly
     wing = 0.36 * size
     bx, by = x1 - ux * size, y1 - uy * size
     head = ((x1, y1), (bx - uy * wing, by + ux * wing), (bx + uy * wing, by - ux * wing))
-    last = (x1 - ux * min(size, length) * 0.7, y1 - uy * min(size, length) * 0.7)
-    return (Polyline((*points[:-1], last), style), Polyline(head, f"{style}-head", True))
+    line_end = (x1 - ux * min(size, length) * 0.7, y1 - uy * min(size, length) * 0.7)
+    return (Polyline((*points[:-1], line_end), style), Polyline(head, f"{style}-head", True))
 
 
 def direction_at(x: np.ndarray, y: np.ndarray, angle: float | np.ndarray) -> np.ndarray:

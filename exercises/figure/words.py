@@ -1,4 +1,4 @@
-"""An arm in words: an exact description of its figure for readers who do not see it."""
+"""Describe an arm's figure exactly in words, for readers who cannot see it."""
 
 import sympy as sp
 
@@ -36,9 +36,9 @@ def alt_text(chain: Chain, posed: bool = False) -> str:
     chain = exact(chain)
     count = NUMBER_WORDS[chain.n] if chain.n < len(NUMBER_WORDS) else str(chain.n)
     joints = f"{count} joint{'s' if chain.n > 1 else ''}"
-    across = plane(chain)
-    where = f"drawn flat {SEEN[across]}" if across else "drawn in space"
-    arm = f"A {'planar' if across else 'spatial'} arm with {joints} in series, {where}"
+    normal_axis = plane(chain)
+    view_clause = f"drawn flat {SEEN[normal_axis]}" if normal_axis else "drawn in space"
+    arm = f"A {'planar' if normal_axis else 'spatial'} arm with {joints} in series, {view_clause}"
     if not convention_of(chain).has_frames:
         arm = arm.replace("_w", "_s")
         home = ", not at home. At home, in the space frame s:" if posed else ", at home, in the space frame s."
@@ -51,12 +51,12 @@ def alt_text(chain: Chain, posed: bool = False) -> str:
 def panels_text(captions: list[str], key: str, remark: str, words: Catalogue, has_ring: bool) -> str:
     """Return a description of small drawings of one arm, the first of which shows a regular configuration."""
     singular = "; ".join(captions[1:])
-    shown = words.gettext(
+    opening = words.gettext(
         "The arm in a regular configuration and in these singular ones: %(singular)s.", singular=singular
     )
     ring = words.gettext("A dashed ring: that way is at the reader.") if has_ring else ""
     scale = words.gettext("Drawn to scale.")
-    return " ".join(sentence for sentence in (shown, remark, scale, key, ring) if sentence)
+    return " ".join(sentence for sentence in (opening, remark, scale, key, ring) if sentence)
 
 
 def _plain(expression: sp.Expr, angle: bool) -> str:
@@ -75,29 +75,31 @@ def _base(chain: Chain) -> str:
     base = convention_of(chain).base
     if base.is_world:
         return "The base frame O0 is the world frame."
-    turns = [f"turned by {_plain(base.yaw, angle=True)} about z_w"] if base.yaw != 0 else []
+    rotations = [f"turned by {_plain(base.yaw, angle=True)} about z_w"] if base.yaw != 0 else []
     if base.tilt != 0:
         mount = {sp.pi: "ceiling", -sp.pi: "ceiling", sp.pi / 2: "wall", -sp.pi / 2: "wall"}.get(base.tilt)
-        hung = f" (mounted on the {mount})" if mount and not is_flat(chain) else ""
-        turns.append(f"{'then ' if turns else ''}tilted by {_plain(base.tilt, angle=True)} about its own x axis{hung}")
-    at = "at the world's origin" if not any(base.position) else f"at {_triple(base.position)} in the world frame"
-    return f"The base frame O0 is {at}{', ' if turns else ''}{', '.join(turns)}."
+        mounting = f" (mounted on the {mount})" if mount and not is_flat(chain) else ""
+        rotations.append(
+            f"{'then ' if rotations else ''}tilted by {_plain(base.tilt, angle=True)} about its own x axis{mounting}"
+        )
+    position = "at the world's origin" if not any(base.position) else f"at {_triple(base.position)} in the world frame"
+    return f"The base frame O0 is {position}{', ' if rotations else ''}{', '.join(rotations)}."
 
 
 def _joint(chain: Chain, i: int) -> str:
     if convention_of(chain).has_frames_of_joints:
         return _joint_of_frame(chain, i)
-    row, angle = chain.joints[i - 1], chain.joints[i - 1].kind == "R"
-    moves = _moves(chain, i)
+    row, is_revolute = chain.joints[i - 1], chain.joints[i - 1].kind == "R"
+    motion = _moves(chain, i)
     lengths = []
-    if angle and row.d != 0:
+    if is_revolute and row.d != 0:
         lengths.append(f"{_plain(row.d, angle=False)} along z{i - 1}")
     if row.a != 0:
         lengths.append(f"{_plain(row.a, angle=False)} along x{i}")
-    run = f"; link {i} is {' and '.join(lengths)}" if lengths else ""
-    if not angle and row.theta != 0:
-        run += f"; x{i} is turned by {_plain(row.theta, angle=True)} about z{i - 1}"
-    return f"Joint {i} is {KINDS[row.kind]}: it {moves} z{i - 1}{run}{_twist(chain, i)}."
+    geometry = f"; link {i} is {' and '.join(lengths)}" if lengths else ""
+    if not is_revolute and row.theta != 0:
+        geometry += f"; x{i} is turned by {_plain(row.theta, angle=True)} about z{i - 1}"
+    return f"Joint {i} is {KINDS[row.kind]}: it {motion} z{i - 1}{geometry}{_twist(chain, i)}."
 
 
 def _axes(chain: Chain) -> list[str]:
@@ -146,31 +148,31 @@ def _sum(value: sp.Expr, unit: str) -> str:
 
 
 def _moves(chain: Chain, i: int) -> str:
-    """Return how a joint moves, up to the name of its axis."""
-    variable, offset, angle = chain.q[i - 1], chain.offsets[i - 1], chain.joints[i - 1].kind == "R"
-    entry = _plain(variable, angle)
+    """Return the words on a joint's motion that precede the name of its axis: "turns by theta1 about"."""
+    variable, offset, is_angle = chain.q[i - 1], chain.offsets[i - 1], chain.joints[i - 1].kind == "R"
+    entry = _plain(variable, is_angle)
     if offset != 0:
-        sign, rest = _plain(offset, angle).startswith("minus "), _plain(offset, angle).removeprefix("minus ")
-        entry += f" {'minus' if sign else 'plus'} {rest}"
-    return f"turns by {entry} about" if angle else f"slides by {entry} along"
+        minus, rest = _plain(offset, is_angle).startswith("minus "), _plain(offset, is_angle).removeprefix("minus ")
+        entry += f" {'minus' if minus else 'plus'} {rest}"
+    return f"turns by {entry} about" if is_angle else f"slides by {entry} along"
 
 
 def _joint_of_frame(chain: Chain, i: int) -> str:
     """Return a description of a joint in modified DH, where frame i is on the axis of joint i."""
     row = convention_of(chain).rows[i - 1]
-    angle, before = row.kind == "R", f"z{i - 1}"
+    is_revolute, previous_axis = row.kind == "R", f"z{i - 1}"
     if row.alpha == 0:
-        lies = "" if row.a == 0 else f"its axis z{i} is parallel to {before}"
+        relation = "" if row.a == 0 else f"its axis z{i} is parallel to {previous_axis}"
     elif row.alpha in (sp.pi, -sp.pi):
-        lies = f"its axis z{i} points against {before}"
+        relation = f"its axis z{i} points against {previous_axis}"
     else:
-        lies = f"its axis z{i} is turned from {before} by {_plain(row.alpha, angle=True)} about x{i - 1}"
+        relation = f"its axis z{i} is turned from {previous_axis} by {_plain(row.alpha, angle=True)} about x{i - 1}"
     if row.a != 0:
-        lies += f", {_plain(row.a, angle=False)} along x{i - 1} from O{i - 1}"
-    run = f"; O{i} is {_plain(row.d, angle=False)} along z{i}" if angle and row.d != 0 else ""
-    if not angle and row.theta != 0:
-        run += f"; x{i} is turned by {_plain(row.theta, angle=True)} about z{i}"
-    return f"Joint {i} is {KINDS[row.kind]}: {lies}{'; ' if lies else ''}it {_moves(chain, i)} z{i}{run}."
+        relation += f", {_plain(row.a, angle=False)} along x{i - 1} from O{i - 1}"
+    geometry = f"; O{i} is {_plain(row.d, angle=False)} along z{i}" if is_revolute and row.d != 0 else ""
+    if not is_revolute and row.theta != 0:
+        geometry += f"; x{i} is turned by {_plain(row.theta, angle=True)} about z{i}"
+    return f"Joint {i} is {KINDS[row.kind]}: {relation}{'; ' if relation else ''}it {_moves(chain, i)} z{i}{geometry}."
 
 
 def _twist(chain: Chain, i: int) -> str:

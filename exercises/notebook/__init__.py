@@ -1,9 +1,9 @@
-"""A problem as a notebook, and in every other format of `qdot show`.
+"""Write a problem as a notebook, and in every other format of `qdot show`.
 
-It imports what writes texts and draws figures; assignments are above it.
+This package imports the packages that write texts and draw figures; the assignment package imports it.
 
-    notebook                    the notebook to hand out, and the staff's
-    self_check                  what a notebook checks of its own answers, without the right ones
+    notebook                    the student's notebook, and the staff's
+    self_check                  checks of a notebook's answers against each other, without the correct answers
     setup_cell                  the first cell of a notebook
     problem_formats             one problem in every format
 """

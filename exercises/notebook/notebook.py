@@ -1,7 +1,7 @@
-"""Problems as Jupyter notebooks (nbformat 4.5): the student's with blanks, the staff's with answers and worked steps.
+"""Write problems as Jupyter notebooks (nbformat 4.5): with blanks for students, with answers and solutions for staff.
 
-The same problems give the same bytes: cell ids come from the names of the parts, and nothing depends on the time.
-A notebook holds no seed, so that a student can't regenerate the answers from it.
+The same problems always give the same bytes: cell ids are made from the names of the parts, and nothing depends on the
+time. A notebook contains no seed, so that a student can't regenerate the answers from it.
 """
 
 import base64
@@ -20,16 +20,16 @@ from qdot.exercises.quizzes import ASKED
 from qdot.exercises.writing.problem_texts import answer_code, hints, prompt, statement, worked_solutions
 from qdot.exercises.writing.render import render
 
-if TYPE_CHECKING:  # it takes as long to load as a problem to make, and whoever writes no notebook needs none of it
+if TYPE_CHECKING:  # importing it takes as long as generating a problem, and only writing a notebook needs it
     from nbformat import NotebookNode
 
 KERNEL = {"display_name": "Python 3", "language": "python", "name": "python3"}
 
 
 def student_notebook(title: str, key: str, student: str, problems: Problems, hinted: bool = False) -> "NotebookNode":
-    """Return the notebook that a student fills in; `problems` are (slot, problem), the slots being p1, p2, …
+    """Return the notebook that a student fills in; `problems` are pairs (slot, problem) with slots p1, p2, …
 
-    With `hinted`, three hints that can be opened are under every prompt.
+    With `hinted`, three hints that can be expanded follow every prompt.
     """
     return _notebook("student", title, key, student, problems, hinted)
 
@@ -42,16 +42,16 @@ def solution_notebook(
     hinted: bool = False,
     handed_out: "NotebookNode | None" = None,
 ) -> "NotebookNode":
-    """Return the same notebook with the references filled in, and a worked solution after each part.
+    """Return the same notebook with the reference answers filled in and a worked solution for each part.
 
-    Where the one `handed_out` is there already, statements and prompts with their figures are taken from it.
+    If the notebook `handed_out` is given, statements and prompts with their figures are copied from it.
     """
     written = {cell.id: cell.source for cell in handed_out.cells} if handed_out is not None else {}
     return _notebook("solution", title, key, student, problems, hinted, written)
 
 
 def notebook_text(notebook: "NotebookNode") -> str:
-    """Return the file's text: sorted keys, one space of indent as Jupyter writes it, a newline at the end."""
+    """Return the file's text: sorted keys, an indent of one space as in Jupyter's files, a newline at the end."""
     return json.dumps(notebook, indent=1, sort_keys=True, ensure_ascii=False) + "\n"
 
 
@@ -66,12 +66,12 @@ def _image(svg: str, alternative: str) -> str:
 
 
 def solution_figure(problem: Problem, part: Part, name: str) -> str:
-    """Return the drawing that belongs to a worked solution (SVG): the singular configurations; nothing for others."""
+    """Return the SVG of the singular configurations for a worked solution, or "" if the answer is not a set."""
     return singular_svg(problem.chain, name) if part.answer.is_a_set else ""
 
 
 HIDDEN: dict[str, object] = {"jupyter": {"source_hidden": True}, "cellView": "form"}
-"""What keeps a cell's code folded in JupyterLab and VS Code, and in Colab."""
+"""Metadata that folds a cell's code in JupyterLab, VS Code and Colab."""
 
 
 def points_text(points: float) -> str:
@@ -99,7 +99,7 @@ def _notebook(
 
 
 def claims(kind: str, key: str, student: str, problems: Problems) -> dict[str, object]:
-    """Return what a notebook claims about itself, for `qdot check`, which has no assignment.
+    """Return the notebook's claims about itself for `qdot check`, which has no assignment to look them up in.
 
     For each problem: its symbols, the joint variables, the expected form of each answer. The grader trusts none of it.
     """
@@ -132,20 +132,22 @@ def _form(problem: Problem, part: Part) -> dict[str, object]:
 def _problem_cells(
     kind: str, number: int, slot: str, problem: Problem, hinted: bool, written: Mapping[str, str]
 ) -> "Iterator[NotebookNode]":
-    """Yield the cells of a problem; `written` has texts by the names of their cells."""
-    first = f"{slot}-statement"
-    opening = written.get(first) or statement(problem, f"{number} {problem.title}", figure_image(problem, slot))
-    yield _markdown(first, opening)
+    """Yield the cells of a problem; `written` has existing texts by the ids of their cells."""
+    statement_id = f"{slot}-statement"
+    opening = written.get(statement_id) or statement(problem, f"{number} {problem.title}", figure_image(problem, slot))
+    yield _markdown(statement_id, opening)
     solved = worked_solutions(problem) if kind == "solution" else {}
     for index, part in enumerate(problem.parts, 1):
         label = f"{number}.{index}"
-        question = f"{slot}-{part.name}-question"
-        yield _markdown(question, written.get(question) or _prompt(label, slot, problem, part, hinted))
-        start = f"{variable(slot, part.name)} = "
-        taken = len(start)
-        source = start + (part.answer.placeholder(taken) if kind == "student" else answer_code(problem, part, taken))
+        question_id = f"{slot}-{part.name}-question"
+        yield _markdown(question_id, written.get(question_id) or _prompt(label, slot, problem, part, hinted))
+        assignment = f"{variable(slot, part.name)} = "
+        start_length = len(assignment)
+        source = assignment + (
+            part.answer.placeholder(start_length) if kind == "student" else answer_code(problem, part, start_length)
+        )
         code = _code(f"{slot}-{part.name}", source, {"qdot": {"part": f"{slot}.{part.name}"}})
-        if part.name in solved:  # as a person reads it, typeset; how it is typed comes after
+        if part.name in solved:  # the typeset answer comes before its code
             svg = solution_figure(problem, part, f"{slot}-{part.name}")
             figure = _image(svg, "The arm in a regular and in its singular configurations") if svg else ""
             text = render("notebook/solution.md.j2", number=label, solution=solved[part.name], figure=figure)
@@ -158,12 +160,18 @@ def _problem_cells(
 def _prompt(label: str, slot: str, problem: Problem, part: Part, hinted: bool) -> str:
     title = ASKED[part.kind].heading(problem.chain)
     points = points_text(part.points)
-    asked = prompt(problem, part)
+    prompt_text = prompt(problem, part)
     svg = part_svg(problem.chain, part, f"{slot}-{part.name}")
     figure = _image(svg, part_alt(problem.chain, part)) if svg else ""
     part_hints = hints(problem, part) if hinted else ()
     return render(
-        "notebook/prompt.md.j2", number=label, title=title, points=points, prompt=asked, figure=figure, hints=part_hints
+        "notebook/prompt.md.j2",
+        number=label,
+        title=title,
+        points=points,
+        prompt=prompt_text,
+        figure=figure,
+        hints=part_hints,
     )
 
 
@@ -179,7 +187,7 @@ def _code(name: str, text: str, metadata: dict[str, object] | None = None) -> "N
 
 
 def _cell(kind: str, name: str, text: str, metadata: dict[str, object], **others: object) -> "NotebookNode":
-    """Return a cell that is validated with its notebook; nbformat's own functions would do it here as well."""
+    """Return a cell without validating it: the notebook is validated as a whole, nbformat's functions do both."""
     from nbformat import NotebookNode
 
     return NotebookNode(id=name, cell_type=kind, source=text.strip(), metadata=NotebookNode(metadata), **others)

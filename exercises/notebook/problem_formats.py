@@ -1,4 +1,4 @@
-"""One problem in the forms of `qdot show`: text, LaTeX, a page, JSON, a notebook."""
+"""Write a problem in the formats of `qdot show`: text, LaTeX, HTML, JSON, notebook."""
 
 import json
 import re
@@ -31,7 +31,7 @@ from qdot.exercises.writing.problem_texts import (
 from qdot.exercises.writing.render import render
 
 LEAD = "**Hint {}.** "
-"""What a hint begins with where there is nothing to open it with."""
+"""The beginning of a hint in formats in which hints can't be expanded."""
 
 
 def show(
@@ -41,9 +41,9 @@ def show(
     certificate: Mapping[str, Any] | None = None,
     hinted: bool = False,
 ) -> str:
-    """Return the problem as text, latex, html, json or ipynb, with references and worked steps if `solution`.
+    """Return the problem as text, latex, html, json or ipynb, with reference answers and worked steps if `solution`.
 
-    With `hinted`, three hints follow every prompt; JSON always has them. `certificate` goes into the JSON as it is.
+    With `hinted`, three hints follow every prompt; JSON always has them. `certificate` is added to the JSON unchanged.
     Raises QdotError for another format.
 
     >>> from qdot import generate
@@ -59,7 +59,7 @@ def show(
 
 @dataclass(frozen=True)
 class _PartView:
-    """A part as a template shows it: texts in the target's own markup."""
+    """The texts of a part for a template, in the markup of the format."""
 
     name: str
     title: str
@@ -75,11 +75,11 @@ class _PartView:
 def _part_views(
     problem: Problem, solution: bool, hinted: bool, convert: Callable[[str], str], lead: str = "", drawn: bool = False
 ) -> list[_PartView]:
-    """Return the parts of a problem in the markup that `convert` writes; `lead` is what a hint begins with.
+    """Return the parts of a problem in the markup that `convert` writes; `lead` is the beginning of each hint.
 
-    Figures are drawn for a form that shows them.
+    Figures are included if `drawn`.
     """
-    solved = worked_solutions(problem) if solution else {}
+    solutions = worked_solutions(problem) if solution else {}
     return [
         _PartView(
             part.name,
@@ -87,7 +87,7 @@ def _part_views(
             points_text(part.points),
             convert(prompt(problem, part)),
             [convert(lead.format(i) + hint) for i, hint in enumerate(hints(problem, part), 1)] if hinted else [],
-            convert(solved[part.name]) if solution else "",
+            convert(solutions[part.name]) if solution else "",
             answer_code(problem, part) if solution else "",
             part_svg(problem.chain, part, part.name) if drawn else "",
             solution_figure(problem, part, f"{part.name}-solution") if drawn and solution else "",
@@ -142,7 +142,7 @@ def _as_notebook(problem: Problem, solution: bool, hinted: bool) -> str:
 
 
 def problem_json(problem: Problem, solution: bool, certificate: Mapping[str, Any] | None = None) -> Json:
-    """Return the problem as plain data, in the form of docs/schemas/show.json; each part has its `hints`."""
+    """Return the problem as plain data according to docs/schemas/show.json; each part includes its `hints`."""
     content: Json = {
         "id": str(problem.id),
         "family": problem.id.family,
@@ -186,4 +186,4 @@ FORMATS: dict[str, Callable[[Problem, bool, bool], str]] = {
     "json": lambda problem, solution, _: show(problem, solution, "json"),
     "ipynb": _as_notebook,
 }
-"""Every form in which a problem can be shown."""
+"""Every format in which a problem can be shown, with the function that writes it."""

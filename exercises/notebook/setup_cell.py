@@ -1,4 +1,4 @@
-"""The first cell of a notebook, which makes the symbols of all its problems; the grader runs it, too."""
+"""Write the first cell of a notebook, which defines the symbols of all its problems; the grader runs it, too."""
 
 from collections.abc import Sequence
 
@@ -9,19 +9,21 @@ from qdot.exercises.writing.render import render
 
 
 def setup_cell(problems: Problems) -> str:
-    """Return the first cell, which makes the symbols of all problems."""
+    """Return the first cell, which defines the symbols of all problems."""
     names: dict[str, list[str]] = {}
     for _, problem in problems:
         for name, info in problem.symbols().items():
-            listed = names.setdefault(info.role, [])
-            if name not in listed:
-                listed.append(name)
-    return setup_of(*(sorted(listed, key=natural) for listed in names.values()))
+            role_names = names.setdefault(info.role, [])
+            if name not in role_names:
+                role_names.append(name)
+    return setup_of(*(sorted(role_names, key=natural) for role_names in names.values()))
 
 
 def setup_of(*names: Sequence[str]) -> str:
-    """Return a first cell that makes symbols of these names, on a line for each of several lists."""
-    return render("notebook/setup.py.j2", symbol_lines=[_symbols_line(listed) for listed in names if listed])
+    """Return a first cell that defines symbols with the given names, one line for each list of names."""
+    return render(
+        "notebook/setup.py.j2", symbol_lines=[_symbols_line(line_names) for line_names in names if line_names]
+    )
 
 
 def _symbols_line(names: Sequence[str]) -> str:

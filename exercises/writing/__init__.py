@@ -1,15 +1,15 @@
-"""How problems and solutions are put: notation, wording, worked steps, Markdown to other markups.
+"""Write the texts of problems and solutions: notation, wording, worked steps, conversion of Markdown.
 
 From formulas to whole texts:
 
     shortening, angles, turns   shorter sums; one name for each angle of an arm; its constant angles instead of roots
     fit                         wide formulas on several lines
-    latex, typeset              formulas laid out: SymPy's as the textbook has them, and what a student typed
-    markup, typst, on_paper     our Markdown as HTML, LaTeX, text and Typst; what is left out on paper
-    wording                     the words for an arm, and what its axes and vectors are called in its convention
-    expansion, solution_steps   how a determinant is worked out; what a solution shows between formula and result
+    latex, typeset              layout of SymPy's formulas in the textbook's notation, and of a student's answer
+    markup, typst, on_paper     our Markdown as HTML, LaTeX, text and Typst; removal of remarks on typing for paper
+    wording                     the words for an arm, and the names of its axes and vectors in its convention
+    expansion, solution_steps   the steps that expand a determinant; all steps between formula and result
     hint_context                what hints say about an arm and show of its results
-    problem_texts, short_answer  statements, prompts, hints and solutions; an answer without the way to it
-    translatable_phrases        words that problems carry
-    languages, render           the messages of a language; the templates filled in
+    problem_texts, short_answer  statements, prompts, hints and solutions; an answer without its derivation
+    translatable_phrases        English phrases in problems
+    languages, render           the messages of a language; rendering of templates
 """

@@ -1,7 +1,7 @@
-r"""Angles as a solution names them: one name for each, as in \varphi_{12} for \theta_1 + \theta_2 + 30 degrees.
+r"""Name the angles in a solution: for example, \varphi_{12} is \theta_1 + \theta_2 + 30 degrees.
 
-c_{12} is the cosine of \theta_1 + \theta_2 and of nothing else: were it that of the sum with the table's offsets, a
-student who has forgotten them would read the right answer as his own.
+c_{12} is always the cosine of \theta_1 + \theta_2 alone. If it included the table's offsets, a student who forgot the
+offsets would mistake the correct answer for their own.
 """
 
 from collections.abc import Iterable, Iterator, Mapping
@@ -25,15 +25,18 @@ from qdot.exercises.writing.shortening import (
 
 @dataclass(frozen=True)
 class AngleNames:
-    r"""Names for angles that c_{12} can't say, with a constant or a difference in them; `meanings` is what each is."""
+    r"""Names for angles that can't be written like c_{12} because they contain a constant or a difference.
+
+    `meanings` has the angle for each name.
+    """
 
     meanings: Mapping[sp.Symbol, sp.Expr]
     _renamed: dict[sp.Expr, sp.Expr] = field(default_factory=dict, compare=False, repr=False)
 
     def rename(self, expression: sp.Expr | sp.Matrix) -> sp.Expr | sp.Matrix:
-        """Return an expression or matrix with the names of angles in its sines and cosines, and its sums gathered.
+        """Return an expression or matrix with named angles in its sines and cosines, and with its sums factored.
 
-        The sine or cosine of a plain angle is written as that, and not by an angle with a constant.
+        The sine or cosine of a plain angle is kept; it is not expressed by an angle with a constant.
         """
         if isinstance(expression, sp.MatrixBase):
             return expression.applyfunc(self.rename)
@@ -41,7 +44,7 @@ class AngleNames:
         return gather_sums(plain.xreplace({trig: self._rename_angle(trig) for trig in plain.atoms(sp.sin, sp.cos)}))
 
     def shorten(self, expression: sp.Expr | sp.Matrix) -> sp.Expr | sp.Matrix:
-        """Return a result shortened by sin^2 + cos^2 = 1, and by the identities of angles that can be written."""
+        """Return a result shortened by sin^2 + cos^2 = 1 and by angle-sum identities if the sum can be written."""
         if isinstance(expression, sp.MatrixBase):
             return expression.applyfunc(self.shorten)
         return replace_squares(add_angles(expression, self._can_be_written))
@@ -52,20 +55,20 @@ class AngleNames:
     def _rename_angle(self, trig: sp.Expr) -> sp.Expr:
         if trig not in self._renamed:
             (angle,) = trig.args
-            named = None if is_plain(angle) else _find_name(angle, self.meanings)
-            self._renamed[trig] = trig if named is None else trig.func(named)
+            renamed = None if is_plain(angle) else _find_name(angle, self.meanings)
+            self._renamed[trig] = trig if renamed is None else trig.func(renamed)
         return self._renamed[trig]
 
     def to_python(self, expression: sp.Expr) -> str:
-        """Return an expression as Python code with the angles that have a name as these are: theta1 + 5*pi/6."""
-        shown = multiply_numbers(self.rename(self.shorten(expression)))
-        return python_text(shown, {name: python_text(meaning) for name, meaning in self.meanings.items()})
+        """Return an expression as Python code in which named angles are written out, like theta1 + 5*pi/6."""
+        renamed = multiply_numbers(self.rename(self.shorten(expression)))
+        return python_text(renamed, {name: python_text(meaning) for name, meaning in self.meanings.items()})
 
 
 def angle_names(angles: Iterable[sp.Expr], *matrices: sp.Matrix) -> AngleNames:
-    r"""Name angles in their order, and then those in the sines and cosines of `matrices` that these can't say.
+    r"""Name angles in their order, and then those in the sines and cosines of `matrices` that have no name yet.
 
-    SymPy has -cos(theta1 + pi/3) for cos(theta1 - 2 pi/3); where the latter is a link's angle, it is what is named.
+    SymPy writes cos(theta1 - 2 pi/3) as -cos(theta1 + pi/3). If the former has a link's angle, that angle is named.
 
     >>> t1, (a1, phi) = sp.Symbol("theta1"), sp.symbols(r"a1 \varphi_{1}")
     >>> names = angle_names([t1 - 2 * sp.pi / 3])
@@ -81,18 +84,18 @@ def angle_names(angles: Iterable[sp.Expr], *matrices: sp.Matrix) -> AngleNames:
 
 
 def is_plain(angle: sp.Expr) -> bool:
-    """Return whether sines and cosines of an angle need no name: sums of joint variables and quarter turns, numbers."""
-    turn, rest = angle.as_independent(sp.Symbol, as_Add=True)
-    return rest == 0 or ((2 * turn / sp.pi).is_Integer and (joint_sum(rest) or joint_sum(-rest)) is not None)
+    """Return whether an angle needs no name: a number, or a sum of joint variables and multiples of 90 degrees."""
+    constant, rest = angle.as_independent(sp.Symbol, as_Add=True)
+    return rest == 0 or ((2 * constant / sp.pi).is_Integer and (joint_sum(rest) or joint_sum(-rest)) is not None)
 
 
 def _is_sum(angle: sp.Expr) -> bool:
-    """Return whether an angle holds joint variables themselves, and no multiple of one."""
+    """Return whether all joint variables in an angle have the coefficient 1 or -1."""
     return all(abs(angle.coeff(symbol)) == 1 for symbol in angle.free_symbols)
 
 
 def _find_name(angle: sp.Expr, meanings: Mapping[sp.Symbol, sp.Expr]) -> sp.Expr | None:
-    """Return an angle as one that has a name, or its double, with its sense and quarter turns; or None."""
+    """Return an angle as ±1 or ±2 times a named angle plus a multiple of 90 degrees, or None if that is impossible."""
     for name, meaning in meanings.items():
         for factor in (1, -1, 2, -2):
             rest = sp.expand(angle - factor * meaning)
@@ -109,7 +112,7 @@ def _new_name(angle: sp.Expr, names: Mapping[sp.Symbol, sp.Expr]) -> sp.Symbol:
 
 
 def arm_angles(chain: Chain) -> Iterator[sp.Expr]:
-    """Yield the angles that occur in an arm's formulas: of its links, of its table's rows, and between its links."""
+    """Yield the angles in an arm's formulas: of its links, of its table's rows, and between its links."""
     runs = _runs(chain)
     yield from (angle for run in runs for angle in run)
     yield from (_reduce(joint.theta) for joint in chain.joints if joint.kind == "R")
@@ -118,19 +121,19 @@ def arm_angles(chain: Chain) -> Iterator[sp.Expr]:
 
 
 def link_angles(chain: Chain) -> list[sp.Expr]:
-    """Return the angle of every link inside its run of parallel joints, multiples of pi in (-pi, pi].
+    """Return each link's angle relative to the start of its run of parallel axes, its constant in (-pi, pi].
 
-    Where all axes are parallel, this is the angle of x_i in the world frame.
+    If all axes are parallel, this is the angle of x_i in the world frame.
     """
     return [angle for run in _runs(chain) for angle in run][1:]
 
 
 def _runs(chain: Chain) -> list[list[sp.Expr]]:
-    """Return the angles of the base and of all links, those behind parallel axes together."""
+    """Return the angles of the base and of all links, grouped into runs of parallel axes."""
     total, sense = chain.base.yaw, 1
     runs: list[list[sp.Expr]] = [[]]
-    for turn, alpha in [(sp.S.Zero, chain.base.tilt), *((joint.theta, joint.alpha) for joint in chain.joints)]:
-        total = _reduce(total + sense * turn)
+    for theta, alpha in [(sp.S.Zero, chain.base.tilt), *((joint.theta, joint.alpha) for joint in chain.joints)]:
+        total = _reduce(total + sense * theta)
         runs[-1].append(total)
         if alpha in (sp.pi, -sp.pi):
             sense = -sense
@@ -141,13 +144,13 @@ def _runs(chain: Chain) -> list[list[sp.Expr]]:
 
 
 def _reduce(angle: sp.Expr) -> sp.Expr:
-    """Return an angle with its multiple of pi in (-pi, pi]."""
+    """Return an angle with its constant, if it is a rational multiple of pi, in (-pi, pi]."""
     angle = sp.expand(angle)
-    turn = sp.Add(*(term for term in sp.Add.make_args(angle) if term.is_number))
-    return angle - turn + sp.pi - sp.Mod(sp.pi - turn, 2 * sp.pi) if (turn / sp.pi).is_Rational else angle
+    constant = sp.Add(*(term for term in sp.Add.make_args(angle) if term.is_number))
+    return angle - constant + sp.pi - sp.Mod(sp.pi - constant, 2 * sp.pi) if (constant / sp.pi).is_Rational else angle
 
 
 def _orient(angle: sp.Expr) -> sp.Expr:
-    """Return an angle or what is opposite to it: that in which the first joint counts as it turns."""
+    """Return an angle or its negative, so that the first joint variable has a positive sign."""
     first = min(angle.free_symbols, key=lambda symbol: symbol.name, default=sp.S.One)
     return _reduce(-angle) if angle.coeff(first) == -1 else angle

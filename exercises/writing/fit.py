@@ -1,7 +1,7 @@
-r"""Wide formulas on several lines: how wide a formula is, about, and where it is broken to fit a page.
+r"""Estimate the width of formulas and break wide ones into several lines to fit a page.
 
-A formula in pieces between \qquad, or with several signs of equality, gets a line for each. Of what is wider still,
-products go on behind a dot or a cross, sums before a sign; wide entries of a matrix get names, and lines of their own.
+A formula with pieces between \qquad, or with several equals signs, gets a line for each. If a line is still too wide,
+products are broken at a dot or a cross, and sums before a sign. Wide entries of a matrix are named and shown below it.
 """
 
 from collections.abc import Sequence
@@ -15,21 +15,21 @@ Lines = list[Pieces]
 Rows = list[tuple[Pieces, Pieces]]
 
 OPERATORS = {"=": 1.05, "+": 0.95, "−": 0.95, "×": 0.95, "≠": 1.05, "≈": 1.05, ",": 0.45, "det": 1.2}
-"""Widths of operators with the room around them, in em, as of all that follows."""
+"""Widths of operators with the space around them; all widths are in em."""
 LETTERS = {**dict.fromkeys("mwMWOθωφψ", 0.8), **dict.fromkeys("ijlt.'|()[]", 0.33), ",": 0.45}
 LETTER, SIGN, SCRIPT, COLUMN = 0.54, 0.4, 0.71, 0.85
 WIDER = 1.2
-"""So many times the room is no reason to break inside of brackets: it can be smaller letters."""
+"""A formula this many times as wide as the room is not broken inside brackets, because letters can be smaller."""
 DEEPEST = 4
-"""Inside of how many brackets a sum may be broken."""
+"""Maximum depth of nested brackets in which a sum may be broken."""
 WHOLE = 0.6
-"""The most of a line that a piece without places to break may take."""
+"""Maximum share of a line's width for a piece that can't be broken."""
 _CROSS, _OPEN, _CLOSE = (Layout("sign", sign) for sign in "×()")
 
 
 @lru_cache(maxsize=2048)
 def width(formula: Layout, size: float = 1.0) -> float:
-    r"""Return about how wide a formula is in em; `size` is that of fractions, which are smaller inside a matrix.
+    r"""Return the estimated width of a formula in em; `size` scales fractions, which are smaller inside a matrix.
 
     >>> from qdot.exercises.formula.latex import parse_latex
     >>> letter, half, total = map(parse_latex, (r"a_{1}", r"\frac{a_{1}}{2}", r"a_{1} + a_{2}"))
@@ -46,8 +46,8 @@ def width(formula: Layout, size: float = 1.0) -> float:
     if kind == "dotted":
         return width(inner[0])
     if kind in ("matrix", "aligned"):
-        within, brackets = (SCRIPT, 2 * SIGN) if kind == "matrix" else (1.0, 0.0)
-        rows = ([width(cell, within) for cell in cells.inner] for cells in inner)
+        cell_size, brackets = (SCRIPT, 2 * SIGN) if kind == "matrix" else (1.0, 0.0)
+        rows = ([width(cell, cell_size) for cell in cells.inner] for cells in inner)
         return brackets + sum(max(column) + COLUMN for column in zip_longest(*rows, fillvalue=0.0))
     if kind in ("root", "fenced"):
         return width(inner[0], size) + (0.9 if kind == "root" else SIGN * len(text.replace(".", "")))
@@ -55,12 +55,12 @@ def width(formula: Layout, size: float = 1.0) -> float:
 
 
 def breaks_lines(formula: Layout, room: float) -> bool:
-    """Whether a formula in a line of text has a piece, as a fraction, for which many lines of `room` (em) are short."""
+    """Whether an inline formula has a piece, such as a fraction, that is too wide for lines of `room` (em)."""
     return any(width(piece) > WHOLE * room for piece in formula.inner)
 
 
 def is_high(formula: Layout) -> bool:
-    """Whether a formula is higher than a line of text: a fraction, a root or tall brackets in it."""
+    """Whether a formula is higher than a line of text because it has a fraction, a root or tall brackets."""
     return formula.kind in ("fraction", "fenced", "root") or any(map(is_high, formula.inner))
 
 
@@ -79,20 +79,20 @@ def _leaf_width(kind: str, text: str) -> float:
 
 
 def fit_formula(formula: Layout, room: float) -> Layout:
-    """Return a formula for lines of its own, broken where it is wider than `room` (em), as far as that can be."""
+    """Return a displayed formula, broken into lines as far as possible if it is wider than `room` (em)."""
     if width(formula) <= room:
         return formula
     rows = _split_equations(formula, room)
-    beside = max(_total_width(left) for left, _ in rows)  # the right sides stand below each other
+    beside = max(_total_width(left) for left, _ in rows)  # the right sides are aligned
     lines = [line for left, right in rows for line in _break_equation(left, right, room - beside)]
     cells = tuple(row(row(*left), row(*right)) for left, right in lines)
     return row(Layout("aligned", "apart" if len(lines) > 1 else "", cells))
 
 
 def _split_equations(formula: Layout, room: float) -> Rows:
-    """Return the equations in a formula as left sides, and right sides with their first sign.
+    """Return the equations in a formula as pairs: the left side, and the right side with its equals sign.
 
-    What stands beside each other in an aligned formula stays there where it fits.
+    Equations on the same line of an aligned formula stay together if they fit.
     """
     if len(formula.inner) != 1 or formula.inner[0].kind != "aligned":
         return [_split_at_equals(piece) for piece in layout.split(formula.inner, layout.QQUAD)]
@@ -101,12 +101,12 @@ def _split_equations(formula: Layout, room: float) -> Rows:
         cells = [cell.inner for cell in line.inner]
         pairs = [(cells[k], cells[k + 1]) for k in range(0, len(cells) - 1, 2)] or [((), cells[0])]
         left, right = pairs[0]
-        if not left and right[:1] != (layout.EQUALS,) and rows:  # a sum goes on
+        if not left and right[:1] != (layout.EQUALS,) and rows:  # the previous sum continues
             rows[-1] = (rows[-1][0], (*rows[-1][1], *(right[1:] if right[:1] == (layout.QUAD,) else right)))
             continue
-        beside = layout.join((layout.QUAD,), [(*a, *b) for a, b in pairs])
-        if len(pairs) > 1 and _total_width(beside) <= room - 2.0:
-            pairs = [(left, beside[len(left) :])]
+        joined_equations = layout.join((layout.QUAD,), [(*a, *b) for a, b in pairs])
+        if len(pairs) > 1 and _total_width(joined_equations) <= room - 2.0:
+            pairs = [(left, joined_equations[len(left) :])]
         rows += pairs
     return rows
 
@@ -117,7 +117,7 @@ def _split_at_equals(equation: Pieces) -> tuple[Pieces, Pieces]:
 
 
 def _break_equation(left: Pieces, right: Pieces, room: float) -> Rows:
-    """Return the lines of one equation, whose right side has some room."""
+    """Return the lines of one equation, whose right side has `room` (em)."""
     if _total_width(right) <= room - 1.0:
         return [(left, right)]
     sign = right[:1] if right[:1] == (layout.EQUALS,) else ()
@@ -131,7 +131,7 @@ def _break_equation(left: Pieces, right: Pieces, room: float) -> Rows:
 
 
 def _break_side(part: Pieces, room: float) -> Lines:
-    """Return one side of an equation in lines: between factors, before signs, inside matrices."""
+    """Return one side of an equation, broken into lines between factors, before signs or inside matrices."""
     if _total_width(part) <= room:
         return [part]
     for factors, sign in ((layout.split(part, _CROSS), _CROSS), (_split_matrices(part), layout.DOT)):
@@ -145,35 +145,37 @@ def _break_side(part: Pieces, room: float) -> Lines:
 
 
 def _split_matrices(part: Pieces) -> Lines:
-    """Return a product of matrices in factors, each of which ends in one; anything else whole."""
+    """Split a product of matrices into factors that each end in a matrix; other formulas are a single factor."""
     ends = [k + 1 for k, piece in enumerate(part) if _find_matrix(piece)]
     starts = [0, *ends[:-1]]
     return [part[start:end] for start, end in zip(starts, [*ends[:-1], len(part)], strict=True)] if ends else [part]
 
 
 def _find_matrix(piece: Layout) -> Layout | None:
-    """Return the matrix that a piece is, perhaps with a power."""
+    """Return the matrix if a piece is a matrix or a power of one, else None."""
     base = layout.base(piece)
     return base if base.kind == "matrix" else None
 
 
 def _break_fraction(part: Pieces, room: float) -> Lines:
-    """Return a wide fraction as the fraction of one times what was above the line, in lines; nothing for others."""
+    """Return a wide fraction as 1 over the denominator times the numerator, in lines; nothing for other formulas."""
     sign, rest = (part[:1], part[1:]) if part[:1] == (layout.MINUS,) else ((), part)
     if len(rest) != 1 or rest[0].text != "frac":
         return []
-    above, below = (side.inner for side in rest[0].inner)
+    numerator, denominator = (side.inner for side in rest[0].inner)
     factor = Layout("number", "1")
-    if len(above) > 3 and above[0].kind == "number" and (above[1], above[-1]) == (_OPEN, _CLOSE):  # 0.5 (a + b)
-        factor, above = above[0], above[2:-1]
-    first, *others = fill_lines(layout.terms(above), room - _total_width(below))
-    before = (*sign, layout.fraction((factor,), below), _OPEN)
-    return [(*before, *first), *others[:-1], (*others[-1], _CLOSE)] if others else []
+    if (
+        len(numerator) > 3 and numerator[0].kind == "number" and (numerator[1], numerator[-1]) == (_OPEN, _CLOSE)
+    ):  # 0.5 (a + b)
+        factor, numerator = numerator[0], numerator[2:-1]
+    first, *others = fill_lines(layout.terms(numerator), room - _total_width(denominator))
+    opening = (*sign, layout.fraction((factor,), denominator), _OPEN)
+    return [(*opening, *first), *others[:-1], (*others[-1], _CLOSE)] if others else []
 
 
 def _split_wide_terms(terms: Sequence[Pieces], room: float) -> list[Pieces]:
-    """Return terms, of those that are too wide by themselves the terms of the sums in their brackets, and so on."""
-    narrow: list[Pieces] = []
+    """Return terms; a term that is too wide is replaced by the terms of the sums in its brackets, and so on."""
+    narrow_terms: list[Pieces] = []
     for term in terms:
         opened, parts = term, [term]
         for depth in range(1, DEEPEST + 1):
@@ -181,12 +183,12 @@ def _split_wide_terms(terms: Sequence[Pieces], room: float) -> list[Pieces]:
                 break
             opened = _open_brackets(opened, room)
             parts = layout.terms(opened, depth)
-        narrow += parts
-    return narrow
+        narrow_terms += parts
+    return narrow_terms
 
 
 def _open_brackets(pieces: Pieces, room: float) -> Pieces:
-    """Return pieces with wide brackets that grow, inside of which no line can end, as brackets that do not."""
+    """Replace wide brackets that grow by plain ones, because a line can't be broken inside brackets that grow."""
     opened: list[Layout] = []
     for piece in pieces:
         is_wide = piece.kind == "fenced" and piece.text == "()" and width(piece) > room / 2
@@ -195,26 +197,26 @@ def _open_brackets(pieces: Pieces, room: float) -> Pieces:
 
 
 def fill_lines(parts: Sequence[Pieces], room: float) -> Lines:
-    """Return lines of terms, each as full as it may be."""
+    """Return lines of terms, each filled as far as `room` (em) permits."""
     lines, used = [parts[0]], _total_width(parts[0])
     for part in parts[1:]:
-        more = _total_width(part)
-        if used + more <= room - 1.0:
+        part_width = _total_width(part)
+        if used + part_width <= room - 1.0:
             lines[-1] += part
-            used += more
+            used += part_width
         else:
             lines.append((layout.EMPTY, *part))
-            used = more
+            used = part_width
     return lines
 
 
 def _name_entries(part: Pieces, room: float) -> Lines:
-    """Return a wide matrix with names for its wide entries, m_1, m_2 ..., and then a line or more for each of them."""
+    """Return a wide matrix with names m_1, m_2 ... for its wide entries, followed by one or more lines for each."""
     index = next((k for k, piece in enumerate(part) if _find_matrix(piece)), None)
     if index is None:
         return []
-    whole = part[index]
-    matrix = _find_matrix(whole)
+    matrix_piece = part[index]
+    matrix = _find_matrix(matrix_piece)
     assert matrix is not None
     rows = [[cell.inner for cell in cells.inner] for cells in matrix.inner]
     names: dict[Pieces, Pieces] = {}
@@ -223,8 +225,12 @@ def _name_entries(part: Pieces, room: float) -> Lines:
             names[entry] = (layout.script(Layout("letter", "m"), row(*layout.number(str(len(names) + 1)))),)
     if not names:
         return []
-    short = layout.matrix([[names.get(entry, entry) for entry in cells] for cells in rows])
-    shown = short if whole.kind == "matrix" else whole._replace(inner=(short, *whole.inner[1:]))
+    named_matrix = layout.matrix([[names.get(entry, entry) for entry in cells] for cells in rows])
+    shown = (
+        named_matrix
+        if matrix_piece.kind == "matrix"
+        else matrix_piece._replace(inner=(named_matrix, *matrix_piece.inner[1:]))
+    )
     lines = _break_side((*part[:index], shown, *part[index + 1 :]), room)
     for entry, name in names.items():
         first, *others = _break_side(entry, room - 4.0)

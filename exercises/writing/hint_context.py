@@ -1,7 +1,7 @@
-"""What hints describe of an arm and show of its results: one column or entry, if others are left to be found.
+"""Select what hints show of an arm and its results: one column or entry, if others remain to be found.
 
-The same column of a matrix is shown wherever one is shown, so that the hints of several questions together do not add
-up to a whole answer. World frame; notation of the chapter.
+All hints show the same column of a matrix, so that the hints of several questions together do not add up to a whole
+answer. All vectors are in the world frame, in the notation of the chapter.
 """
 
 from collections.abc import Sequence
@@ -20,12 +20,12 @@ from qdot.exercises.writing.latex import tex
 from qdot.exercises.writing.wording import join
 
 READABLE = 18
-"""Entries of the largest matrix of numbers that a hint shows."""
+"""Maximum number of entries of a numeric matrix that a hint shows."""
 
 
 @dataclass(frozen=True)
 class Entry:
-    """An entry of a matrix and its place, from 1."""
+    """An entry of a matrix with its row and column, from 1."""
 
     row: int
     column: int
@@ -46,8 +46,8 @@ class HintContext:
 
     def symbols(self, matrix: sp.Matrix) -> list[str]:
         """Return the symbols in a matrix, joints first."""
-        free = sorted(matrix.free_symbols, key=lambda symbol: (symbol not in self.chain.q, natural(symbol.name)))
-        return [tex(symbol, self.chain) for symbol in free]
+        symbols = sorted(matrix.free_symbols, key=lambda symbol: (symbol not in self.chain.q, natural(symbol.name)))
+        return [tex(symbol, self.chain) for symbol in symbols]
 
     def joints_of(self, formula: sp.Expr) -> str:
         """Return the joint variables in a formula as words."""
@@ -57,7 +57,7 @@ class HintContext:
 
     @staticmethod
     def column(matrix: sp.Matrix) -> int | None:
-        """Return the last column, from 1, that is no constant and leaves entries of another form to be found."""
+        """Return the last column (from 1) that is not constant, if others have variable entries of another form."""
         columns = [set(map(_without_sign, matrix.col(j))) - {sp.S.Zero} for j in range(matrix.cols)]
         for j in reversed(range(matrix.cols)):
             others = set().union(*(columns[:j] + columns[j + 1 :])) - columns[j]
@@ -67,59 +67,66 @@ class HintContext:
 
     @staticmethod
     def entry(matrix: sp.Matrix) -> Entry | None:
-        """Return the first entry that is no constant, where another one differs from it by more than its sign."""
-        places = [(i, j) for i in range(matrix.rows) for j in range(matrix.cols) if _varies(matrix[i, j])]
-        if len({_without_sign(matrix[place]) for place in places}) < 2:
+        """Return the first entry that is not constant, if another one differs from it by more than its sign."""
+        positions = [(i, j) for i in range(matrix.rows) for j in range(matrix.cols) if _varies(matrix[i, j])]
+        if len({_without_sign(matrix[position]) for position in positions}) < 2:
             return None
-        i, j = places[0]
+        i, j = positions[0]
         return Entry(i + 1, j + 1, matrix[i, j])
 
     @staticmethod
     def minor(minors: Sequence[tuple[str, sp.Expr]]) -> tuple[str, sp.Expr] | None:
-        """Return the first minor that is no constant, where another one differs from it by more than its sign."""
-        varied = [(label, minor) for label, minor in minors if _varies(minor)]
-        return varied[0] if len({_without_sign(minor) for _, minor in varied}) > 1 else None
+        """Return the first minor that is not constant, if another one differs from it by more than its sign."""
+        variable_minors = [(label, minor) for label, minor in minors if _varies(minor)]
+        return variable_minors[0] if len({_without_sign(minor) for _, minor in variable_minors}) > 1 else None
 
     @staticmethod
     def gives_away(shown: sp.Matrix, answer: sp.Expr | sp.Matrix) -> bool:
-        """Tell whether an entry of what a hint would show is one of the answer's, up to sign and to three digits."""
-        wanted = set(answer if isinstance(answer, sp.MatrixBase) else [answer]) - {sp.S.Zero, sp.S.One, -sp.S.One}
-        return any(_alike(entry, value) for entry in shown for value in wanted)
+        """Return whether a matrix in a hint would reveal an entry of the answer, up to sign and to three digits."""
+        answer_entries = set(answer if isinstance(answer, sp.MatrixBase) else [answer]) - {
+            sp.S.Zero,
+            sp.S.One,
+            -sp.S.One,
+        }
+        return any(_alike(entry, value) for entry in shown for value in answer_entries)
 
     def is_readable(self, numbers: sp.Matrix) -> bool:
-        """Tell whether J in numbers is small enough for a hint, and not the same in every configuration."""
+        """Return whether a numeric J is small enough for a hint and depends on the configuration."""
         return len(numbers) <= READABLE and bool(self.d.jacobian.free_symbols & set(self.chain.q))
 
     @cached_property
     def joint(self) -> int | None:
-        """The joint, from 1, whose effect hints show: the column of the geometric Jacobian."""
+        """The joint (from 1) whose column of the geometric Jacobian hints show."""
         return self.column(self.d.geometric)
 
     @cached_property
     def mover(self) -> int | None:
-        """The joint, from 1, whose effect on P hints show: the column of the linear rows."""
+        """The joint (from 1) whose effect on P hints show: its column of the linear rows."""
         return self.column(self.d.linear)
 
     # --- what to look at on this arm ---
 
     def joints(self, kind: str, count: int | None = None) -> str:
-        """Return those of the first `count` joints that are "R" or "P", as in "joints 1 and 3"; nothing for none."""
+        """Return the joints of `kind` among the first `count`, as in "joints 1 and 3"; "" if there are none."""
         numbers = [str(i) for i, joint in enumerate(self.chain.joints[:count], 1) if joint.kind == kind]
         return f"joint{'s' * (len(numbers) > 1)} {join(numbers)}" if numbers else ""
 
     @property
     def bare_links(self) -> str:
-        """The links up to P whose vector r_i is zero, as in "$r_{1}$ and $r_{4}$"; nothing where there are none."""
+        """The zero link vectors up to P, as in "$r_{1}$ and $r_{4}$"; "" if there are none."""
         vectors = self.d.link_vectors[: self.chain.point.frame]
-        bare = [f"$r_{{{i}}}$" for i, vector in enumerate(vectors, 1) if vector.is_zero_matrix]
-        return join(bare) if bare else ""
+        zero_vectors = [f"$r_{{{i}}}$" for i, vector in enumerate(vectors, 1) if vector.is_zero_matrix]
+        return join(zero_vectors) if zero_vectors else ""
 
     @property
     def axes(self) -> list[tuple[int, str, sp.Expr]]:
-        """How z_i stands to z_{i-1}, i = 1 ... n-1: "same", "opposite", "right" or "other", and the twist."""
-        shown = {sp.S.Zero: "same", sp.pi: "opposite", sp.pi / 2: "right"}
+        """The direction of z_i relative to z_{i-1}, i = 1 ... n-1, and the twist.
+
+        The direction is "same", "opposite", "right" (perpendicular) or "other".
+        """
+        directions = {sp.S.Zero: "same", sp.pi: "opposite", sp.pi / 2: "right"}
         return [
-            (i, shown.get(sp.Abs(joint.alpha), "other"), joint.alpha)
+            (i, directions.get(sp.Abs(joint.alpha), "other"), joint.alpha)
             for i, joint in enumerate(self.chain.joints[:-1], 1)
         ]
 
@@ -132,9 +139,9 @@ class HintContext:
 
     @property
     def arm_seen(self) -> sp.Matrix | None:
-        """R_1^T J11 of an arm whose Jacobian falls into blocks, where it differs from J11; None for others.
+        """The block R_1^T J11 of a partitioned Jacobian, or None if the Jacobian isn't partitioned or it equals J11.
 
-        Also None for an arm that is described by its axes, for which there is no frame 1.
+        Also None for an arm that is described by its axes, because it has no frame 1.
         """
         if objection_unless_partitioned(self.chain) is not None or not convention_of(self.chain).has_frames:
             return None
@@ -143,7 +150,7 @@ class HintContext:
 
     @property
     def conditions(self) -> list[tuple[int, list[str]]]:
-        """Of each part of the singular set: how many conditions hold together, and the joints that they are on."""
+        """For each component of the singular set, the number of its conditions and the joint variables in them."""
         return [
             (len(part.conditions), [tex(q, self.chain) for q in self.chain.q if any(c.has(q) for c in part.conditions)])
             for part in singular_set(self.chain) or ()

@@ -1,12 +1,12 @@
-"""The languages of problems and of the site: messages of gettext, known by their English, a file `locale/CODE.po` each.
+"""Translate problems and the site: gettext messages are identified by their English text, in a file `locale/CODE.po`.
 
-Whoever writes sentences has them in English, marked as messages (`gettext` here, `{% trans %}` in a template), and what
-is filled in is named: "row %(n)s". `make messages` collects them. polib reads the files, and is
-imported only where a language other than English is asked for.
+Sentences are written in English and marked as messages (`gettext` in Python, `{% trans %}` in a template). Values to
+fill in have names: "row %(n)s". `make messages` collects them. The files are parsed with polib, which is imported only
+for languages other than English.
 
-A problem carries English words, too: titles, what configurations look like, the sentence of a mistake. They are
-messages by what they are registered as, or by `translatable_phrases`, in which braces stand for what is taken over:
-"row {n}".
+A problem also contains English words: titles, descriptions of configurations, the sentence on a mistake. These are
+messages because they are registered, or because `translatable_phrases` has a pattern for them. In a pattern, braces
+mark the parts that are taken over: "row {n}".
 """
 
 import io
@@ -21,21 +21,21 @@ from qdot.exercises.writing.translatable_phrases import ARMS, PHRASES
 ENGLISH = "en"
 
 LANGUAGES: dict[str, str] = {"de": "Deutsch"}
-"""By code, which names the file of its messages: what a language calls itself."""
+"""The name of each language in that language, by its code, which is also the name of its message file."""
 
 LOCALE = Path(__file__).parents[1] / "locale"
-"""The folder of those files."""
+"""The folder of the message files."""
 
 ARM, SHOWN, FAMILY, QUESTION, PHRASE, SOURCE = (
     "arm, as a heading", "arm, behind “The figure shows”", "family", "question", "phrase", "source, behind “See”",
 )  # fmt: skip
-"""Contexts: what a message is, where its English alone does not say it."""
+"""Contexts of messages whose English text alone is ambiguous."""
 
 Row = tuple[re.Pattern[str], str]
 
 
 def is_formula(where: str) -> bool:
-    """Return whether a place in the chapter is a formula, known by its number alone, as in "(6.1)"."""
+    """Return whether a reference to the chapter is just a formula's number, as in "(6.1)"."""
     return re.fullmatch(r"\(\d+\.\d+\)", where) is not None
 
 
@@ -51,14 +51,14 @@ def catalogue(language: str) -> "Catalogue":
 
 
 def read(path: Path) -> "Catalogue":
-    """Return the messages in a file, by polib as a compiled catalogue, which is what Python's gettext reads."""
+    """Return the messages in a file; polib compiles it, because Python's gettext needs a compiled catalogue."""
     import polib
 
     return Catalogue(GNUTranslations(io.BytesIO(polib.pofile(str(path)).to_binary())))
 
 
 class Catalogue:
-    """The messages of a language; without translations those of English, which are the messages themselves."""
+    """The messages of a language; without translations, messages are returned in English."""
 
     def __init__(self, translations: NullTranslations | None = None) -> None:
         self.is_english = translations is None
@@ -69,13 +69,13 @@ class Catalogue:
         return self.translations.gettext(message) % values
 
     def pgettext(self, context: str, message: str, **values: object) -> str:
-        """Return a message that says different things in different contexts."""
+        """Return a message whose translation depends on the context, with values filled in."""
         return self.translations.pgettext(context, message) % values
 
     # --- words that problems carry ---
 
     def phrase(self, english: object) -> str:
-        """Return a phrase in the language, by the first pattern that fits; what no pattern fits stays as it is."""
+        """Translate a phrase by the first pattern that matches; return it unchanged if none does."""
         text = str(english)
         if self.is_english:
             return text
@@ -92,47 +92,47 @@ class Catalogue:
         return self._of(QUESTION, title)
 
     def arm_title(self, name: str) -> str:
-        """Return the heading for an arm that has this name for its own."""
+        """Return the heading for an arm with this name of its own."""
         return _first(self._arms(ARM), name or "arm")
 
     def arm_shown(self, name: str) -> str:
-        """Return the words for such an arm behind "The figure shows", with an article."""
-        named = name or "arm"
+        """Return the name of an arm with an article, as in a sentence after "The figure shows"."""
+        arm_name = name or "arm"
         if self.is_english:
-            return f"{'an' if re.match(r'[aeiou]|R[RP]+ ', named) else 'a'} {named}"
-        return _first(self._arms(SHOWN), named)
+            return f"{'an' if re.match(r'[aeiou]|R[RP]+ ', arm_name) else 'a'} {arm_name}"
+        return _first(self._arms(SHOWN), arm_name)
 
     def mistake_title(self, name: str, title: str) -> str:
         """Return the title of a mistake."""
         return self._of(mistake_context(name), title)
 
     def mistake_inside(self, name: str, title: str) -> str:
-        """Return the title of a mistake inside of a sentence, where English has a small letter and German a capital."""
+        """Return the title of a mistake inside a sentence; English has a lower-case initial there, German a capital."""
         translation = self.mistake_title(name, title)
-        first = self.pgettext("first letter of a mistake's title inside of a sentence", "a")
-        return translation if first.isupper() else f"{translation[0].lower()}{translation[1:]}"
+        initial = self.pgettext("first letter of a mistake's title inside of a sentence", "a")
+        return translation if initial.isupper() else f"{translation[0].lower()}{translation[1:]}"
 
     def mistake_said(self, name: str, says: str, where: str, sentence: str) -> str:
         """Return the sentence on a mistake; `says` is the English pattern that was filled in for `sentence`."""
         match = pattern(says + "{tail}").fullmatch(sentence)
         if self.is_english or match is None:
             return sentence
-        place = where if is_formula(where) else self._of(SOURCE, where)
+        source = where if is_formula(where) else self._of(SOURCE, where)
         words = {key: self.phrase(word) for key, word in match.groupdict().items()}
-        see = self.gettext("See %(where)s.", where=place)
-        return f"{self._of(mistake_context(name), says).format(**words)} {see}"
+        reference = self.gettext("See %(where)s.", where=source)
+        return f"{self._of(mistake_context(name), says).format(**words)} {reference}"
 
     # --- numbers ---
 
     def with_decimals(self, text: str) -> str:
-        """Return Markdown with the decimal sign of the language in its formulas; code and prose stay as they are.
+        """Return Markdown with the language's decimal sign in its formulas; code and prose stay unchanged.
 
-        Commas between numbers become semicolons there, as 0,5, 1 would be three numbers or two.
+        In these formulas, commas between numbers become semicolons, because 0,5, 1 could be two or three numbers.
         """
         return text if self._decimal == "." else _PIECES.sub(self._own_decimals, text)
 
     def with_decimal(self, number: str) -> str:
-        """Return a number, as it stands in a sentence, with the decimal sign of the language.
+        """Return a number in a sentence with the decimal sign of the language.
 
         >>> catalogue("de").with_decimal("−0.25 m/s")
         '−0,25 m/s'
@@ -149,7 +149,7 @@ class Catalogue:
             return piece[0]
         return _DECIMAL.sub(rf"\1{{{self._decimal}}}\2", re.sub(r"(?<!\\), (?!\\q)", "; ", formula))
 
-    # --- messages that are no templates of their own: their braces are filled in, and a percent sign is one ---
+    # --- messages without % formatting: their braces are filled in, and a percent sign is literal ---
 
     def _of(self, context: str, message: str) -> str:
         return self.translations.pgettext(context, message)
@@ -163,9 +163,9 @@ class Catalogue:
 
 
 def _first(rows: Iterable[Row], text: str, inner: Callable[[str], str] = str) -> str:
-    """Return a text by the first row that fits, with `inner` of the words taken over; as it is where none fits."""
-    for fits, translation in rows:
-        match = fits.fullmatch(text)
+    """Translate a text by the first row that matches, applying `inner` to the words taken over; else return it."""
+    for regex, translation in rows:
+        match = regex.fullmatch(text)
         if match is not None:
             return translation.format(**{key: inner(word) for key, word in match.groupdict().items()})
     return text
@@ -177,16 +177,16 @@ _PIECES = re.compile(r"`[^`]*`|(?P<formula>\$\$.*?\$\$|\$[^$]*\$)", re.DOTALL)
 
 @cache
 def pattern(phrase: str) -> re.Pattern[str]:
-    """Return what fits a phrase with names in braces; a name that occurs twice stands for the same both times.
+    """Return a regular expression for a phrase with names in braces; a repeated name must match the same text.
 
     >>> pattern("row {n}").fullmatch("row 2")["n"]
     '2'
     """
-    parts, seen = [], set()
+    parts, seen_names = [], set()
     for i, part in enumerate(re.split(r"\{(\w+)\}", phrase)):
         if i % 2 == 0:
             parts.append(re.escape(part))
         else:
-            parts.append(f"(?P={part})" if part in seen else f"(?P<{part}>.+?)")
-            seen.add(part)
+            parts.append(f"(?P={part})" if part in seen_names else f"(?P<{part}>.+?)")
+            seen_names.add(part)
     return re.compile("".join(parts), re.DOTALL)

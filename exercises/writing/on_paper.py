@@ -1,4 +1,4 @@
-"""What prompts and statements say of typing, left out on paper, where nothing is typed."""
+"""Remove remarks on typing from prompts and statements that are printed on paper."""
 
 import re
 
@@ -24,17 +24,17 @@ _CODE = re.compile(r"`([^`]*)`")
 
 
 def on_paper(text: str, problem: Problem) -> str:
-    """Return Markdown without remarks on typing; symbols are set as formulas, other code as plain text."""
-    for typed, instead in _LEFT_OUT:
-        text = re.sub(typed, instead, text, flags=re.DOTALL)
+    """Return Markdown without remarks on typing; symbols become formulas, other code becomes plain text."""
+    for pattern, replacement in _LEFT_OUT:
+        text = re.sub(pattern, replacement, text, flags=re.DOTALL)
     symbols = problem.chain.q + problem.chain.rates + problem.chain.parameters
-    known = {symbol.name: tex(symbol, problem.chain) for symbol in symbols}
-    known |= {row: symbol_latex(row) for row in problem.symbols() if row not in known}
+    formulas = {symbol.name: tex(symbol, problem.chain) for symbol in symbols}
+    formulas |= {row: symbol_latex(row) for row in problem.symbols() if row not in formulas}
 
     def write_code(match: re.Match[str]) -> str:
         code = match[1].strip('"')
         row = re.fullmatch(r"\[(.*)\]", code)
-        return f"${known[code]}$" if code in known else f"$({row[1]})$" if row else code
+        return f"${formulas[code]}$" if code in formulas else f"$({row[1]})$" if row else code
 
     return _CODE.sub(write_code, text)
 

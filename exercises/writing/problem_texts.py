@@ -1,6 +1,6 @@
-"""A problem in words: its statement, the prompt of each part, and worked solutions, as Markdown with LaTeX.
+"""Write the texts of a problem: its statement, prompts, hints and worked solutions, as Markdown with LaTeX.
 
-All of it can be had in each of the `languages`.
+Every text is available in each of the `languages`.
 """
 
 import re
@@ -22,9 +22,9 @@ from qdot.exercises.writing.wording import Wording
 
 
 def statement(problem: Problem, title: str, figure: str = "", typed: bool = True, language: str = ENGLISH) -> str:
-    """Return what is given: arm, DH table, base, point P, task, symbols. `figure` is Markdown that shows the arm.
+    """Return the given data: arm, DH table, base, point P, task, symbols. `figure` is Markdown that shows the arm.
 
-    Where answers are no formulas, it need not say how symbols are `typed`.
+    If no answer is a formula, `typed` can be false: then the text doesn't explain how to type symbols.
     """
     chain, words = problem.chain, catalogue(language)
     text = (
@@ -43,7 +43,7 @@ def statement(problem: Problem, title: str, figure: str = "", typed: bool = True
 
 
 def prompt(problem: Problem, part: Part, language: str = ENGLISH) -> str:
-    """Return what is asked, in which frame and units, and the form of the answer; nothing of the answer itself."""
+    """Return the question with its frame, its units and the form of the answer, without revealing the answer."""
     words = catalogue(language)
     text = str(_macros(part, language).prompt(part, problem.chain, Wording(problem.chain, words)))
     if part.rounding is not None and part.answer.is_exact:
@@ -53,7 +53,7 @@ def prompt(problem: Problem, part: Part, language: str = ENGLISH) -> str:
 
 
 def option_text(problem: Problem, part: Part, index: int, language: str = ENGLISH) -> str:
-    """Return what an option shows, in Markdown on one line: a formula, a set, a configuration, or its words."""
+    """Return the text of an option in Markdown on one line: a formula, a set, a configuration, or words."""
     details, chain, words = part.details, problem.chain, catalogue(language)
     macros: Any = environment(language)
     if isinstance(details, Options):
@@ -67,27 +67,27 @@ def option_text(problem: Problem, part: Part, index: int, language: str = ENGLIS
 
 
 def hints(problem: Problem, part: Part, language: str = ENGLISH) -> tuple[str, str, str]:
-    """Return three hints for this very arm, from gentle to nearly there; none of them holds the answer."""
+    """Return three hints for this particular arm, from vague to detailed; none of them contains the answer."""
     chain, steps, words = problem.chain, solution_steps(problem.chain), catalogue(language)
     text = _macros(part, language).hints(part, chain, derive(chain), Wording(chain, words), steps)
-    gentle, plan, nearly = (
+    vague, plan, detailed = (
         words.with_decimals(with_meanings(steps, hint, language))
         for hint in re.split(r"^---$", text, flags=re.MULTILINE)
     )
-    return gentle, plan, nearly
+    return vague, plan, detailed
 
 
 def worked_solution(problem: Problem, part: Part, language: str = ENGLISH) -> str:
-    """Return the way to the answer as the chapter would print it: formula, steps, result, what it means.
+    """Return the derivation of the answer as the chapter would print it: formula, steps, result, meaning.
 
-    It is for a part by itself, and begins with what names of angles, sines and cosines in it stand for.
+    The text is self-contained: it begins with a legend of the names of angles, sines and cosines in it.
     """
     text = _derivation(problem, part, language)
     return catalogue(language).with_decimals(_with_legend(_legend(solution_steps(problem.chain), text), text, language))
 
 
 def worked_solutions(problem: Problem, language: str = ENGLISH) -> dict[str, str]:
-    """Return the solutions of all parts by their names, for one text.
+    """Return the solutions of all parts, by part name, for a single text.
 
     Names are explained before their first use, and the result of an earlier part is not derived again.
     """
@@ -100,12 +100,12 @@ def worked_solutions(problem: Problem, language: str = ENGLISH) -> dict[str, str
 
 
 def next_solution(problem: Problem, explained: set[str], language: str = ENGLISH, first_of_several: bool = True) -> str:
-    """Return the solution of the last part, for a text that has those of the parts before it.
+    """Return the solution of the last part, for a text that already has the solutions of the earlier parts.
 
-    Names are explained before their first use; `explained`, which grows, has those that were explained already.
+    Names are explained before their first use. `explained` has the names explained so far; new ones are added to it.
     """
-    *before, part = problem.parts
-    text = _derivation(problem, part, language, frozenset(earlier.kind for earlier in before))
+    *earlier_parts, part = problem.parts
+    text = _derivation(problem, part, language, frozenset(earlier.kind for earlier in earlier_parts))
     legend = [(name, angle) for name, angle in _legend(solution_steps(problem.chain), text) if name not in explained]
     explained.update(name for name, _ in legend)
     return catalogue(language).with_decimals(_with_legend(legend, text, language, first_of_several))
@@ -118,22 +118,22 @@ def _derivation(problem: Problem, part: Part, language: str, earlier: frozenset[
 
 
 def answer_code(problem: Problem, part: Part, taken: int = 0) -> str:
-    """Return the answer as Python code with the angles of the worked solution; `taken` columns are used already."""
+    """Return the answer as Python code with the angles of the worked solution, after `taken` columns of the line."""
     return part.answer.code(taken, solution_steps(problem.chain).angles.to_python)
 
 
 def with_meanings(steps: SolutionSteps, text: str, language: str = ENGLISH) -> str:
-    """Return text on an arm after what the names of angles in it stand for."""
+    """Return a text on an arm, preceded by a legend of the names of angles in it."""
     return _with_legend(_named_angles(steps, text), text, language)
 
 
 def _named_angles(steps: SolutionSteps, text: str) -> list[tuple[str, str]]:
-    """Return the names of angles in a text, each with what it stands for."""
+    """Return the names of angles in a text, each with its meaning."""
     return [(str(name), tex_angle(angle)) for name, angle in steps.angles.meanings.items() if str(name) in text]
 
 
 def _legend(steps: SolutionSteps, text: str) -> list[tuple[str, str]]:
-    """Return what the names of angles in a text stand for, and its short sines and cosines."""
+    """Return the names of angles, and the abbreviated sines and cosines, in a text, each with its meaning."""
     joints = re.findall(r"(?<![A-Za-z\\])[cs]_\{?([1-9]{1,7})\}?", text)
     single = [(r"c_i", r"\cos\theta_i"), (r"s_i", r"\sin\theta_i")]
     sums = [(r"c_{ij \dots}", r"\cos(\theta_i + \theta_j + \dots)")]
@@ -142,14 +142,14 @@ def _legend(steps: SolutionSteps, text: str) -> list[tuple[str, str]]:
 
 
 def _with_legend(names: list[tuple[str, str]], text: str, language: str, first_of_several: bool = False) -> str:
-    """Return text after what names in it stand for, or in all that follows if it is the `first_of_several`."""
+    """Return a text preceded by a legend, which is for all following texts if it is the `first_of_several`."""
     template = environment(language).get_template("writing/solution.md.j2")
     return _tidy(template.render(solution=text, names=names, first_of_all=first_of_several))
 
 
 @lru_cache(maxsize=64)
 def solution_steps(chain: Chain) -> SolutionSteps:
-    """Return the steps of an arm, kept because several parts show the same ones."""
+    """Return the solution steps of an arm; cached, because several parts show the same ones."""
     return SolutionSteps(chain)
 
 
@@ -158,6 +158,6 @@ def _macros(part: Part, language: str) -> Any:
 
 
 def _tidy(text: str) -> str:
-    """Return text without spaces at line ends and without runs of empty lines, which macros leave behind."""
+    """Remove the trailing spaces and repeated empty lines that macros produce."""
     lines = "\n".join(line.rstrip() for line in text.strip().splitlines())
     return re.sub(r"\n{3,}", "\n\n", lines) + "\n"

@@ -1,4 +1,4 @@
-"""Jinja2 templates: found, configured and rendered in one place; templates format and never compute."""
+"""Find, configure and render the Jinja2 templates; templates format text and never compute."""
 
 import hashlib
 import json
@@ -29,10 +29,10 @@ def template_folder() -> Path:
 
 
 class MessageLines(Extension):
-    """A line of a template that ends in a message keeps its end, as one that ends in text does."""
+    """Keep the line break after a message at the end of a template's line, as after plain text."""
 
     def preprocess(self, source: str, name: str | None, filename: str | None = None) -> str:
-        """Return the source with such line ends marked as kept; Jinja takes off those behind other blocks."""
+        """Mark these line breaks as kept in the source; Jinja removes line breaks after other blocks."""
         return source.replace("{% endtrans %}\n", "{% endtrans +%}\n")
 
 
@@ -40,19 +40,19 @@ EXTENSIONS = (MessageLines, "jinja2.ext.i18n")
 
 
 class TemplateCache(jinja2.FileSystemBytecodeCache):
-    """Templates' code, stored in __pycache__ beside them as Python stores that of modules: compiling takes 10 ms each.
+    """Stores compiled templates in a __pycache__ folder beside them, because compiling takes 10 ms each.
 
-    If that folder can't be written, or Python is to write no bytecode, nothing is stored. The names of files include
-    what the code depends on besides the template and Python, whose digests are inside.
+    Nothing is stored if that folder can't be written, or if Python is told not to write bytecode. The file names have
+    a digest of everything else on which the code depends; Jinja checks the template itself.
     """
 
     def __init__(self, folder: Path) -> None:
-        made_by = f"{jinja2.__version__}/{sys.implementation.cache_tag}/{Path(__file__).read_text(encoding='utf-8')}"
-        digest = hashlib.sha256(made_by.encode()).hexdigest()[:16]
+        versions = f"{jinja2.__version__}/{sys.implementation.cache_tag}/{Path(__file__).read_text(encoding='utf-8')}"
+        digest = hashlib.sha256(versions.encode()).hexdigest()[:16]
         super().__init__(str(folder / "__pycache__"), f"%s.{digest}.cache")
 
     def load_bytecode(self, bucket: jinja2.bccache.Bucket) -> None:
-        """Fill the bucket, if the code is there."""
+        """Load the bucket's code if it is stored."""
         with suppress(OSError):
             super().load_bytecode(bucket)
 
@@ -66,9 +66,9 @@ class TemplateCache(jinja2.FileSystemBytecodeCache):
 
 @cache
 def environment(language: str = ENGLISH) -> jinja2.Environment:
-    """Return the environment: undefined names are errors, markup is escaped, line ends are kept plain.
+    """Return the environment of a language: undefined names are errors, and values are escaped in markup.
 
-    Messages are those of a language, and so are the filters for words that problems carry: `phrase` and `mistake`.
+    Messages are translated to the language. So are words from problems, by the filters `phrase` and `mistake`.
     """
     templates = jinja2.Environment(
         extensions=EXTENSIONS,
@@ -93,7 +93,7 @@ def environment(language: str = ENGLISH) -> jinja2.Environment:
 
 
 def plain(text: str) -> str:
-    r"""Return what shows a text in Markdown as it is: a title with `<` is not taken for a tag.
+    r"""Escape a text for Markdown, so that it is shown literally: `<` in a title does not start a tag.
 
     >>> print(plain("Arms & <signs>"))
     Arms & \<signs>

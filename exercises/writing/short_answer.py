@@ -1,4 +1,4 @@
-"""The answer to a part without the way to it, in Markdown with LaTeX, as a key shows it."""
+"""Write the answer to a part without its derivation, in Markdown with LaTeX, as in an answer key."""
 
 import re
 from dataclasses import dataclass
@@ -25,7 +25,7 @@ _WORDS = ("letters", "words", "remark")
 
 
 def short_answer(problem: Problem, part: Part) -> str:
-    """Return the reference: a formula on lines of its own, numbers with their units, conditions, or letters."""
+    """Return the reference answer: a displayed formula, numbers with their units, conditions, or letters."""
     fields: dict[str, Any] = {"components": None, "formula": None, "values": []} | dict.fromkeys(_WORDS, "")
     answer_fields: dict[str, Any] = part.answer.accept(_AnswerFields(problem, part))
     fields |= answer_fields
@@ -37,7 +37,7 @@ def short_answer(problem: Problem, part: Part) -> str:
 
 @dataclass(frozen=True)
 class _AnswerFields(AnswerVisitor[dict[str, Any]]):
-    """What the template shows of each form of answer."""
+    """The fields that the template shows for each form of answer."""
 
     problem: Problem
     part: Part
@@ -63,15 +63,20 @@ class _AnswerFields(AnswerVisitor[dict[str, Any]]):
         return {"components": answer.components}
 
     def one_of(self, answer: Choice) -> dict[str, Any]:
-        plain = answer.options == TRUE_FALSE or self.part.has_drawn_options or _is_tall(self.part, answer.correct)
-        return {"letters": answer.word, "words": "" if plain else option_text(self.problem, self.part, answer.correct)}
+        needs_no_words = (
+            answer.options == TRUE_FALSE or self.part.has_drawn_options or _is_tall(self.part, answer.correct)
+        )
+        return {
+            "letters": answer.word,
+            "words": "" if needs_no_words else option_text(self.problem, self.part, answer.correct),
+        }
 
     def letters(self, answer: Letters) -> dict[str, Any]:
         return {"letters": answer.letters}
 
 
 def _digits(value: object, tolerance: float) -> str:
-    """Return a number as it is compared: a whole one that must be met exactly, any other to three digits."""
+    """Return a number as precisely as it is compared: in full if it must match exactly, else to three digits."""
     return str(value) if tolerance < 1e-6 else three_digits(value)
 
 
@@ -85,7 +90,7 @@ def unit_text(unit: str) -> str:
 
 
 def _unit(unit: str) -> str:
-    r"""Return a unit behind its number.
+    r"""Return the LaTeX of a unit after its number.
 
     >>> _unit("m^2/s")
     '\\,\\text{m}^{2}\\text{/s}'

@@ -1,8 +1,8 @@
-r"""Sums of sines and cosines written shorter: two terms as one, and equal factors outside.
+r"""Shorten sums of sines and cosines: combine two terms into one, and factor out common factors.
 
-\sqrt{3}/4 \cos\varphi + 1/4 \sin\varphi is 1/2 \cos\theta where \varphi is \theta and 30 degrees: a constant that a
-table adds to a joint variable makes two terms of what was one. The sine and cosine of the joint that turns the whole
-arm stand outside: x = (0.2 + a_2 c_2) c_1 + d_2 s_1. No value changes, and what is short stays as it is.
+If \varphi is \theta plus 30 degrees, \sqrt{3}/4 \cos\varphi + 1/4 \sin\varphi is 1/2 \cos\theta: a constant that a
+table adds to a joint variable splits one term into two. The sine and cosine of the joint that rotates the whole arm
+are factored out: x = (0.2 + a_2 c_2) c_1 + d_2 s_1. No value changes, and short expressions stay unchanged.
 """
 
 from collections.abc import Callable, Iterator
@@ -14,12 +14,12 @@ import sympy as sp
 from qdot.exercises.formula.order import joint_sum, joints_of, moves
 
 CanBeWritten = Callable[[sp.Expr], bool]
-"""Whether an angle may stand in a formula: it is plain, or it has a name."""
+"""A function that returns whether an angle may occur in a formula: if it is plain, or if it has a name."""
 
 
 @lru_cache(maxsize=4096)
 def use_plain_angles(expression: sp.Expr) -> sp.Expr:
-    """Return an expression with sums A cos + B sin of an angle and a constant as one sine or cosine of the angle.
+    """Return an expression in which A cos + B sin of an angle plus a constant becomes one sine or cosine of the angle.
 
     >>> t2, a1 = sp.symbols("theta2 a1")
     >>> use_plain_angles(sp.sqrt(3) * sp.cos(t2 + sp.pi / 6) / 4 + sp.sin(t2 + sp.pi / 6) / 4)
@@ -33,7 +33,7 @@ def use_plain_angles(expression: sp.Expr) -> sp.Expr:
 
 
 def add_angles(expression: sp.Expr, can_be_written: CanBeWritten) -> sp.Expr:
-    """Return an expression shortened by angle-sum identities wherever the sum, or difference, `can_be_written`.
+    """Return an expression shortened by angle-sum identities wherever `can_be_written` accepts the sum or difference.
 
     >>> t1, t2, a1 = sp.symbols("theta1 theta2 a1")
     >>> add_angles(a1 * sp.sin(t1) * sp.cos(t2) + a1 * sp.cos(t1) * sp.sin(t2), lambda angle: True)
@@ -45,7 +45,7 @@ def add_angles(expression: sp.Expr, can_be_written: CanBeWritten) -> sp.Expr:
 
 
 def replace_squares(expression: sp.Expr) -> sp.Expr:
-    """Return an expression in which sin^2 + cos^2 = 1 is used where it makes one term of two.
+    """Return an expression in which sin^2 + cos^2 = 1 is applied if it combines two terms into one.
 
     >>> t2, a1 = sp.symbols("theta2 a1")
     >>> replace_squares(a1 - a1 * sp.sin(t2) ** 2), replace_squares(sp.sin(t2) ** 2 + sp.cos(t2) ** 2)
@@ -57,7 +57,7 @@ def replace_squares(expression: sp.Expr) -> sp.Expr:
 
 
 def _join_squares(total: sp.Expr) -> sp.Expr | None:
-    """Return a sum with two of its terms as one, or None where there are none."""
+    """Return a sum with two of its terms combined by sin^2 + cos^2 = 1, or None if there are no such terms."""
     terms = set(total.args)
     for term in total.args:
         for square in sp.Mul.make_args(term):
@@ -73,7 +73,7 @@ def _join_squares(total: sp.Expr) -> sp.Expr | None:
 
 
 def multiply_numbers(expression: sp.Expr) -> sp.Expr:
-    """Return an expression with its numbers multiplied out where that makes them shorter.
+    """Return an expression with its numbers multiplied out if that makes them shorter.
 
     >>> root = sp.sqrt(3)
     >>> multiply_numbers(sp.Symbol("a1") - root * (sp.Rational(1, 20) - 9 * root / 40) / 2 + root / 40)
@@ -93,41 +93,41 @@ def multiply_numbers(expression: sp.Expr) -> sp.Expr:
 
 
 def _shorten_sums(expression: sp.Expr, once: Callable[[sp.Expr], sp.Expr | None]) -> sp.Expr:
-    """Return an expression with each of its sums as `once` makes it, until that finds nothing any more."""
+    """Return an expression with `once` applied to each of its sums until it returns None."""
     if not expression.args or expression.is_Function:
         return expression
     args = tuple(_shorten_sums(arg, once) for arg in expression.args)
-    whole = expression if args == expression.args else expression.func(*args)
-    while whole.is_Add and (shorter := once(whole)) is not None:
-        whole = shorter
-    return whole
+    shortened = expression if args == expression.args else expression.func(*args)
+    while shortened.is_Add and (shorter := once(shortened)) is not None:
+        shortened = shorter
+    return shortened
 
 
 def _has_shift(angle: sp.Expr) -> bool:
-    """Whether a constant that is no quarter turn is added to joint variables, whose sum is plain without it."""
-    rest, turn = _split_constant(angle)
-    return turn != 0 and (turn / sp.pi).is_Rational and (joint_sum(rest) or joint_sum(-rest)) is not None
+    """Return whether an angle is a plain sum of joint variables plus a nonzero rational multiple of pi."""
+    rest, constant = _split_constant(angle)
+    return constant != 0 and (constant / sp.pi).is_Rational and (joint_sum(rest) or joint_sum(-rest)) is not None
 
 
 def _split_constant(angle: sp.Expr) -> tuple[sp.Expr, sp.Expr]:
-    """Return what joints turn of an angle, and the constant."""
-    turn, rest = angle.as_independent(sp.Symbol, as_Add=True)
-    return rest, turn
+    """Return the variable part and the constant part of an angle."""
+    constant, rest = angle.as_independent(sp.Symbol, as_Add=True)
+    return rest, constant
 
 
 def _split_number(term: sp.Expr) -> tuple[sp.Expr, list[sp.Expr]]:
-    """Return the number before a term, with its roots, and the other factors."""
+    """Return the numeric coefficient of a term, with its roots, and the other factors."""
     number, rest = term.as_independent(sp.Symbol, as_Add=False)
     return number, list(sp.Mul.make_args(rest))
 
 
 def _join_shifted_terms(total: sp.Expr) -> sp.Expr | None:
-    """Return a sum with fewer terms, whose sines and cosines of an angle and a constant are those of the angle."""
+    """Return a sum with fewer terms by expanding sines and cosines of an angle plus a constant, or None."""
     trigs = total.atoms(sp.sin, sp.cos)
     shifted = {_split_constant(trig.args[0])[0] for trig in trigs if _has_shift(trig.args[0])}
     for angle in sorted(shifted, key=sp.default_sort_key):
-        plain = {trig: _expand_shift(trig) for trig in trigs if _split_constant(trig.args[0])[0] == angle}
-        joined = sp.expand(total.xreplace(plain))
+        expanded_trigs = {trig: _expand_shift(trig) for trig in trigs if _split_constant(trig.args[0])[0] == angle}
+        joined = sp.expand(total.xreplace(expanded_trigs))
         if len(sp.Add.make_args(joined)) < len(total.args):
             return joined
     return None
@@ -140,7 +140,7 @@ def _expand_shift(trig: sp.Expr) -> sp.Expr:
 
 
 def _add_one_pair(total: sp.Expr, can_be_written: CanBeWritten) -> sp.Expr | None:
-    """Return a sum with two of its terms as one by an angle-sum identity, or None if none applies."""
+    """Return a sum with two of its terms combined by an angle-sum identity, or None if none applies."""
     for terms, factor, trig in _pairs_of_terms(total):
         if can_be_written(trig.args[0]):
             return total - sp.Add(*terms) + factor * trig
@@ -148,12 +148,12 @@ def _add_one_pair(total: sp.Expr, can_be_written: CanBeWritten) -> sp.Expr | Non
 
 
 def _pairs_of_terms(total: sp.Expr) -> Iterator[tuple[tuple[sp.Expr, sp.Expr], sp.Expr, sp.Expr]]:
-    """Yield the pairs of terms of a sum that an angle-sum identity makes one: a factor times a sine or cosine."""
+    """Yield pairs of terms that an angle-sum identity combines, with the result: a factor, and a sine or cosine."""
     products: dict[tuple[frozenset[sp.Expr], sp.Expr], list[tuple[sp.Expr, sp.Expr, dict[sp.Expr, type]]]] = {}
     for term in total.args:
         number, factors = _split_number(term)
-        waves = [factor for factor in factors if isinstance(factor, (sp.sin, sp.cos)) and factor.free_symbols]
-        for first, second in combinations(waves, 2):
+        trigs = [factor for factor in factors if isinstance(factor, (sp.sin, sp.cos)) and factor.free_symbols]
+        for first, second in combinations(trigs, 2):
             functions = {first.args[0]: first.func, second.args[0]: second.func}
             rest = sp.Mul(*(factor for factor in factors if factor not in (first, second)))
             if len(functions) == 2:
@@ -176,7 +176,7 @@ def _pairs_of_terms(total: sp.Expr) -> Iterator[tuple[tuple[sp.Expr, sp.Expr], s
 
 @lru_cache(maxsize=4096)
 def gather_sums(expression: sp.Expr) -> sp.Expr:
-    """Return an expression whose sums are gathered by the sine and cosine of the first joint that turns them.
+    """Return an expression whose sums are factored by the sine and cosine of the first joint in them.
 
     >>> t1, t2, a2, a3, d2 = sp.symbols("theta1 theta2 a2 a3 d2")
     >>> gather_sums(a2 * sp.cos(t1) * sp.cos(t2) + a3 * sp.cos(t1) + d2 * sp.sin(t1))
@@ -185,14 +185,14 @@ def gather_sums(expression: sp.Expr) -> sp.Expr:
     if not expression.args or expression.is_Function:
         return expression
     args = tuple(map(gather_sums, expression.args))
-    whole = expression if args == expression.args else expression.func(*args)
-    if not whole.is_Add:
-        return whole
-    return _by_rates(whole) if any(moves(symbol) for symbol in whole.free_symbols) else _by_first_turn(whole)
+    gathered = expression if args == expression.args else expression.func(*args)
+    if not gathered.is_Add:
+        return gathered
+    return _by_rates(gathered) if any(moves(symbol) for symbol in gathered.free_symbols) else _by_first_turn(gathered)
 
 
 def _by_rates(total: sp.Add) -> sp.Expr:
-    """Gather joint rates, or velocities, with the same coefficient: s_1 (qd2 + qd3)."""
+    """Collect joint rates, or velocities, with the same coefficient: s_1 (qd2 + qd3)."""
     rates: dict[sp.Expr, list[sp.Expr]] = {}
     for term in total.args:
         rates_in_term = [factor for factor in sp.Mul.make_args(term) if factor.is_Symbol and moves(factor)]
@@ -203,23 +203,27 @@ def _by_rates(total: sp.Add) -> sp.Expr:
             rates[-term / rate].append(-rate)
         else:
             rates.setdefault(term / rate, []).append(rate)
-    return sp.Add(*(c * sp.Add(*each) for c, each in rates.items()))
+    return sp.Add(*(c * sp.Add(*rates_with_coefficient) for c, rates_with_coefficient in rates.items()))
 
 
 def _by_first_turn(total: sp.Add) -> sp.Expr:
-    turning = [trig for trig in total.atoms(sp.sin, sp.cos) if trig.args[0].free_symbols]
-    if not turning:
+    trigs_with_joints = [trig for trig in total.atoms(sp.sin, sp.cos) if trig.args[0].free_symbols]
+    if not trigs_with_joints:
         return total
-    first = min(min(_joints(trig)) for trig in turning)
-    outside = [trig for trig in turning if first in _joints(trig)]
-    if not all(trig.args[0].is_Symbol for trig in outside):
+    first_joint = min(min(_joints(trig)) for trig in trigs_with_joints)
+    common_trigs = [trig for trig in trigs_with_joints if first_joint in _joints(trig)]
+    if not all(trig.args[0].is_Symbol for trig in common_trigs):
         return total
     groups: dict[sp.Expr, list[sp.Expr]] = {}
     for term in total.args:
         factors = sp.Mul.make_args(term)
-        trigs = [factor for factor in factors if factor in outside]
-        rest = sp.Mul(*(factor for factor in factors if factor not in outside))
-        if rest.has(*outside) or len(trigs) > 1 or (not trigs and rest.free_symbols & _variables(turning)):
+        trigs = [factor for factor in factors if factor in common_trigs]
+        rest = sp.Mul(*(factor for factor in factors if factor not in common_trigs))
+        if (
+            rest.has(*common_trigs)
+            or len(trigs) > 1
+            or (not trigs and rest.free_symbols & _variables(trigs_with_joints))
+        ):
             return total
         groups.setdefault(trigs[0] if trigs else sp.S.One, []).append(rest)
     if all(len(rests) < 2 for trig, rests in groups.items() if trig != 1):

@@ -1,6 +1,6 @@
-"""The English words that problems carry, as messages: names in braces stand for what is taken over, put in itself.
+"""List the English phrases in problems as messages; a name in braces matches words that are translated themselves.
 
-The first that fits a text is taken, so that a special one comes before a general one.
+The first pattern that matches a text is used, so special patterns come before general ones.
 """
 
 from qdot.exercises.families import FAMILIES
@@ -11,7 +11,7 @@ ARMS = (
     "{kinds} arm",
     "{name}",
 )
-"""What arms have for their own names; the last but one is that of a random arm, the last an instructor's."""
+"""Names of arms. The last but one matches a random arm, the last one matches a name given by an instructor."""
 
 PHRASES = (
     "no",
@@ -129,4 +129,4 @@ PHRASES = (
     "link {n}",
     "{rest} and {last}",
 )
-"""Numbers as words, options, precisions, what configurations look like, parts of matrices."""
+"""Numbers as words, options, precisions, descriptions of configurations, parts of matrices."""

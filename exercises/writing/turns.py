@@ -1,7 +1,7 @@
-"""Constants with roots that are the sine or cosine of an angle, written by the angle: cos(75°), not (√6 - √2)/4.
+"""Rewrite constants with roots as the sine or cosine of an angle: cos(75°) instead of (√6 - √2)/4.
 
-SymPy writes both sin(15°) and cos(75°) as the latter. The angle is one from the table of the arm if there is one, else
-15°.
+SymPy evaluates both sin(15°) and cos(75°) to the latter. The angle is taken from the arm's table if one fits, else it
+is 15°.
 """
 
 from collections.abc import Iterator, Sequence
@@ -19,7 +19,7 @@ _FIFTEEN = sp.pi / 12
 
 @dataclass(frozen=True)
 class _Sum:
-    """A constant that is a sum of two terms, each a number before a root (or 1), and the sine or cosine that it is."""
+    """A constant with two terms, each a number times a root (or 1), and the sine or cosine that it equals."""
 
     terms: tuple[tuple[sp.Expr, sp.Expr], ...]
     trig: sp.Expr
@@ -27,10 +27,12 @@ class _Sum:
 
 @lru_cache(maxsize=256)
 def turns_of(chain: Chain) -> tuple[sp.Expr, ...]:
-    """Return the constant angles of an arm's table and of its base, less than 90 degrees each, in their order."""
+    """Return the constant angles of an arm's table and base in their order, reduced to at most 90 degrees."""
     constants = [*_constants(chain), chain.base.yaw, chain.base.tilt]
-    folded = (abs(sp.Mod(turn + sp.pi / 2, sp.pi) - sp.pi / 2) for turn in constants if (turn / sp.pi).is_Rational)
-    return tuple(dict.fromkeys(turn for turn in folded if turn != 0))
+    reduced_angles = (
+        abs(sp.Mod(turn + sp.pi / 2, sp.pi) - sp.pi / 2) for turn in constants if (turn / sp.pi).is_Rational
+    )
+    return tuple(dict.fromkeys(turn for turn in reduced_angles if turn != 0))
 
 
 def _constants(chain: Chain) -> Iterator[sp.Expr]:
@@ -40,7 +42,7 @@ def _constants(chain: Chain) -> Iterator[sp.Expr]:
 
 
 def with_turns(expression: sp.Expr, turns: Sequence[sp.Expr] = ()) -> sp.Expr:
-    """Return an expression with sines and cosines of constant angles in the place of sums of roots, and nested ones.
+    """Return an expression in which sums of roots and nested roots become sines and cosines of constant angles.
 
     >>> half, large = sp.cos(5 * sp.pi / 12), sp.sin(5 * sp.pi / 12)
     >>> with_turns(half * sp.Symbol("a1")), with_turns(large, (5 * sp.pi / 12,))
@@ -49,29 +51,29 @@ def with_turns(expression: sp.Expr, turns: Sequence[sp.Expr] = ()) -> sp.Expr:
     if not any(power.exp == sp.Rational(1, 2) for power in expression.atoms(sp.Pow)):
         return expression
     roots, sums = _trigs_of(tuple(turns))
-    plain = expression.xreplace(roots)
-    return plain.replace(lambda part: part.is_Add, lambda total: _join_roots(total, sums))
+    without_nested_roots = expression.xreplace(roots)
+    return without_nested_roots.replace(lambda part: part.is_Add, lambda total: _join_roots(total, sums))
 
 
 @lru_cache(maxsize=256)
 def _trigs_of(turns: tuple[sp.Expr, ...]) -> tuple[dict[sp.Expr, sp.Expr], tuple[_Sum, ...]]:
-    """Return nested roots, and sums of two terms, each with the sine or cosine that it is, or its square."""
+    """Return nested roots and sums of two terms, each with the sine or cosine (or its square) that it equals."""
     roots: dict[sp.Expr, sp.Expr] = {}
     sums: dict[sp.Expr, sp.Expr] = {}
-    for turn, function in product((*turns, _FIFTEEN), (sp.cos, sp.sin)):
-        value, trig = sp.expand(function(turn)), function(turn, evaluate=False)
+    for angle, function in product((*turns, _FIFTEEN), (sp.cos, sp.sin)):
+        value, trig = sp.expand(function(angle)), function(angle, evaluate=False)
         if value.is_Add:
             sums.setdefault(value, trig)
         if value.is_Pow and value.base.is_Add:
             roots |= {value: roots.get(value, trig), 1 / value: roots.get(1 / value, 1 / trig)}
-        if turn in turns:
+        if angle in turns:
             sums.setdefault(sp.expand(value**2), trig**2)
     pairs = ((value, trig) for value, trig in sums.items() if value.is_Add and len(value.args) == 2)
     return roots, tuple(_Sum(tuple(term.as_coeff_Mul() for term in value.args), trig) for value, trig in pairs)
 
 
 def _join_roots(total: sp.Expr, sums: Sequence[_Sum]) -> sp.Expr:
-    """Return a sum in which two terms that differ only in their roots are one."""
+    """Return a sum in which pairs of terms that differ only in their roots are combined by one of `sums`."""
     for constant in sums:
         (first, root), (second, second_root) = constant.terms
         numbers: dict[sp.Expr, dict[sp.Expr, sp.Expr]] = {}

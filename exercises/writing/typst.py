@@ -1,8 +1,8 @@
-"""Our Markdown with LaTeX formulas as Typst markup, for PDF without a TeX installation.
+"""Convert the project's Markdown with LaTeX formulas to Typst markup, for PDF without a TeX installation.
 
-Every formula is a call that has it in words, too: `#formula("words", $…$)` or, on lines of its own,
-`#formulas("words", $…$, size)`; the template exports/paper.typ.j2 defines both. Punctuation is escaped: text can't
-become markup.
+Every formula is a call that also contains the formula in words: `#formula("words", $…$)` or, if it is displayed,
+`#formulas("words", $…$, size)`. The template exports/paper.typ.j2 defines both. Punctuation is escaped, so that text
+can't become markup.
 """
 
 import re
@@ -19,12 +19,12 @@ from qdot.exercises.writing.fit import breaks_lines, fit_formula, is_high, width
 from qdot.exercises.writing.markup import HOLDER, Special, count_columns, parse_markdown, write_tokens
 
 ROOM = 40.0
-"""How wide formulas may be on lines of their own, in em of the text: on A4 and on Letter, beside a rule at the left."""
+"""Maximum width of displayed formulas in em of the text: on A4 and Letter, beside a vertical rule on the left."""
 
 _POINTED = re.compile(HOLDER.pattern + r"(\\[,.;:])?")
-"""The holder of a formula with the point behind it, which stays with it on lines of its own."""
+"""Matches a formula's placeholder with the punctuation after it, which becomes part of a displayed formula."""
 Formulas = Sequence[tuple[str, bool]]
-"""LaTeX, and whether it stands on lines of its own."""
+"""LaTeX, and whether the formula is displayed."""
 _PUNCTUATION = re.compile(r"[!-/:-@\[-`{-~]")
 _FIXED = {
     "strong_open": "#strong[", "em_open": "#emph[", "bullet_list_open": "\n#list(", "list_item_open": "[",
@@ -37,7 +37,7 @@ _FIXED = {
 
 
 def typst_escaped(text: str) -> str:
-    r"""Return plain text as markup.
+    r"""Return plain text as Typst markup, with punctuation escaped.
 
     >>> typst_escaped("*1. a_b*")
     '\\*1\\. a\\_b\\*'
@@ -46,9 +46,9 @@ def typst_escaped(text: str) -> str:
 
 
 def to_typst(text: str, share: float = 1.0) -> str:
-    """Return markup for the body of a document; raw HTML in the text is left out.
+    """Return Typst markup for the body of a document; raw HTML in the text is omitted.
 
-    It may take a `share` of a page's width.
+    The text may take a `share` of a page's width.
     """
     tokens, formulas = parse_markdown(text)
 
@@ -62,8 +62,8 @@ def to_typst(text: str, share: float = 1.0) -> str:
         size = min(100, int(100 * share * ROOM / width(shown)))
         if block:
             return f"#formulas({words}, $ {typst_math(shown)} $, {size}%){match.group(2) or ''}"
-        point = f' "{match.group(2)[1:]}"' if match.group(2) else ""
-        return f"#formulas({words}, $ {typst_math(shown)}{point} $, {size}%)"
+        punctuation = f' "{match.group(2)[1:]}"' if match.group(2) else ""
+        return f"#formulas({words}, $ {typst_math(shown)}{punctuation} $, {size}%)"
 
     special: Special = {**_SPECIAL, "table_open": partial(_open_table, formulas=formulas)}
     markup = write_tokens(tokens, _FIXED, special)
@@ -71,10 +71,10 @@ def to_typst(text: str, share: float = 1.0) -> str:
 
 
 def _has_high_rows(tokens: Sequence[Token], formulas: Formulas) -> bool:
-    """Whether a table, whose tokens come first, has a formula in it that is higher than a line."""
-    inside = takewhile(lambda token: token.type != "table_close", tokens)
-    held = (number for token in inside for number in HOLDER.findall(token.content))
-    return any(is_high(parse_latex(formulas[int(number)][0])) for number in held)
+    """Whether the table with which the tokens begin contains a formula that is higher than a line."""
+    table_tokens = takewhile(lambda token: token.type != "table_close", tokens)
+    formula_numbers = (number for token in table_tokens for number in HOLDER.findall(token.content))
+    return any(is_high(parse_latex(formulas[int(number)][0])) for number in formula_numbers)
 
 
 def _open_table(tokens: Sequence[Token], index: int, formulas: Formulas) -> str:
