@@ -1,4 +1,4 @@
-"""What students submit: finds and unpacks files, reads them as cells, and locates the answers.
+"""Finds and unpacks the files that students submit, splits them into cells, and locates the answers.
 
 It imports the sandbox and judging.
 

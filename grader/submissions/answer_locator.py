@@ -1,7 +1,7 @@
 """Locates the answer to each part in a notebook, by the variable's name and by the answer cell's metadata.
 
-The value of the variable at the end of the notebook counts: students who run all cells see the same. If another value
-is used, so that no answer is lost, a note says so. Cells are numbered from the top, including text.
+The value of the variable at the end of the notebook counts, because students who run all cells see the same value. If
+another value is used to save an answer, a note says so. Cells are numbered from the top, including text cells.
 """
 
 import ast
@@ -18,23 +18,23 @@ from qdot.grader.sandbox.sandbox import Run
 from qdot.grader.submissions.cells import Cell, OverLimit, first_syntax_error, parse_python, printable_name
 
 MOST = 50
-"""Maximum number of text cells, and of possibly misspelt names, that are searched for an answer."""
+"""Maximum number of text cells, and of variables with similar names, that are searched for an answer."""
 
 LONGEST = 30_000
-"""Maximum length in characters of a cell that is searched; longer cells are only run."""
+"""Maximum length in characters of a cell that is parsed for answers; longer cells are only run."""
 
 MOST_PARSED = 3_000_000
-"""Maximum number of characters that are parsed for a notebook in total; each text is parsed once."""
+"""Maximum total number of characters that are parsed for a notebook; each text is parsed only once."""
 
 RunCells = Callable[[Sequence[str | None], Sequence[str]], Run]
-"""Runs cells, except those that are None, and returns the values of variables with these names."""
+"""Runs cells, except those that are None, and returns the run with the values of the variables of the given names."""
 
 
 @dataclass
 class Answers:
-    """The answers of a notebook: its run, why each missing answer is missing, by variable, and notes.
+    """The answers of a notebook: its run, the reason why each missing answer is missing (by variable), and notes.
 
-    `refused` lists for the staff the cells that stopped because they tried something forbidden.
+    `refused` lists, for the staff, the cells that stopped because they tried something forbidden.
     """
 
     run: Run
@@ -43,7 +43,7 @@ class Answers:
     refused: list[str] = field(default_factory=list)
 
     def of(self, slot: str, problem: Problem) -> dict[str, str]:
-        """Return the texts of the answers to a problem, by part."""
+        """Return the texts of the answers to a problem, by the name of the part."""
         names = {part.name: variable(slot, part.name) for part in problem.parts}
         return {part: self.run.answers[name] for part, name in names.items() if name in self.run.answers}
 
@@ -53,7 +53,7 @@ class Answers:
 
 
 def find_answers(cells: Sequence[Cell], parts: Sequence[str], run: RunCells) -> Answers:
-    """Run a notebook and find the answers to `parts`, called as in "p1.jacobian".
+    """Run a notebook and find the answers to `parts`, which have names such as "p1.jacobian".
 
     Raises OverLimit if the search would take too long.
     """
@@ -63,18 +63,18 @@ def find_answers(cells: Sequence[Cell], parts: Sequence[str], run: RunCells) -> 
         notebook.locate(part)
     sources = [notebook.sources.get(index) for index in range(len(cells))]
     result = run(sources, list(names.values()))
-    failed = result.cell_errors
-    lacking = [index for index, error in sorted(failed.items()) if error.startswith("NameError")]
+    errors = result.cell_errors
+    lacking = [index for index, error in sorted(errors.items()) if error.startswith("NameError")]
 
     @functools.cache
     def run_again() -> Run:
-        """Run the cells that lacked a name again after all others: in Jupyter, students run cells in any order."""
+        """Run the cells that lacked a name again after all others, because students can run cells in any order."""
         return run([*sources, *(sources[index] for index in lacking)], list(names.values()))
 
-    stops = {index: _describe_stop(notebook, index, result) for index in sorted({*failed, *result.missed})}
+    stops = {index: _describe_stop(notebook, index, result) for index in sorted({*errors, *result.missed})}
     answers = Answers(result, notes=notebook.notes)
     answers.notes += _find_first_stop(notebook, stops)
-    answers.refused += [stops[index] for index in sorted(failed) if failed[index].startswith("PermissionError")]
+    answers.refused += [stops[index] for index in sorted(errors) if errors[index].startswith("PermissionError")]
     answers.notes += [_describe_lost_symbol(name, index, value) for name, (index, value) in result.lost.items()]
     answers.notes += [*_describe_overtime(notebook, result), *filter(None, [_describe_end(result)])]
     for part, name in names.items():
@@ -91,7 +91,7 @@ def find_answers(cells: Sequence[Cell], parts: Sequence[str], run: RunCells) -> 
 
 
 def guess_parts(cells: Sequence[Cell], questions: Sequence[str]) -> list[str]:
-    """Return the parts that a notebook seems to answer, by metadata and by the names that it sets."""
+    """Return the parts that a notebook seems to answer, according to its metadata and the variables that it sets."""
     endings = {question.replace("-", "_"): question for question in questions}
     parts = dict[str, None]()
     for cell in cells:
@@ -107,7 +107,7 @@ def guess_parts(cells: Sequence[Cell], questions: Sequence[str]) -> list[str]:
 
 
 class _Notebook:
-    """A notebook's cells: the names that each sets, the source that is run for it, and notes."""
+    """A notebook's cells: the names that each cell sets, the source that is run for it, and notes on changes to it."""
 
     def __init__(self, cells: Sequence[Cell], names: Mapping[str, str]) -> None:
         self.cells, self.names, self.notes = cells, names, list[str]()
@@ -118,25 +118,25 @@ class _Notebook:
         self.sets = {index: self._names_set_by(index) for index in self.sources}
 
     def _names_set_by(self, index: int) -> set[str]:
-        """Return the names that a cell sets if it may contain an answer."""
+        """Return the names that a cell sets; an empty set if the cell can't contain an answer."""
         cell = self.cells[index]
         if cell.part not in self.names and not self._relevant.search(cell.source):
             return set()
         tree = self._parse_cell(cell.source)
-        if tree is None:  # guess; the run will report why the cell stops
+        if tree is None:  # guess the names; the run will report the error in the cell
             return set(re.findall(r"(?m)^[ \t]*(\w+)\b[^\n=!<>]*=(?!=)", cell.source[:LONGEST]))
         return set(_bound_names(tree, cell.source))
 
     def setters(self, name: str) -> list[int]:
-        """Return the cells that set a variable."""
+        """Return the indices of the cells that set a variable."""
         return [index for index, names in self.sets.items() if name in names]
 
     def marked_cells(self, part: str) -> list[int]:
-        """Return the cells that are marked in the metadata as the answer to a part, including text cells."""
+        """Return the indices of the cells whose metadata name them as the answer to a part, including text cells."""
         return [index for index, cell in enumerate(self.cells) if cell.part == part]
 
     def locate(self, part: str) -> None:
-        """Make sure that the answer to a part is read, even if its cell was changed."""
+        """Make sure that the answer to a part is found: if no cell sets its variable, change the source that is run."""
         name, setters = self.names[part], self.setters(self.names[part])
         marked = [index for index in self.marked_cells(part) if index in self.sources]
         assigning = [index for index in marked if isinstance(self._answer_statement(index), ast.Assign)]
@@ -160,10 +160,10 @@ class _Notebook:
             self._use_misspelt(name)
 
     def _use_misspelt(self, name: str) -> None:
-        """Use another variable for one that no cell sets, if exactly one has a similar name, as P1_Jacobian."""
+        """Use a misspelt variable, such as P1_Jacobian, for one that no cell sets, if exactly one name is similar."""
         similar = [
             candidate
-            for candidate in sorted({each for names in self.sets.values() for each in names})
+            for candidate in sorted({set_name for names in self.sets.values() for set_name in names})
             if abs(len(candidate) - len(name)) < 3
             and candidate not in self.names.values()
             and candidate[:2].casefold() == name[:2].casefold()
@@ -185,7 +185,7 @@ class _Notebook:
                 return
 
     def _answer_statement(self, index: int) -> "ast.Assign | ast.Expr | None":
-        """Return the statement of an answer cell that contains its answer, whatever its variable is called."""
+        """Return the statement with the answer in an answer cell, whatever its variable is called; None if unknown."""
         tree = self._parse_cell(self.sources[index])
         if tree is None or not tree.body:
             return None
@@ -202,7 +202,7 @@ class _Notebook:
         return max(assigned.values(), key=lambda statement: (statement.lineno, statement.col_offset), default=None)
 
     def _use_as_answer(self, index: int, part: str, because: str) -> bool:
-        """Use the value of an answer cell as the answer to its part. Return whether it has a value."""
+        """Use the value of an answer cell as the answer to its part; return False if it has no value to use."""
         name, statement = self.names[part], self._answer_statement(index)
         if statement is None:
             return False
@@ -210,24 +210,24 @@ class _Notebook:
         assigned_name = target.id if isinstance(target, ast.Name) else ""
         if target is not None and assigned_name in self.names.values():
             if self.setters(assigned_name) == [index]:
-                return False  # it is the only answer to the other part
+                return False  # the value is the only answer to another part
             self._replace_text(index, target.lineno, target.col_offset, target.end_col_offset or 0, name)
         else:
             self._replace_text(index, statement.lineno, statement.col_offset, statement.col_offset, f"{name} = ")
         self.sets[index] = self.sets[index] | {name}
-        what = "is no assignment: its value" if not assigned_name else f"sets {assigned_name}, which"
-        self.notes.append(f"{because} and {what} was read for it")
+        statement_text = "is no assignment: its value" if not assigned_name else f"sets {assigned_name}, which"
+        self.notes.append(f"{because} and {statement_text} was read for it")
         return True
 
     def _replace_text(self, index: int, number: int, begin: int, end: int, text: str) -> None:
-        """Replace some bytes of a line by a text; Python's positions count bytes."""
+        """Replace the bytes from `begin` to `end` of a line by a text; Python's syntax trees count bytes."""
         lines = python_of(self.sources[index]).split("\n")
         line = lines[number - 1].encode()
         lines[number - 1] = (line[:begin] + text.encode() + line[end:]).decode()
         self.sources[index] = "\n".join(lines)
 
     def _use_text_cell(self, index: int, part: str) -> bool:
-        """Run the Python in a text cell, if the answer is nowhere else. Return whether there is any."""
+        """Use the Python code in a text cell, which then is run; return False if there is no answer in it."""
         name = self.names[part]
         code = self._find_code(self.cells[index].source, name)
         if code is None:
@@ -243,11 +243,11 @@ class _Notebook:
         return True
 
     def _parse_cell(self, source: str) -> ast.Module | None:
-        """Return the syntax tree of a cell as it is run, None if it is too long or no Python."""
+        """Return the syntax tree of a cell as it is run; None if the cell is too long or not Python."""
         return self._parse(python_of(source)) if len(source) <= LONGEST else None
 
     def _parse(self, code: str) -> ast.Module | None:
-        """Return the syntax tree of a text, None if it is no Python. Raises OverLimit if too much was parsed."""
+        """Return the syntax tree of a text; None if it is not Python. Raises OverLimit if too much was parsed."""
         if code not in self._trees:
             self._left -= len(code)
             if self._left < 0:
@@ -258,12 +258,12 @@ class _Notebook:
         return self._trees[code]
 
     def _find_code(self, text: str, name: str) -> str | None:
-        """Return the Python in a text cell: the whole text without fences, else the part from `name =` on."""
+        """Return the Python code in a text cell: the whole text without fences, else the text from `name =` on."""
         lines = [line for line in text[:LONGEST].split("\n") if not re.match(r"\s*(```|~~~)", line)]
-        whole = "\n".join(lines).strip().strip("`")
-        tree = self._parse(whole)
+        text_without_fences = "\n".join(lines).strip().strip("`")
+        tree = self._parse(text_without_fences)
         if tree is not None and any(map(_is_answer, tree.body)):
-            return whole
+            return text_without_fences
         begin = next((n for n, line in enumerate(lines) if re.match(rf" *`*{name} *=(?!=)", line)), None)
         if begin is None:
             return None
@@ -277,25 +277,25 @@ class _Notebook:
 
 
 def _bound_names(tree: ast.AST, source: str) -> Iterator[str]:
-    """Yield the names that statements set, except inside of functions."""
-    looked_into = ":=" in source or "for" in source
-    left = [tree]  # no recursion: the tree of a sum of a thousand terms is a thousand levels deep
-    while left:
-        for node in ast.iter_child_nodes(left.pop()):
+    """Yield the names that statements set, except inside functions."""
+    search_expressions = ":=" in source or "for" in source
+    unvisited = [tree]  # no recursion: the tree of a sum of a thousand terms is a thousand levels deep
+    while unvisited:
+        for node in ast.iter_child_nodes(unvisited.pop()):
             if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store):
                 yield node.id
             elif isinstance(node, (ast.FunctionDef, ast.ClassDef, ast.AsyncFunctionDef)):
                 yield node.name
-            elif not isinstance(node, ast.Lambda) and (looked_into or not isinstance(node, VALUES)):
-                left.append(node)
+            elif not isinstance(node, ast.Lambda) and (search_expressions or not isinstance(node, VALUES)):
+                unvisited.append(node)
 
 
 VALUES = (ast.BinOp, ast.UnaryOp, ast.Call, ast.Constant, ast.Compare, ast.BoolOp, ast.Dict, ast.Set)
-"""Expressions, as in answers, in which only a walrus or a comprehension can set a name."""
+"""Classes of expressions, common in answers, in which only a walrus or a comprehension can set a name."""
 
 
 def _only_displays(statement: ast.Expr) -> bool:
-    """Whether a statement only displays something, or is an IPython magic."""
+    """Return whether a statement only displays something, or is an IPython magic."""
     called = statement.value.func if isinstance(statement.value, ast.Call) else None
     if isinstance(called, ast.Attribute):
         return called.attr in ("show", "run_line_magic", "run_cell_magic", "system", "getoutput")
@@ -303,9 +303,9 @@ def _only_displays(statement: ast.Expr) -> bool:
 
 
 def _is_answer(statement: ast.stmt) -> bool:
-    """Whether a statement is likely code; a word or two of prose may be valid Python, too."""
-    written = isinstance(statement, ast.Expr) and isinstance(statement.value, (ast.Call, ast.BinOp, ast.List, ast.Dict))
-    return written or isinstance(statement, ast.Assign)
+    """Return whether a statement is likely code: a word or two of prose may be valid Python, too."""
+    is_code = isinstance(statement, ast.Expr) and isinstance(statement.value, (ast.Call, ast.BinOp, ast.List, ast.Dict))
+    return is_code or isinstance(statement, ast.Assign)
 
 
 # --- reading answers ---
@@ -320,18 +320,18 @@ def _is_missing(run: Run, name: str) -> bool:
 
 
 def _use_earlier_value(answers: Answers, name: str) -> None:
-    """Use the last real value if the variable holds a placeholder or an unreadable value at the end."""
+    """Use the last real value of a variable that holds a placeholder or an unreadable value at the end."""
     run = answers.run
-    earlier = [text for text in run.earlier.get(name, ()) if not _is_blank(text)]
-    if earlier:
-        became = "left blank" if name in run.answers else f"no value that can be read ({run.failures.get(name, '')})"
-        run.answers[name] = earlier[-1]
+    earlier_values = [text for text in run.earlier.get(name, ()) if not _is_blank(text)]
+    if earlier_values:
+        state = "left blank" if name in run.answers else f"no value that can be read ({run.failures.get(name, '')})"
+        run.answers[name] = earlier_values[-1]
         run.failures.pop(name, None)
-        answers.notes.append(f"{name} is {became} at the end of the notebook; its value before that was read")
+        answers.notes.append(f"{name} is {state} at the end of the notebook; its value before that was read")
 
 
 def _use_second_run(answers: Answers, name: str, setters: Sequence[int], second_run: Run) -> None:
-    """Use the value that a variable has after its cells, which lacked a name, were run again."""
+    """Use the value that a variable has after the second run of its cells, which lacked a name in the first run."""
     value = second_run.answers.get(name)
     if value is not None and not _is_blank(value):
         answers.run.answers[name] = value
@@ -342,23 +342,23 @@ def _use_second_run(answers: Answers, name: str, setters: Sequence[int], second_
 
 
 def _note_several_values(answers: Answers, part: str, name: str, notebook: _Notebook) -> None:
-    """Note which value was read if several cells set different ones."""
-    failed = answers.run.cell_errors
+    """Add a note on which value was used if several cells set different ones."""
+    errors = answers.run.cell_errors
     setters = notebook.setters(name)
     if len(setters) < 2 or any(note.startswith(f"{name} is ") for note in answers.notes):
         return
-    stopped = [index for index in setters if index in failed]
+    stopped = [index for index in setters if index in errors]
     values = {text for text in answers.run.earlier.get(name, ()) if not _is_blank(text)}
     if stopped:
         answers.notes.append(
-            f"{name} is set in {_name_cells(setters)}, and {_name_cells(stopped)} stopped ({failed[stopped[-1]]})"
+            f"{name} is set in {_name_cells(setters)}, and {_name_cells(stopped)} stopped ({errors[stopped[-1]]})"
         )
     elif len(values) > 1 and len([index for index in setters if notebook.cells[index].part in (part, None)]) > 1:
         answers.notes.append(f"{name} is set in {_name_cells(setters)}; its value at the end of the notebook was read")
 
 
 def _describe_lost_symbol(name: str, index: int, value: str) -> str:
-    """Return a note that a number replaced a symbol, which affects the answers after it."""
+    """Return a note that a number replaced a symbol in the answers after a cell."""
     name, value = printable_name(name), printable_name(value)
     return (
         f"{name} = {value} in {_name_cells([index])} puts a number in the place of the symbol, in the answers after "
@@ -367,22 +367,22 @@ def _describe_lost_symbol(name: str, index: int, value: str) -> str:
 
 
 def _describe_overtime(notebook: _Notebook, run: Run) -> list[str]:
-    """Return notes on cells that were stopped for taking too long, and on what was still read from them."""
+    """Return notes on the cells that were stopped because they took too long, and on the answers that they had set."""
     notes = []
-    for index, why in run.cell_errors.items():
-        if why.startswith(OVERTIME):
-            read = [name for name in notebook.names.values() if name in notebook.sets[index] and name in run.answers]
-            effect = f"; {' and '.join(read)}, which it had set by then, was read" if read else ""
-            notes.append(f"{_name_cells([index])} was stopped: {why}{effect}")
+    for index, error in run.cell_errors.items():
+        if error.startswith(OVERTIME):
+            found = [name for name in notebook.names.values() if name in notebook.sets[index] and name in run.answers]
+            effect = f"; {' and '.join(found)}, which it had set by then, was read" if found else ""
+            notes.append(f"{_name_cells([index])} was stopped: {error}{effect}")
     return notes
 
 
 OVERTIME = "it took longer than", "it waited longer than"
-"""First words of errors of cells that took too long."""
+"""The beginnings of the errors of cells that took too long."""
 
 
 def _describe_stop(notebook: _Notebook, index: int, run: Run) -> str:
-    """Return where a cell stopped, or which import it went on without, and why."""
+    """Return a note on where a cell stopped, or after which failed import it continued, and why."""
     reasons = [_describe_missing_import(notebook, index, run)]
     if index in run.cell_errors:
         where = f" at {_quote_line(notebook, index, run.stopped_at[index])}" if index in run.stopped_at else ""
@@ -391,11 +391,11 @@ def _describe_stop(notebook: _Notebook, index: int, run: Run) -> str:
 
 
 def _describe_missing_import(notebook: _Notebook, index: int, run: Run) -> str:
-    """Return which import a cell went on without, and why; empty if it lacks none."""
+    """Return a note on the failed import after which a cell continued, and why it failed; empty if none failed."""
     if index not in run.missed:
         return ""
-    number, why = run.missed[index]
-    return f"{_name_cells([index])} went on without {_quote_line(notebook, index, number)} ({why})"
+    number, error = run.missed[index]
+    return f"{_name_cells([index])} went on without {_quote_line(notebook, index, number)} ({error})"
 
 
 def _quote_line(notebook: _Notebook, index: int, number: int) -> str:
@@ -404,17 +404,17 @@ def _quote_line(notebook: _Notebook, index: int, number: int) -> str:
 
 
 def _find_first_stop(notebook: _Notebook, stops: Mapping[int, str]) -> list[str]:
-    """Return the first cell that stopped above all answers, as cells below may depend on it; at most one."""
+    """Return the note, if any, on the first cell that stopped above all answers, because they may depend on it."""
     first_answer = min((index for index, names in notebook.sets.items() if names), default=len(notebook.cells))
     return [stops[index] for index in sorted(stops) if index < first_answer][:1]
 
 
 def _why_missing(part: str, name: str, notebook: _Notebook, run: Run, stops: Mapping[int, str]) -> str:
-    """Return in words why a part has no answer."""
+    """Return a phrase that says why a part has no answer."""
     if name in run.failures:
         return f"{name} has no value that can be read: {run.failures[name]}"
-    places = [*notebook.setters(name), *notebook.marked_cells(part)]
-    stopped = next((index for index in places if index in run.cell_errors), None)
+    cells = [*notebook.setters(name), *notebook.marked_cells(part)]
+    stopped = next((index for index in cells if index in run.cell_errors), None)
     if stopped is not None:
         error = run.cell_errors[stopped]
         cause = _describe_missing_import(notebook, stopped, run) or _find_cause(error, stopped, notebook, stops)
@@ -422,16 +422,16 @@ def _why_missing(part: str, name: str, notebook: _Notebook, run: Run, stops: Map
         return f"its cell stopped: {error}" + (f"; {cause}" if cause else "")
     if run.end != "done":
         return _describe_end(run)
-    if not places:
+    if not cells:
         return f"{name} is not set anywhere in the notebook"
-    texts = [index for index in places if index not in notebook.sources]
-    if len(texts) == len(places):
-        return f"its cell ({_name_cells(texts)}) is text and not code, and no Python in it can be read"
+    text_cells = [index for index in cells if index not in notebook.sources]
+    if len(text_cells) == len(cells):
+        return f"its cell ({_name_cells(text_cells)}) is text and not code, and no Python in it can be read"
     return f"its cell does not set {name}"
 
 
 def _describe_end(run: Run) -> str:
-    """Return how a run ended early, and in which cell; empty if it did not."""
+    """Return a note on how a run ended early, and in which cell; empty if it did not end early."""
     return run.note() if run.begun is None else run.note(_name_cells([run.begun]))
 
 
@@ -439,18 +439,21 @@ _ADVICE = {
     "for ^:": "in Python, a power is written **, as in a1**2; or put the answer into quotes, as text",
     "invalid character": "put an answer with such a character into quotes, as text",
 }
-"""Advice on errors that beginners may not understand."""
+"""Advice on errors that beginners may not understand, by a part of the error's message."""
 
 
 def _find_cause(error: str, stopped: int, notebook: _Notebook, stops: Mapping[int, str]) -> str:
-    """Return which cell above stopped, if a cell lacks a name: the first that mentions the name, else the first."""
-    lacking = re.match(r"NameError: name '(\w+)'", error)
-    above = [index for index in sorted(stops) if index < stopped] if lacking else []
-    likely = [index for index in above if lacking and lacking[1] in notebook.sources[index]] or above
+    """Return the note on the likely cause if a cell lacks a name; empty if there is none.
+
+    The cause is a cell above that stopped: the first one that mentions the name, else the first one.
+    """
+    name_error = re.match(r"NameError: name '(\w+)'", error)
+    above = [index for index in sorted(stops) if index < stopped] if name_error else []
+    likely = [index for index in above if name_error and name_error[1] in notebook.sources[index]] or above
     return stops[likely[0]] if likely else ""
 
 
 def _name_cells(indices: Sequence[int]) -> str:
-    """Return how cells are called in messages, as in "cells 3 and 7"."""
+    """Return the cells' numbers as a phrase for messages, such as "cells 3 and 7"."""
     numbers = [str(index + 1) for index in indices[:6]] + (["…"] if len(indices) > 6 else [])
     return f"cell {numbers[0]}" if len(numbers) == 1 else f"cells {', '.join(numbers[:-1])} and {numbers[-1]}"

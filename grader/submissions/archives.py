@@ -1,7 +1,7 @@
-"""Untrusted zip and tar archives: lists their files, reads one of them, or unpacks a whole class, within limits.
+"""Lists the files of untrusted zip and tar archives, reads one of them, or unpacks those of a class, within limits.
 
-A name in an archive is a label, not a path: nothing is written there, except by `unpack_temporarily` below a temporary
-folder. Archives in archives stay closed.
+A name in an archive is only a label: no file is written to that path. The exception is `unpack_temporarily`, which
+writes to it below a temporary folder. Archives inside archives are not opened.
 """
 
 import contextlib
@@ -28,28 +28,28 @@ MOST_FILES = 10_000
 """Maximum number of files in an archive that a student submits."""
 
 LARGEST_CLASS, MOST_OF_CLASS = 20_000_000_000, 200_000
-"""Maximum number of bytes and of files of a platform's download."""
+"""Maximum number of bytes, and of files, in a platform's download."""
 
 BROKEN = (zipfile.BadZipFile, tarfile.TarError, OSError, EOFError, ValueError, zlib.error, lzma.LZMAError, struct.error,
           NotImplementedError, RuntimeError, IndexError, KeyError, OverflowError)  # fmt: skip
-"""What the libraries raise for damaged or malicious archives."""
+"""The exceptions that the libraries raise for damaged or malicious archives."""
 
 
 @dataclass(frozen=True)
 class ArchiveMember:
-    """A file in an archive: its name there, and its size in bytes as the archive states it."""
+    """A file in an archive: its name in the archive, and its size in bytes according to the archive."""
 
     name: str
     size: int
 
 
 def is_archive(head: bytes) -> bool:
-    """Whether a file is an archive that can be opened, by its first 512 bytes."""
+    """Return whether the first 512 bytes of a file are those of an archive that qdot can open."""
     return head.startswith((b"PK\x03\x04", b"PK\x05\x06", b"\x1f\x8b")) or head[257:262] == b"ustar"
 
 
 def list_members(path: Path) -> list[ArchiveMember]:
-    """Return the files in an archive. Raises Unreadable."""
+    """Return the files in an archive. Raises Unreadable if it can't be opened."""
     label = printable_name(path.name)
     try:
         with path.open("rb") as file:
@@ -64,7 +64,7 @@ def list_members(path: Path) -> list[ArchiveMember]:
 
 
 def read_member(path: Path, name: str) -> bytes:
-    """Return a file in an archive. Raises Unreadable."""
+    """Return the content of a file in an archive. Raises Unreadable if it can't be unpacked."""
     label = f"{printable_name(name)} in {printable_name(path.name)}"
     try:
         data = _read(path, name)
@@ -98,12 +98,12 @@ def _list_zip(path: Path) -> list[ArchiveMember]:
 
 
 def _check_directory(path: Path) -> None:
-    """Refuse a zip whose list of files would take long to read; the last bytes of the zip contain its length."""
+    """Raise OverLimit if a zip's list of files would take too long to read; the last bytes of a zip have its length."""
     with path.open("rb") as file:
         file.seek(max(0, path.stat().st_size - 65_557))
         end = file.read()
-    place = end.rfind(b"PK\x05\x06")
-    if place >= 0 and int.from_bytes(end[place + 12 : place + 16], "little") > 150 * MOST_FILES:
+    position = end.rfind(b"PK\x05\x06")
+    if position >= 0 and int.from_bytes(end[position + 12 : position + 16], "little") > 150 * MOST_FILES:
         raise OverLimit(f"{printable_name(path.name)} has more than {MOST_FILES} files in it; {INSTEAD}")
 
 
@@ -131,9 +131,9 @@ def _members(path: Path) -> Iterator[tuple[tarfile.TarInfo, tarfile.TarFile]]:
 
 @contextlib.contextmanager
 def unpack_temporarily(path: Path) -> Iterator[tuple[Path, list[str]]]:
-    """Unpack a platform's zip into a temporary folder; yield the folder, and what was left out and why.
+    """Unpack a platform's zip into a temporary folder; yield the folder, and a line for each file that was left out.
 
-    Raises Unreadable.
+    Raises Unreadable if the zip can't be unpacked.
     """
     with own_folder("qdot-submissions-") as folder:
         try:
@@ -149,18 +149,18 @@ def _unpack(archive: zipfile.ZipFile, folder: Path) -> list[str]:
     if len(files) > MOST_OF_CLASS:
         raise Unreadable(f"{archive.filename} has more than {MOST_OF_CLASS} files in it")
     for info in files:
-        place = _place(info.filename)
-        why = (
-            "its name leads out of the folder" if place is None
+        path = _place(info.filename)
+        reason = (
+            "its name leads out of the folder" if path is None
             else "it is a symbolic link" if stat.S_ISLNK(info.external_attr >> 16)
             else "it needs a password" if info.flag_bits & 1
             else ""
         )  # fmt: skip
-        if why or place is None:
-            left_out.append(f"{printable_name(info.filename)}: {why}; not unpacked")
+        if reason or path is None:
+            left_out.append(f"{printable_name(info.filename)}: {reason}; not unpacked")
             continue
         try:
-            total += _write(archive, info, folder / place)
+            total += _write(archive, info, folder / path)
         except BROKEN:
             left_out.append(f"{printable_name(info.filename)}: it is damaged; not unpacked")
         if total > LARGEST_CLASS:
@@ -169,23 +169,26 @@ def _unpack(archive: zipfile.ZipFile, folder: Path) -> list[str]:
 
 
 def _place(name: str) -> PurePosixPath | None:
-    """Return the path of a file below a folder; None if its name would lead out of it."""
-    place = PurePosixPath(name.replace("\\", "/"))
-    if place.is_absolute() or ".." in place.parts or not place.parts or "\0" in name:
+    """Return the path of a file relative to the folder for unpacking; None if its name leads out of that folder."""
+    path = PurePosixPath(name.replace("\\", "/"))
+    if path.is_absolute() or ".." in path.parts or not path.parts or "\0" in name:
         return None
-    steps = [step.encode()[:240].decode(errors="ignore") if len(step.encode()) > 240 else step for step in place.parts]
-    return PurePosixPath(*(unicodedata.normalize("NFC", step) for step in steps))
+    parts = [part.encode()[:240].decode(errors="ignore") if len(part.encode()) > 240 else part for part in path.parts]
+    return PurePosixPath(*(unicodedata.normalize("NFC", part) for part in parts))
 
 
 def _write(archive: zipfile.ZipFile, info: zipfile.ZipInfo, target: Path) -> int:
-    """Write a file, or the beginning of one that is too large, with its time in the archive; return its size."""
+    """Write a file with its time in the archive, and return the number of bytes written.
+
+    If the file is too large, only its beginning is written, which is still over the limit.
+    """
     target.parent.mkdir(parents=True, exist_ok=True)
-    left = LARGEST + 1
+    remaining = LARGEST + 1
     with archive.open(info) as source, target.open("wb") as file:
-        while left > 0 and (block := source.read(min(left, 1 << 20))):
+        while remaining > 0 and (block := source.read(min(remaining, 1 << 20))):
             file.write(block)
-            left -= len(block)
+            remaining -= len(block)
     with contextlib.suppress(ValueError, OverflowError):
-        when = time.mktime(datetime.datetime(*info.date_time).timetuple())  # noqa: DTZ001 - a zip knows no time zone
-        os.utime(target, (when, when))
-    return LARGEST + 1 - left
+        seconds = time.mktime(datetime.datetime(*info.date_time).timetuple())  # noqa: DTZ001 - a zip has no time zone
+        os.utime(target, (seconds, seconds))
+    return LARGEST + 1 - remaining

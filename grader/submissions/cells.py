@@ -1,8 +1,8 @@
-"""Reads a submitted file as cells: notebooks of any version, scripts and Markdown; says what to submit instead.
+"""Splits a submitted file into cells: notebooks of any version, scripts and Markdown. Other files are refused.
 
-Nothing is executed, and no library reads the file: only the text of the cells is needed, and a damaged, hostile or
-enormous file must end in one sentence. Scripts and Markdown are split as jupytext writes them. A large file is read by
-this module run as a program, with limits of memory and time.
+Nothing is executed. No notebook library is used: only the text of the cells is needed, and for a damaged, hostile or
+enormous file the student must get one clear sentence. Scripts and Markdown are split in the formats of jupytext. A
+large file is parsed by this module in a separate process, with limits of memory and time.
 """
 
 import ast
@@ -22,35 +22,35 @@ if TYPE_CHECKING:  # this module is also run as a program, which must start quic
     from qdot.exercises.notebook.self_check import Problems
 
 LARGEST = 200_000_000
-"""Maximum size of a file in bytes; outputs of 100 MB are no reason to refuse a notebook."""
+"""Maximum size of a file in bytes; it is so large because a notebook may have outputs of 100 MB."""
 
 MOST_VALUES = 12_000_000
-"""Maximum number of values in a JSON file; even a short one takes some 60 bytes of memory."""
+"""Maximum number of values in a JSON file; even a short value takes about 60 bytes of memory."""
 
 MOST_CODE, MOST_CELLS = 20_000_000, 25_000
-"""Maximum number of characters of code in all cells together, and of cells."""
+"""Maximum number of characters of code in all cells together, and maximum number of cells."""
 
 LARGEST_HERE = 1_000_000
-"""Maximum size of a file that this process reads: whatever it contains, that takes little memory and time."""
+"""Maximum size in bytes of a file that this process parses itself: whatever it contains, that is fast."""
 
 MEMORY, SECONDS = 2_000_000_000, 20
-"""Maximum memory in bytes and processor time in seconds for reading a larger file."""
+"""Maximum memory in bytes, and processor time in seconds, for parsing a larger file in a separate process."""
 
 LONGEST_PARSED = 200_000
 """Maximum length in characters of a script that is passed to Python's parser."""
 
 
 class Unreadable(Exception):
-    """A submission that can't be graded at all; the text tells the student why."""
+    """Raised if a submission can't be graded at all; the text explains why to the student."""
 
 
 class OverLimit(Unreadable):
-    """A submission that exceeds a limit: it gets no mark, but qdot has not failed."""
+    """Raised if a submission exceeds a limit: it gets no mark, but that is no failure of qdot."""
 
 
 @dataclass(frozen=True)
 class Cell:
-    """A cell: its text, the part named in its metadata, and whether it is code."""
+    """A cell of a notebook: its text, the part of the assignment named in its metadata, and whether it is code."""
 
     source: str
     part: str | None = None
@@ -59,7 +59,7 @@ class Cell:
 
 @dataclass(frozen=True)
 class Content:
-    """The content of a file: cells, claims of its metadata, a note on its format, and unknown metadata."""
+    """The content of a file: its cells, qdot's metadata (`claims`), a note on its format, and unknown metadata."""
 
     cells: tuple[Cell, ...]
     claims: Mapping[str, Any]
@@ -76,7 +76,7 @@ NO_NOTEBOOK = (
     (b"Rar!", "a RAR archive"), (b"7z\xbc\xaf", "a 7-Zip archive"), (b"\x89PNG", "a picture"),
     (b"\xff\xd8\xff", "a picture"),
 )  # fmt: skip
-"""First bytes of files that are submitted instead of a notebook."""
+"""First bytes of files that are not notebooks, and what they are called in messages."""
 
 
 def printable_name(name: str) -> str:
@@ -98,12 +98,12 @@ def read_cells(name: str, data: bytes) -> Content:
 
 
 def _read_in_subprocess(label: str, data: bytes) -> Content:
-    """Return the content of a file, read by another process within limits. Raises Unreadable."""
+    """Return the content of a file, parsed by another process within limits. Raises Unreadable."""
     try:
         program = [sys.executable, "-I", __file__, label, str(MEMORY), str(SECONDS)]
-        done = subprocess.run(program, input=data, capture_output=True, timeout=10 * SECONDS)
-        report = json.loads(done.stdout)
-    except (subprocess.TimeoutExpired, ValueError):  # it was ended, or ran out of memory
+        completed = subprocess.run(program, input=data, capture_output=True, timeout=10 * SECONDS)
+        report = json.loads(completed.stdout)
+    except (subprocess.TimeoutExpired, ValueError):  # the process was killed, or ran out of memory
         raise OverLimit(_TOO_MUCH.format(label)) from None
     if "why" in report:
         raise (OverLimit if report["is_over_limit"] else Unreadable)(report["why"])
@@ -113,7 +113,7 @@ def _read_in_subprocess(label: str, data: bytes) -> Content:
 
 def main(label: str, memory: str, seconds: str) -> None:
     """Print the content of the file on standard input as JSON, or why it is unreadable."""
-    with contextlib.suppress(ImportError):  # as on Windows
+    with contextlib.suppress(ImportError):  # raised on Windows
         import resource
 
         resource.setrlimit(resource.RLIMIT_AS, (int(memory), int(memory)))
@@ -157,7 +157,7 @@ def _parse_content(name: str, label: str, data: bytes) -> Content:
 
 
 def _decode(label: str, data: bytes) -> str:
-    """Return the text in any encoding that editors use, with Unix line ends."""
+    """Return the text of a file in any encoding that editors use, with Unix line ends. Raises Unreadable."""
     if data.startswith((b"\xff\xfe", b"\xfe\xff")):
         encodings: Sequence[str] = ("utf-16",)
     elif data[1:2] == b"\0":
@@ -177,7 +177,7 @@ def _decode(label: str, data: bytes) -> str:
 
 
 def _parse_notebook(label: str, text: str) -> Content:
-    """Return the content of a notebook of any version. Errors are described in our own words."""
+    """Return the content of a notebook of any version. Raises Unreadable, with a message for students."""
     if sum(map(text.count, ",[{")) > MOST_VALUES:
         raise OverLimit(_TOO_MUCH.format(label))
     try:
@@ -189,13 +189,13 @@ def _parse_notebook(label: str, text: str) -> Content:
     raw_cells = _list_cells(data)
     if raw_cells is None:
         raise Unreadable(f"{label} is not a Jupyter notebook: it is JSON, but has no cells that can be read")
-    marks = [_qdot_metadata(cell) for cell in raw_cells]
-    parts = [part if isinstance(part := mark.get("part"), str) else None for mark in marks]
+    metadata = [_qdot_metadata(cell) for cell in raw_cells]
+    parts = [part if isinstance(part := entry.get("part"), str) else None for entry in metadata]
     cells = (
         Cell(_source(cell), part, cell.get("cell_type") == "code") for cell, part in zip(raw_cells, parts, strict=True)
     )
-    entries = [entry for mark in marks for entry in mark.items()]
-    foreign = {printable_name(key) for key, value in entries if key != "part" or _is_malformed(value)}
+    items = [item for entry in metadata for item in entry.items()]
+    foreign = {printable_name(key) for key, value in items if key != "part" or _is_malformed(value)}
     return Content(tuple(cells), _qdot_metadata(data), "", tuple(sorted(foreign)))
 
 
@@ -203,10 +203,10 @@ _CONFLICT = re.compile(r"(?m)^(?:<{7} .*|={7}|>{7} .*)$")
 
 
 def _describe_json_error(text: str, error: json.JSONDecodeError) -> str:
-    """Return what is wrong with a text that is not valid JSON."""
-    marks = [text.count("\n", 0, mark.start()) + 1 for mark in islice(_CONFLICT.finditer(text), 6)]
-    if marks:
-        lines = f"line {marks[0]}" if len(marks) == 1 else f"lines {', '.join(map(str, marks))}"
+    """Return a phrase that says what is wrong with a text that is not valid JSON."""
+    line_numbers = [text.count("\n", 0, marker.start()) + 1 for marker in islice(_CONFLICT.finditer(text), 6)]
+    if line_numbers:
+        lines = f"line {line_numbers[0]}" if len(line_numbers) == 1 else f"lines {', '.join(map(str, line_numbers))}"
         return (
             f"has conflict markers of Git in it ({lines}): two versions were merged and none was chosen; choose one, "
             "see that it opens in Jupyter, and hand it in again"
@@ -219,17 +219,17 @@ def _drop_outputs(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
 
 
 def _list_cells(data: dict[str, Any]) -> list[dict[str, Any]] | None:
-    """Return the cells unchanged; up to version 3 they are on worksheets."""
-    sheets = data.get("worksheets")
-    pages = [data.get("cells")]
-    if isinstance(sheets, list):
-        pages += [_dict_or_empty(sheet).get("cells") for sheet in sheets]
-    lists = [page for page in pages if isinstance(page, list)]
-    return [cell for page in lists for cell in page if isinstance(cell, dict)] if lists else None
+    """Return a notebook's cells as they are in its JSON; up to format version 3, they are in worksheets."""
+    worksheets = data.get("worksheets")
+    candidates = [data.get("cells")]
+    if isinstance(worksheets, list):
+        candidates += [_dict_or_empty(sheet).get("cells") for sheet in worksheets]
+    cell_lists = [cells for cells in candidates if isinstance(cells, list)]
+    return [cell for cells in cell_lists for cell in cells if isinstance(cell, dict)] if cell_lists else None
 
 
 def _source(cell: dict[str, Any]) -> str:
-    """Return a cell's text; up to version 3 the text of code is called input."""
+    """Return a cell's text; up to format version 3, the text of a code cell is called input."""
     source = cell.get("source", cell.get("input", ""))
     text = "".join(map(str, source)) if isinstance(source, list) else str(source)
     return text.replace("\r\n", "\n").replace("\r", "\n")
@@ -267,14 +267,14 @@ def _find_part(text: str) -> str | None:
 def _split_script(text: str) -> Iterator[Cell]:
     """Yield the cells of a script, split at lines with `# %%`, else at gaps between statements."""
     lines = text.split("\n")
-    marks = [(number, match.group(1)) for number, line in enumerate(lines) if (match := _PERCENT.fullmatch(line))]
-    if not marks:
+    headers = [(number, match.group(1)) for number, line in enumerate(lines) if (match := _PERCENT.fullmatch(line))]
+    if not headers:
         yield from _split_statements(text, lines)
         return
-    if marks[0][0]:
-        yield Cell("\n".join(lines[: marks[0][0]]))
-    ends = [number for number, _ in marks[1:]] + [len(lines)]
-    for (number, header), end in zip(marks, ends, strict=True):
+    if headers[0][0]:
+        yield Cell("\n".join(lines[: headers[0][0]]))
+    ends = [number for number, _ in headers[1:]] + [len(lines)]
+    for (number, header), end in zip(headers, ends, strict=True):
         body, is_text = lines[number + 1 : end], re.search(r"\[(markdown|md|raw)\]", header)
         if is_text:
             body = [re.sub(r"^# ?", "", line) for line in body]
@@ -282,9 +282,9 @@ def _split_script(text: str) -> Iterator[Cell]:
 
 
 def _split_statements(text: str, lines: list[str]) -> Iterator[Cell]:
-    """Yield adjacent statements as one cell; a blank line or a comment begins the next cell."""
-    begins = [n for n in _statements(text, lines) if n == 0 or not lines[n - 1].strip() or lines[n - 1].startswith("#")]
-    for begin, end in zip(begins, [*begins[1:], len(lines)], strict=True):
+    """Yield adjacent statements as one cell; a statement after a blank line or a comment begins the next cell."""
+    starts = [n for n in _statements(text, lines) if n == 0 or not lines[n - 1].strip() or lines[n - 1].startswith("#")]
+    for begin, end in zip(starts, [*starts[1:], len(lines)], strict=True):
         top = begin
         while top and lines[top - 1].startswith("#") and not lines[top].startswith("# +"):
             top -= 1
@@ -293,23 +293,23 @@ def _split_statements(text: str, lines: list[str]) -> Iterator[Cell]:
 
 
 def _statements(text: str, lines: list[str]) -> list[int]:
-    """Return the lines on which statements begin; a guess by indentation if the script can't be parsed."""
+    """Return the indices of the lines on which statements begin; guess by indentation if the script can't be parsed."""
     tree = parse_python(text, LONGEST_PARSED)
     if tree is not None:
-        first = (min([node.lineno, *(d.lineno for d in getattr(node, "decorator_list", ()))]) for node in tree.body)
-        return sorted({number - 1 for number in first})
-    goes_on = r"[\s#)\]}]|(else|elif|except|finally)\b"
-    return [number for number, line in enumerate(lines) if line and not re.match(goes_on, line)]
+        starts = (min([node.lineno, *(d.lineno for d in getattr(node, "decorator_list", ()))]) for node in tree.body)
+        return sorted({number - 1 for number in starts})
+    continuation = r"[\s#)\]}]|(else|elif|except|finally)\b"
+    return [number for number, line in enumerate(lines) if line and not re.match(continuation, line)]
 
 
 def parse_python(source: str, longest: int) -> ast.Module | None:
-    """Return the syntax tree of a text, None if it is no Python or too long. Nothing is executed."""
+    """Return the syntax tree of a text; None if it is not Python or longer than `longest`. Nothing is executed."""
     tree = _parse(source) if len(source) <= longest else None
     return tree if isinstance(tree, ast.Module) else None
 
 
 def first_syntax_error(source: str) -> int:
-    """Return the line of the first syntax error; 1 if it is unknown."""
+    """Return the line number of the first syntax error; 1 if it is unknown."""
     error = _parse(source)
     return error.lineno or 1 if isinstance(error, SyntaxError) else 1
 
@@ -324,7 +324,7 @@ def _parse(source: str) -> ast.Module | Exception:
 
 
 def _split_markdown(text: str) -> Iterator[Cell]:
-    """Yield fenced Python as code cells, and everything between as text cells."""
+    """Yield fenced Python code as code cells, and the text between as text cells."""
     fence, info, body = "", "", list[str]()
     for line in text.split("\n"):
         match = _FENCE.fullmatch(line)
@@ -340,7 +340,7 @@ def _split_markdown(text: str) -> Iterator[Cell]:
 
 
 def _fenced_cell(info: str, body: list[str]) -> Cell:
-    """Return a code cell without the options that MyST writes above the code."""
+    """Return the code cell of a fenced block, without the options that MyST writes above the code."""
     header = 0
     if body[:1] == ["---"] and "---" in body[1:]:
         header = body.index("---", 1) + 1
@@ -355,15 +355,15 @@ def _fenced_cell(info: str, body: list[str]) -> Cell:
 def without_self_checks(cells: Sequence[Cell], problems: "Problems") -> Sequence[Cell]:
     """Return the cells with qdot's self-checks emptied; unchanged if the code of another cell mentions self-checks.
 
-    Self-checks only print, and take half of the time of all cells together.
+    Self-checks only print results, but take half of the time of all cells together.
     """
     from qdot.exercises.notebook.self_check import SELF_CHECK, cells_of
 
     function, checks = cells_of(problems)
-    ours = {function, *checks} - {""}
-    if any(SELF_CHECK in cell.source for cell in cells if cell.is_code and cell.source.strip() not in ours):
+    generated = {function, *checks} - {""}
+    if any(SELF_CHECK in cell.source for cell in cells if cell.is_code and cell.source.strip() not in generated):
         return cells
-    return [replace(cell, source="") if cell.is_code and cell.source.strip() in ours else cell for cell in cells]
+    return [replace(cell, source="") if cell.is_code and cell.source.strip() in generated else cell for cell in cells]
 
 
 if __name__ == "__main__":

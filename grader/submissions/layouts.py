@@ -1,9 +1,9 @@
-"""How learning platforms lay out the submissions of a class: one function per platform, which knows its file names.
+"""Recognises the submissions of a class in the downloads of learning platforms, with one function for each layout.
 
-A layout looks at the files and folders in the folder of submissions. For each one that it recognises, it returns who
-is said to have submitted it, and when. `roster` finds that student on the roster. Sources: Moodle's
-mod/assign/classes/downloader.php, Canvas's lib/content_zipper.rb, and programs that read the exports of Gradescope,
-Brightspace and Blackboard.
+A layout looks at the files and folders in the folder of submissions. For each one that it recognises by its name, it
+returns who submitted it according to the platform, and when. `roster` finds that student on the roster. Sources:
+Moodle's mod/assign/classes/downloader.php, Canvas's lib/content_zipper.rb, and programs that parse the exports of
+Gradescope, Brightspace and Blackboard.
 """
 
 import datetime
@@ -16,9 +16,10 @@ from pathlib import Path
 
 @dataclass(frozen=True)
 class SubmittedPath:
-    """A submitted file or folder: its owner by identifiers or by name, when it was received, and the platform.
+    """A submitted file or folder: its owner's identifiers and name, the platform, and when it was received.
 
-    `late` is the platform's own mark, if it has one; `received` is None if only the file has a time.
+    `late` is whether the platform itself flagged it as late, None if the platform doesn't say. `received` is None if
+    only the file has a time.
     """
 
     path: Path
@@ -30,7 +31,7 @@ class SubmittedPath:
 
 
 def safe_check(is_so: Callable[[], bool]) -> bool:
-    """Return the result of a check of a path; False if it fails, such as for a link to a name that is too long."""
+    """Return the result of a check of a path; False if it raises OSError, as for a link to a name that is too long."""
     try:
         return is_so()
     except OSError:
@@ -46,7 +47,10 @@ def _match(pattern: re.Pattern[str], paths: Sequence[Path]) -> list[tuple[Path, 
 
 
 def _students(_: Path, entries: Sequence[Path]) -> list[SubmittedPath]:
-    """STUDENT/…, STUDENT.ipynb: qdot's layout, and nbgrader's submitted/STUDENT/ASSIGNMENT/…"""
+    """Return all entries as submissions: STUDENT/… or STUDENT.ipynb.
+
+    This is qdot's layout, and that of nbgrader's submitted/STUDENT/ASSIGNMENT/…
+    """
     names = [(path, path.name if safe_check(path.is_dir) else path.stem) for path in entries]
     return [SubmittedPath(path, (name.removesuffix(".tar"),), name) for path, name in names]
 
@@ -55,9 +59,10 @@ _MOODLE = re.compile(r"(?P<name>.+?)_(?P<number>\d+)_assignsubmission_(?:file|on
 
 
 def _moodle(_: Path, entries: Sequence[Path]) -> list[SubmittedPath]:
-    """NAME_NUMBER_assignsubmission_file/…, with a final underscore before Moodle 4.1, or flat …_file_hw.ipynb.
+    """Return Moodle's submissions: NAME_NUMBER_assignsubmission_file/…, or …_file_hw.ipynb without folders.
 
-    If names are hidden, NAME is "Participant", and NUMBER is in the grading worksheet's column Identifier.
+    Before Moodle 4.1, the folder's name ends with an underscore. If names are hidden, NAME is "Participant", and NUMBER
+    is in the grading worksheet's column Identifier.
     """
     return [
         SubmittedPath(path, (match["number"], f"Participant {match['number']}"), match["name"], "Moodle")
@@ -69,7 +74,10 @@ _CANVAS = re.compile(r"(?P<name>.+?)(?P<late>_LATE)?_(?P<user>\d+)_(?:\d+_.+|(?:
 
 
 def _canvas(_: Path, entries: Sequence[Path]) -> list[SubmittedPath]:
-    """lastfirst_USER_FILE_hw.ipynb, lastfirst_LATE_USER_FILE_hw-1.ipynb; files have the time of the download."""
+    """Return Canvas's submissions: lastfirst_USER_FILE_hw.ipynb or lastfirst_LATE_USER_FILE_hw-1.ipynb.
+
+    Their files have the time of the download.
+    """
     files = [path for path in entries if not safe_check(path.is_dir)]
     return [
         SubmittedPath(path, (match["user"],), match["name"], "Canvas", None, match["late"] is not None)
@@ -78,7 +86,10 @@ def _canvas(_: Path, entries: Sequence[Path]) -> list[SubmittedPath]:
 
 
 def _gradescope(root: Path, entries: Sequence[Path]) -> list[SubmittedPath]:
-    """submission_NUMBER/…, with names, identifiers and times in submission_metadata.yml; a group has several names."""
+    """Return Gradescope's submissions: submission_NUMBER/…
+
+    Names, identifiers and times are in submission_metadata.yml. A group's submission has several names.
+    """
     listing = root / "submission_metadata.yml"
     if listing.is_symlink() or not safe_check(listing.is_file):
         return []
@@ -96,7 +107,7 @@ _BRIGHTSPACE = re.compile(r"(?P<number>\d+)-\d+ - (?P<name>.+?) - .*\d.*", re.DO
 
 
 def _brightspace(_: Path, entries: Sequence[Path]) -> list[SubmittedPath]:
-    """NUMBER-SUBMISSION - NAME - DATE/hw.ipynb, and an index.html without an owner."""
+    """Return Brightspace's submissions, NUMBER-SUBMISSION - NAME - DATE/hw.ipynb, and index.html, without an owner."""
     matches = _match(_BRIGHTSPACE, entries)
     listing = [SubmittedPath(path, platform="Brightspace") for path in entries if matches and path.name == "index.html"]
     return listing + [SubmittedPath(path, (match["number"],), match["name"], "Brightspace") for path, match in matches]
@@ -106,9 +117,10 @@ _BLACKBOARD = re.compile(r"(?P<named>.+_.+)_attempt_\d{4}(?:-\d\d){5}(?:_(?P<fil
 
 
 def _blackboard(_: Path, entries: Sequence[Path]) -> list[SubmittedPath]:
-    """ASSIGNMENT_LOGIN_attempt_DATE_hw.ipynb, and a text file without the name at the end and without an owner.
+    """Return Blackboard's submissions: ASSIGNMENT_LOGIN_attempt_DATE_hw.ipynb.
 
-    If a login has an underscore, only the roster can say where the assignment's name ends.
+    ASSIGNMENT_LOGIN_attempt_DATE.txt is also recognised, but has no owner. If a login has an underscore, only the
+    roster can show where the assignment's name ends.
     """
     return [
         SubmittedPath(path, _suffixes(match["named"], "_") if match["file"] else (), platform="Blackboard")
@@ -120,7 +132,7 @@ _ILIAS = re.compile(r"(?P<name>[^_]+_[^_]+)_(?P<login>.+)_(?P<number>\d+)", re.D
 
 
 def _ilias(_: Path, entries: Sequence[Path]) -> list[SubmittedPath]:
-    """LAST_FIRST_LOGIN_NUMBER/…"""
+    """Return the submissions of ILIAS: LAST_FIRST_LOGIN_NUMBER/…"""
     folders = [path for path in entries if safe_check(path.is_dir)]
     return [
         SubmittedPath(path, (match["login"], match["number"]), match["name"].replace("_", " "), "ILIAS")
@@ -129,15 +141,20 @@ def _ilias(_: Path, entries: Sequence[Path]) -> list[SubmittedPath]:
 
 
 def _github(_: Path, entries: Sequence[Path]) -> list[SubmittedPath]:
-    """ASSIGNMENT-LOGIN/…, as GitHub Classroom clones a class: all folders share a prefix or are Git repositories."""
+    """Return the submissions in the folders into which GitHub Classroom clones a class: ASSIGNMENT-LOGIN/…
+
+    Folders are recognised if they all share a prefix; a Git repository is always recognised.
+    """
     folders = [path for path in entries if safe_check(path.is_dir)]
-    alike = len(folders) > 1 and len({path.name.partition("-")[0] for path in folders}) == 1
-    ends = [(path, _suffixes(path.name, "-")) for path in folders if alike or safe_check((path / ".git").exists)]
-    return [SubmittedPath(path, ids, platform="GitHub") for path, ids in ends if ids]
+    share_prefix = len(folders) > 1 and len({path.name.partition("-")[0] for path in folders}) == 1
+    suffixes = [
+        (path, _suffixes(path.name, "-")) for path in folders if share_prefix or safe_check((path / ".git").exists)
+    ]
+    return [SubmittedPath(path, ids, platform="GitHub") for path, ids in suffixes if ids]
 
 
 def _suffixes(text: str, sign: str) -> tuple[str, ...]:
-    """Return the text after each separator, the longest first."""
+    """Return the text after each separator `sign`, the longest first."""
     return tuple(text.split(sign, n)[-1] for n in range(1, text.count(sign) + 1))
 
 
@@ -149,18 +166,18 @@ LAYOUTS: dict[str, Layout] = {
 
 
 def only_folder(root: Path) -> Path | None:
-    """Return the only entry of a folder if it is a folder, as in an export that was unpacked unchanged."""
-    inside = _entries(root)
-    return inside[0] if len(inside) == 1 and not inside[0].is_symlink() and safe_check(inside[0].is_dir) else None
+    """Return the only entry of a folder if that is a folder, as in an export that was unpacked unchanged."""
+    entries = _entries(root)
+    return entries[0] if len(entries) == 1 and not entries[0].is_symlink() and safe_check(entries[0].is_dir) else None
 
 
 def find_submitted_paths(root: Path) -> list[SubmittedPath]:
-    """Return the submitted files and folders in a folder of submissions, with what their names say."""
-    left, submissions = _entries(root), list[SubmittedPath]()
+    """Return the submitted files and folders in a folder of submissions, with what their names tell about the owner."""
+    unrecognised, submissions = _entries(root), list[SubmittedPath]()
     for layout in LAYOUTS.values():
-        known = layout(root, left)
-        submissions += known
-        left = [path for path in left if path not in {submitted.path for submitted in known}]
+        recognised = layout(root, unrecognised)
+        submissions += recognised
+        unrecognised = [path for path in unrecognised if path not in {submitted.path for submitted in recognised}]
     return [submitted for submitted in submissions if submitted.ids or submitted.name]
 
 
@@ -173,7 +190,7 @@ def _entries(root: Path) -> list[Path]:
 
 @dataclass
 class _Record:
-    """A submission in Gradescope's list: its folder, time and submitters."""
+    """A submission in Gradescope's list: its folder, the time of submission, and the people who submitted it."""
 
     folder: str
     created: datetime.datetime | None = None
@@ -181,7 +198,7 @@ class _Record:
 
 
 def _records(path: Path) -> Iterator[_Record]:
-    """Yield the records of submission_metadata.yml, from the few lines of YAML that matter, as Ruby writes them."""
+    """Yield the records of submission_metadata.yml; only the needed lines are parsed, in the YAML that Ruby writes."""
     record, section = _Record(""), ""
     with path.open(encoding="utf-8", errors="replace") as file:
         for line in map(str.rstrip, file):
@@ -202,7 +219,7 @@ def _records(path: Path) -> Iterator[_Record]:
 
 
 def _scalar(text: str) -> str:
-    """Return a YAML scalar as text."""
+    """Return the value of a YAML scalar as text."""
     if text[:1] == '"':
         try:
             return str(json.loads(text))
@@ -212,7 +229,7 @@ def _scalar(text: str) -> str:
 
 
 def _time(text: str) -> datetime.datetime | None:
-    """Parse a time as Ruby or ISO 8601 writes it, as in 2026-11-21 22:05:07.123456789 Z; None if it is none."""
+    """Return a time parsed from Ruby's format or ISO 8601, such as 2026-11-21 22:05:07.123456789 Z; None if invalid."""
     match = re.match(r"(\d{4}-\d\d-\d\d)[T ](\d\d:\d\d:\d\d)(?:\.\d+)?\s*(Z|UTC|[+-]\d\d:?\d\d)?$", text)
     if not match:
         return None

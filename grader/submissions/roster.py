@@ -1,4 +1,7 @@
-"""Finds the student who made a submission: looks up in the roster what a platform says, and never guesses."""
+"""Finds the student who made a submission, by looking up a platform's identifiers and names in the roster.
+
+It never guesses: if several students fit, it returns all of them.
+"""
 
 import re
 import unicodedata
@@ -12,24 +15,24 @@ if TYPE_CHECKING:
     from qdot.exercises.assignment.assignment import Student
 
 _IDENTIFIES = re.compile(r"id\b|identif|login|user|mail|sis\b|matri|participant|(student|candidate).?(no|nr|number)")
-"""Names of roster columns by which a platform may identify a student; a seat number does not."""
+"""Names of the roster columns that may identify a student to a platform; a seat number does not."""
 
 
 @dataclass(frozen=True)
 class PossibleOwners:
-    """The students who may have made a submission: one if it is certain, else several, and why it is uncertain."""
+    """The students who may have made a submission: one student if that is certain, else all who fit, and why."""
 
     students: tuple[str, ...]
     why: str = ""
 
     @property
     def is_certain(self) -> bool:
-        """Whether exactly one student can have made it."""
+        """Whether exactly one student can have made the submission."""
         return len(self.students) == 1 and not self.why
 
 
 class Roster:
-    """A roster in which the owner of a submission is looked up."""
+    """The students of a class, in which the owner of a submission is looked up."""
 
     def __init__(self, students: "Sequence[Student]") -> None:
         self._student_ids: dict[str, str] = {_fold_case(student.id): student.id for student in students}
@@ -44,16 +47,16 @@ class Roster:
                 self._names.setdefault(name, set()).add(student.id)
 
     def find_identifier(self, text: str) -> PossibleOwners | None:
-        """Return the student with this identifier in the roster, ignoring case."""
+        """Return the student with this identifier in the roster, ignoring case; None if there is none."""
         student_id = self._student_ids.get(_fold_case(text))
         return None if student_id is None else PossibleOwners((student_id,))
 
     def find_owner(self, submitted: SubmittedPath) -> PossibleOwners:
-        """Return the owner of a submission, by identifiers that the name does not contradict, else by the name."""
+        """Return the owner of a submission: by its identifiers unless the name contradicts them, else by the name."""
         by_student_id = {
             self._student_ids[text] for text in map(_fold_case, submitted.ids) if text in self._student_ids
         }
-        ids = by_student_id or {who for text in submitted.ids for who in self._other_ids.get(_fold_case(text), ())}
+        ids = by_student_id or {owner for text in submitted.ids for owner in self._other_ids.get(_fold_case(text), ())}
         names = self._students_called(submitted.name)
         if len(ids) == 1 and (by_student_id or not names or ids <= names):
             return PossibleOwners(tuple(ids))
@@ -66,9 +69,12 @@ class Roster:
         return PossibleOwners(tuple(sorted(names)), "several students have this name" if len(names) > 1 else "")
 
     def _students_called(self, name: str) -> set[str]:
-        """Return the students with this name: as written, else without accents, else without a group before it."""
-        for form in (name, _strip_accents(name), *(name.split("-", n)[-1] for n in range(1, name.count("-") + 1))):
-            if students := self._names.get(_join_words(form)):
+        """Return the students with this name.
+
+        The name is tried unchanged, then without accents, then without a group's name before it.
+        """
+        for spelling in (name, _strip_accents(name), *(name.split("-", n)[-1] for n in range(1, name.count("-") + 1))):
+            if students := self._names.get(_join_words(spelling)):
                 return students
         return set()
 
@@ -78,7 +84,6 @@ def _fold_case(text: str) -> str:
 
 
 def _strip_accents(name: str) -> str:
-    """Return a name without accents."""
     return "".join(ch for ch in unicodedata.normalize("NFKD", name) if not unicodedata.combining(ch))
 
 
@@ -91,8 +96,8 @@ def _join_words(name: str) -> str:
 
 
 def _spellings(name: str) -> Iterator[str]:
-    """Yield how platforms may write a name: without accents, or "Ada King Lovelace" as kinglovelaceada."""
-    for form in (name, _strip_accents(name)):
-        words = _words(form)
+    """Yield the spellings of a name that platforms use: without accents, or "Ada King Lovelace" as kinglovelaceada."""
+    for spelling in (name, _strip_accents(name)):
+        words = _words(spelling)
         for first in range(len(words)):
             yield "".join(words[first:] + words[:first])

@@ -1,4 +1,4 @@
-"""Submissions: finds them in a folder, reads them, and says what can't be graded."""
+"""Finds the submissions in a folder, reads them, and reports those that can't be graded."""
 
 import contextlib
 import csv
@@ -30,26 +30,26 @@ from qdot.grader.submissions.cells import (
 from qdot.grader.submissions.layouts import SubmittedPath, find_submitted_paths, only_folder, safe_check
 from qdot.grader.submissions.roster import PossibleOwners, Roster
 
-if TYPE_CHECKING:  # loaded where there is one: a student's `qdot check` has none
+if TYPE_CHECKING:  # not imported at run time: a student's `qdot check` needs no assignment
     from qdot.exercises.assignment.assignment import Assignment, Student
 
 DEEPEST = 5
-"""Maximum depth of nested folders, each the only entry of its parent, in which submissions are looked for."""
+"""Maximum depth to which nested folders are followed in search of submissions; each is the only entry of its parent."""
 MOST_FILES, MOST_ATTEMPTS = 20_000, 50
-"""Maximum number of files that a student may submit, and of those that are read."""
+"""Maximum number of files that a student may submit, and maximum number of notebooks of theirs that are graded."""
 NOT_FETCHED = ".not-fetched.csv"
-"""A table in the folder of submissions (student, why) of students whose work could not be fetched.
+"""A table (columns student, why) in the folder of submissions: the students whose work could not be fetched.
 
-They get no mark, rather than zero for submitting nothing. Layouts ignore hidden files.
+They get no mark, rather than zero points for submitting nothing. Layouts ignore this file because it is hidden.
 """
 
 
 @dataclass(frozen=True)
 class Submission:
-    """A submitted notebook: its cells, the claims of its metadata, and notes on how it was read.
+    """A submitted notebook: its cells, its metadata about the assignment (`claims`), and notes on how it was parsed.
 
-    `received_from` is the source of the time: a platform, or "file". `late` is the platform's own mark, if it has one.
-    `modules` are the Python files beside it, which its cells may import.
+    `received_from` is the source of the time: a platform, or "file". `late` is whether the platform itself flagged it
+    as late, None if the platform doesn't say. `modules` are the Python files beside it, which its cells may import.
     """
 
     file: Path
@@ -66,9 +66,10 @@ class Submission:
 
 @dataclass(frozen=True)
 class StudentFiles:
-    """The files of a student, the one to grade first; `obstacle` is why none of them can be graded.
+    """The files of a student, in the order in which they are candidates for grading.
 
-    `over_limit` means that the obstacle is a limit. `failure` is an error of qdot or of the machine during the search.
+    `obstacle` is the reason why none of them can be graded; `over_limit` means that this reason is a limit. `failure`
+    is an error of qdot or of the machine during the search.
     """
 
     files: tuple[Path, ...]
@@ -83,7 +84,7 @@ class StudentFiles:
 
 @dataclass(frozen=True)
 class SubmissionFolder:
-    """A folder of submissions: files by student, files of nobody on the roster, and files of uncertain owners."""
+    """A folder of submissions: the files of each student, of nobody on the roster, and of uncertain owners."""
 
     by_student: dict[str, StudentFiles]
     strangers: list[str] = field(default_factory=list)
@@ -91,10 +92,10 @@ class SubmissionFolder:
 
 
 def find_submissions(assignment: "Assignment", root: Path) -> SubmissionFolder:
-    """Return the files of each student, those of nobody on the roster, and those that may be of several students.
+    """Return the files of each student, those of nobody on the roster, and those that fit several students.
 
-    Of several files, the notebook with the assignment's file name comes first, else the one whose metadata name the
-    assignment, else the first by name. Raises QdotError if `root` is no folder.
+    Of a student's files, the notebook with the assignment's file name comes first, else the one whose metadata name the
+    assignment, else the first by name. Raises QdotError if `root` is not a folder.
     """
     if not root.exists():
         raise QdotError(f"{root} does not exist; put what was handed in there, as STUDENT/*.ipynb or STUDENT.ipynb")
@@ -107,14 +108,14 @@ def find_submissions(assignment: "Assignment", root: Path) -> SubmissionFolder:
         name = printable_name(submitted.path.name)
         try:
             owner = find_owner(submitted)
-        except Exception as error:  # the trouble with one folder must not affect others
+        except Exception as error:  # a problem with one submission must not affect the others
             folder.unsure.append(f"{name}: whose it is can't be found out ({error}); not graded")
             continue
         if owner.is_certain:
             certain[owner.students[0]].append(submitted)
         elif (
             safe_check(submitted.path.is_dir) or submitted.platform or _kind(submitted.path.name) < _LAST_KIND
-        ):  # no list of grades, no README
+        ):  # other files, such as a README or a list of grades, are ignored
             for student in owner.students:
                 doubtful[student].append(submitted.path)
             if owner.students:
@@ -129,7 +130,10 @@ def find_submissions(assignment: "Assignment", root: Path) -> SubmissionFolder:
 
 
 def _find_root(students: "Sequence[Student]", root: Path) -> tuple[Path, Callable[[SubmittedPath], PossibleOwners]]:
-    """Return the folder with the submissions, `root` or the only folder in it, and a function that finds owners."""
+    """Return the folder with the submissions and a function that finds owners.
+
+    The folder is `root` or, if nothing in it has an owner, a folder that is the only entry of its parent.
+    """
     roster = Roster(students)
 
     def owner_of(submitted: SubmittedPath) -> PossibleOwners:
@@ -140,11 +144,11 @@ def _find_root(students: "Sequence[Student]", root: Path) -> tuple[Path, Callabl
     inner, depth = root, 0
     while not any(
         owner_of(submitted).students for submitted in find_submitted_paths(inner)
-    ):  # else it is a student's folder
-        alone = only_folder(inner)
-        if alone is None or depth >= DEEPEST:
+    ):  # if an entry has an owner, `inner` is the folder of submissions
+        only_entry = only_folder(inner)
+        if only_entry is None or depth >= DEEPEST:
             return root, owner_of
-        inner, depth = alone, depth + 1
+        inner, depth = only_entry, depth + 1
     return inner, owner_of
 
 
@@ -153,7 +157,7 @@ def find_paths_of_student(students: "Sequence[Student]", root: Path, student: st
     inner, find_owner = _find_root(students, root)
     certain, doubtful = list[Path](), list[Path]()
     for submitted in find_submitted_paths(inner):
-        with contextlib.suppress(Exception):  # as in find_submissions: it has no owner
+        with contextlib.suppress(Exception):  # as in find_submissions, the submission then has no owner
             owner = find_owner(submitted)
             if student in owner.students:
                 (certain if owner.is_certain else doubtful).append(submitted.path)
@@ -161,7 +165,7 @@ def find_paths_of_student(students: "Sequence[Student]", root: Path, student: st
 
 
 def _read_not_fetched(table: Path) -> dict[str, StudentFiles]:
-    """Return the students whose work could not be fetched, by the table of the fetching program. Raises QdotError."""
+    """Return the students whose work could not be fetched, from the fetching program's table. Raises QdotError."""
     if not table.exists():
         return {}
     try:
@@ -179,13 +183,13 @@ def _read_not_fetched(table: Path) -> dict[str, StudentFiles]:
 def find_files_of_student(
     path: Path, key: str, platform: str, received: datetime.datetime | None
 ) -> StudentFiles | None:
-    """Return the files in a folder or file that is known to be a student's; None if there are none."""
+    """Return a student's files: the file `path`, or all files in the folder `path`; None if there are none."""
     return _select_files([SubmittedPath(path, platform=platform, received=received)], key)
 
 
 @contextlib.contextmanager
 def open_submissions(submissions: Path) -> Iterator[Path]:
-    """Yield the folder of submissions; a platform's zip is unpacked temporarily. Raises QdotError."""
+    """Yield the folder of submissions; unpack a platform's zip into a temporary folder. Raises QdotError."""
     if submissions.is_file() and not zipfile.is_zipfile(submissions) and submissions.suffix.lower() == ".zip":
         raise QdotError(f"{submissions} can't be unpacked: it is damaged, or no zip; download it once more")
     if not submissions.is_file() or not zipfile.is_zipfile(submissions):
@@ -207,23 +211,26 @@ MAY_BE = (
 
 
 def _select_files(submitted: Sequence[SubmittedPath], key: str, doubtful: Sequence[Path] = ()) -> StudentFiles | None:
-    """Return a student's files, the one to grade first; None if there are none. The last time of a platform counts."""
-    marks = [each.late for each in submitted if each.late is not None]
+    """Return a student's files, the one to grade first; None if there are none.
+
+    Of several times, the last one is the time of submission. `doubtful` are files that may be another student's.
+    """
+    late_flags = [entry.late for entry in submitted if entry.late is not None]
     select = partial(
         StudentFiles,
-        platform=next((each.platform for each in reversed(submitted) if each.platform), ""),
-        received=max((each.received for each in submitted if each.received), default=None),
-        late=any(marks) if marks else None,
+        platform=next((entry.platform for entry in reversed(submitted) if entry.platform), ""),
+        received=max((entry.received for entry in submitted if entry.received), default=None),
+        late=any(late_flags) if late_flags else None,
     )
     try:
-        refusals = {path: _refusal(path) for each in submitted for path in _files_in(each.path)}
+        refusals = {path: _refusal(path) for entry in submitted for path in _files_in(entry.path)}
         files = [path for path, refusal in refusals.items() if not refusal]
         if len(files) > MOST_FILES:
             message = f"more than {MOST_FILES:,} files were handed in; hand in the notebook alone"
             return select(tuple(files[:1]), (), message, over_limit=True)
         files = sort_candidates(files, lambda path: path.name, _read_small, key)
-    except Exception as error:  # the other students are graded nonetheless
-        paths = tuple(each.path for each in submitted)
+    except Exception as error:  # the other students have to be graded nonetheless
+        paths = tuple(entry.path for entry in submitted)
         return StudentFiles(paths, failure=f"looking for the notebook: {type(error).__name__}: {error}")
     refused = [path for path, refusal in refusals.items() if refusal]
     reasons = " and ".join(dict.fromkeys(refusals[path] for path in refused[:3]))
@@ -236,48 +243,48 @@ def _select_files(submitted: Sequence[SubmittedPath], key: str, doubtful: Sequen
 
 
 def _refusal(path: Path) -> str:
-    """Return why a path is not opened; empty for a regular file."""
+    """Return a phrase that says why a path is not opened; empty for a regular file."""
     try:
-        kind = path.lstat().st_mode
+        mode = path.lstat().st_mode
     except OSError as error:
         return f"it can't be looked at ({error.strerror})"
-    if stat.S_ISLNK(kind):
+    if stat.S_ISLNK(mode):
         return "a symbolic link is not followed"
-    if stat.S_ISDIR(kind):
+    if stat.S_ISDIR(mode):
         return "a folder that can't be looked into"
-    return "" if stat.S_ISREG(kind) else "a pipe, a socket or a device is not read"
+    return "" if stat.S_ISREG(mode) else "a pipe, a socket or a device is not read"
 
 
 def _files_in(path: Path) -> Iterator[Path]:
-    """Yield a file, or all files below a folder; links are yielded but never followed.
+    """Yield the path itself if it is a file, or all files below it if it is a folder.
 
-    A folder that can't be read is yielded itself.
+    Links are yielded but not followed. A folder that can't be read is yielded itself.
     """
     if path.is_symlink() or not safe_check(path.is_dir):
         yield path
         return
     count = 0
-    closed, places = list[Path](), [path]
-    while places:  # os.walk is recursive, and folders may be nested very deeply
-        place = places.pop()
+    unreadable, unvisited = list[Path](), [path]
+    while unvisited:  # os.walk is recursive, but folders may be nested very deeply
+        folder = unvisited.pop()
         try:
-            with os.scandir(place) as entries:
-                inside = sorted((entry.name, entry.is_dir(follow_symlinks=False)) for entry in entries)
+            with os.scandir(folder) as entries:
+                contents = sorted((entry.name, entry.is_dir(follow_symlinks=False)) for entry in entries)
         except OSError:
-            closed.append(place)
+            unreadable.append(folder)
             continue
-        inside = [(name, is_folder) for name, is_folder in inside if not _is_hidden(name)]
-        for name in (name for name, is_folder in inside if not is_folder):
-            yield place / name
+        contents = [(name, is_folder) for name, is_folder in contents if not _is_hidden(name)]
+        for name in (name for name, is_folder in contents if not is_folder):
+            yield folder / name
             count += 1
             if count > MOST_FILES:
                 return
-        places += [place / name for name, is_folder in reversed(inside) if is_folder]
-    yield from closed
+        unvisited += [folder / name for name, is_folder in reversed(contents) if is_folder]
+    yield from unreadable
 
 
 def _is_hidden(name: str) -> bool:
-    """Whether operating systems or Jupyter make files of this name: .ipynb_checkpoints, __MACOSX, Thumbs.db."""
+    """Return whether operating systems or Jupyter make files of this name: .ipynb_checkpoints, __MACOSX, Thumbs.db."""
     return (name.startswith(".") and name != "..") or name in ("__MACOSX", "Thumbs.db", "desktop.ini", "__pycache__")
 
 
@@ -289,17 +296,17 @@ _KINDS = (
     (".txt", ".html", ".htm", ".pdf", ".docx", ".doc", ".odt", ".rtf"),
 )  # fmt: skip
 _LAST_KIND = 4
-"""The kind of documents that are no notebooks; those after it are unknown."""
+"""The index in `_KINDS` of documents that are not notebooks; files with unknown endings come after it."""
 
 
 def _kind(name: str) -> int:
-    """Return how unlikely a file is to be the notebook, by its name; 0 is the likeliest."""
+    """Return how unlikely a file with this name is to be the notebook: an index in `_KINDS`, 0 for the most likely."""
     lower = name.lower()
     return next((kind for kind, endings in enumerate(_KINDS) if lower.endswith(endings)), len(_KINDS))
 
 
 def _depth(name: str) -> int:
-    """Return the depth of a name in an archive; a name that leads out of it counts as deepest."""
+    """Return the depth of a path in an archive; a path that leads out of the archive counts as the deepest."""
     parts = PurePosixPath(name.replace("\\", "/")).parts
     return 1000 if ".." in parts else len(parts)
 
@@ -308,12 +315,12 @@ T = TypeVar("T")
 
 
 def sort_candidates(files: Sequence[T], name_of: Callable[[T], str], read: Callable[[T], bytes], key: str) -> list[T]:
-    """Return the files that may be the notebook of an assignment, the one to grade first."""
-    mark = f'"assignment": "{key}"'.encode()
+    """Return the files sorted by how likely they are to be the notebook of the assignment `key`, most likely first."""
+    marker = f'"assignment": "{key}"'.encode()
 
     def rank(file: T) -> tuple[int, bool, bool, int, str]:
         name = name_of(file)
-        is_unmarked = len(files) > 1 and _kind(name) <= 1 and mark not in read(file)
+        is_unmarked = len(files) > 1 and _kind(name) <= 1 and marker not in read(file)
         return _kind(name), PurePosixPath(name).name != f"{key}.ipynb", is_unmarked, _depth(name), name
 
     return sorted(files, key=rank)
@@ -332,13 +339,13 @@ def _read_small_member(archive: Path, member: ArchiveMember) -> bytes:
     try:
         return read_member(archive, member.name) if member.size <= LARGEST // 4 else b""
     except Unreadable:
-        return b""  # reported if this is the file to grade
+        return b""  # the error is reported later if this is the file to grade
 
 
 def select_likely_notebooks(files: Sequence[Path]) -> tuple[tuple[Path, ...], str]:
-    """Return those of a student's sorted files that may be notebooks to grade, and a note.
+    """Return those of a student's sorted files that are likely notebooks, and a note.
 
-    If there are more than MOST_ATTEMPTS, return the first and the newest ones; the note says so.
+    If there are more than MOST_ATTEMPTS, return the first one and the newest of the others; the note says so.
     """
     kinds = [_kind(path.name) for path in files]
     likely = [path for path, kind in zip(files, kinds, strict=True) if kind <= max(2, kinds[0]) and kind < _LAST_KIND]
@@ -353,7 +360,7 @@ def select_likely_notebooks(files: Sequence[Path]) -> tuple[tuple[Path, ...], st
 
 
 def _modification_time(path: Path) -> int:
-    """Return the time at which a file was changed, in seconds; 0 if it is unknown."""
+    """Return the time at which a file was last changed, in seconds since 1970; 0 if it is unknown."""
     try:
         return int(path.lstat().st_mtime)
     except OSError:
@@ -364,17 +371,17 @@ def _modification_time(path: Path) -> int:
 
 
 def find_python_files(path: Path) -> tuple[Path, ...]:
-    """Return the Python files in a notebook's folder, without links. All files there must be of the same student."""
+    """Return the Python files in a notebook's folder, without links. All of them must be the same student's."""
     try:
-        return tuple(sorted(each for each in path.parent.glob("*.py") if not _refusal(each)))
+        return tuple(sorted(file for file in path.parent.glob("*.py") if not _refusal(file)))
     except OSError:
         return ()
 
 
 def read_submission(path: Path, key: str = "", siblings: Sequence[Path] = ()) -> Submission:
-    """Read a notebook, script, Markdown file or archive, with the Python files beside it that it may import.
+    """Return a submission from a notebook, script, Markdown file or archive, with the Python files that it may import.
 
-    `siblings` are files that may be beside it. Raises Unreadable with a reason if it can't be graded.
+    `siblings` are files that may be in the same folder. Raises Unreadable, with the reason, if it can't be graded.
     """
     label = printable_name(path.name)
     try:
@@ -388,15 +395,15 @@ def read_submission(path: Path, key: str = "", siblings: Sequence[Path] = ()) ->
         raise OverLimit(f"{label} is larger than {LARGEST // 1_000_000} MB; clear its outputs and hand it in again")
     notes, digest = [], hashlib.sha256(data).hexdigest()
     name = path.name
-    beside = [sibling for sibling in siblings if sibling.parent == path.parent and sibling != path]
-    near: list[_Near] = [(sibling.name, partial(_read_small, sibling)) for sibling in beside]
+    same_folder = [sibling for sibling in siblings if sibling.parent == path.parent and sibling != path]
+    neighbours: list[_Near] = [(sibling.name, partial(_read_small, sibling)) for sibling in same_folder]
     if is_archive(data[:512]):
-        name, data, note, near = _read_from_archive(path, key)
+        name, data, note, neighbours = _read_from_archive(path, key)
         notes.append(note)
     content = read_cells(name, data)
     if content.note:
         notes.append(f"{printable_name(name)} is no .ipynb file: {content.note}")
-    modules = _read_modules(near)
+    modules = _read_modules(neighbours)
     return Submission(
         path,
         digest,
@@ -410,41 +417,41 @@ def read_submission(path: Path, key: str = "", siblings: Sequence[Path] = ()) ->
 
 
 MOST_MODULES, LARGEST_MODULE = 20, 200_000
-"""Maximum number of Python files that a notebook may import, and maximum size of each in bytes."""
+"""Maximum number of Python files that a notebook may import, and maximum size in bytes of each of them."""
 
 
 _Near = tuple[str, Callable[[], bytes]]
-"""A file beside a notebook: its name, and a function that reads it."""
+"""A file in the same folder as a notebook: its name, and a function that returns its content."""
 
 
 def _read_modules(files: Sequence[_Near]) -> dict[str, str]:
-    """Return the texts of the files that can be imported, by name."""
+    """Return the texts of the files that Python can import, by file name."""
     importable = [(name, read) for name, read in files if name.endswith(".py") and name[:-3].isidentifier()]
     contents = [(name, read()) for name, read in importable[:MOST_MODULES]]
     return {name: data.decode("utf-8-sig", "replace") for name, data in contents if len(data) <= LARGEST_MODULE}
 
 
 LAST_TIME = 253_370_764_800
-"""The year 9999 in seconds; a file's time may be even later."""
+"""The beginning of the year 9999 in seconds since 1970; a file's time may be later than Python's datetime allows."""
 
 
 def modification_time(status: os.stat_result) -> datetime.datetime:
-    """Return a file's time, or the nearest time that datetime can represent."""
+    """Return the time at which a file was last changed, or the nearest time that datetime can represent."""
     return datetime.datetime.fromtimestamp(min(max(int(status.st_mtime), 0), LAST_TIME), datetime.UTC)
 
 
 def _read_from_archive(path: Path, key: str) -> tuple[str, bytes, str, list[_Near]]:
-    """Return the name and content of the notebook in an archive, a note, and the files beside the notebook.
+    """Return the name and content of the notebook in an archive, a note, and the files in the notebook's folder.
 
-    Raises Unreadable.
+    Raises Unreadable if there is no notebook or it can't be unpacked.
     """
     files = [member for member in list_members(path) if not any(map(_is_hidden, PurePosixPath(member.name).parts))]
     label = printable_name(path.name)
     candidates = [member for member in files if _kind(member.name) in (0, 1, 3)]
     if not candidates:
-        nested = any(_kind(member.name) == 2 for member in files)
-        why = "only another archive, which is not opened" if nested else "no notebook"
-        raise Unreadable(f"{label} has {why} in it; hand in the notebook itself, the file that ends in .ipynb")
+        has_archive = any(_kind(member.name) == 2 for member in files)
+        content = "only another archive, which is not opened" if has_archive else "no notebook"
+        raise Unreadable(f"{label} has {content} in it; hand in the notebook itself, the file that ends in .ipynb")
 
     shallow = sorted(candidates, key=lambda member: (_kind(member.name), _depth(member.name), member.name))[:20]
     chosen, *rest = sort_candidates(shallow, lambda member: member.name, partial(_read_small_member, path), key)
@@ -455,20 +462,20 @@ def _read_from_archive(path: Path, key: str) -> tuple[str, bytes, str, list[_Nea
     note = f"{label} is an archive; {printable_name(chosen.name)} in it was read"
     similar = [printable_name(member.name) for member in rest if _kind(member.name) <= _kind(chosen.name)]
     note += f", not {', '.join(similar[:5])}" if similar else ""
-    place = PurePosixPath(chosen.name)
-    near: list[_Near] = [
+    notebook_path = PurePosixPath(chosen.name)
+    neighbours: list[_Near] = [
         (PurePosixPath(member.name).name, partial(_read_small_member, path, member))
         for member in files
-        if PurePosixPath(member.name).parent == place.parent and member != chosen
+        if PurePosixPath(member.name).parent == notebook_path.parent and member != chosen
     ]
-    return place.name, read_member(path, chosen.name), note, near
+    return notebook_path.name, read_member(path, chosen.name), note, neighbours
 
 
 # --- metadata ---
 
 
 def explain_wrong_assignment(submission: Submission, assignment: "Assignment") -> str | None:
-    """Return why a notebook is not of this assignment according to its metadata, None if it is."""
+    """Return a message if, according to its metadata, a notebook belongs to another assignment; else None."""
     claimed = submission.claims.get("assignment")
     if isinstance(claimed, str) and claimed != assignment.key:
         return f"this notebook belongs to the assignment {claimed[:80]!r}, and {assignment.key!r} is graded here"
@@ -480,14 +487,14 @@ OTHER_EDITION = "made from another assignment.toml, redrawn.csv or secret than w
 
 @dataclass(frozen=True)
 class Note:
-    """A peculiarity of a submission, in words for the staff and for the student (may be empty)."""
+    """A peculiarity of a submission: a message for the staff, and one for the student, which may be empty."""
 
     staff: str
     student: str = ""
 
 
 def find_oddities(submission: Submission, assignment: "Assignment", student: str) -> list[Note]:
-    """Return peculiarities of the metadata. They decide nothing: the student's own problems are graded in any case."""
+    """Return notes on peculiar metadata. They change no mark: the student's own problems are graded in any case."""
     claims, notes = submission.claims, []
     claimed, digest = claims.get("student"), claims.get("digest")
     if isinstance(claimed, str) and claimed != student:
