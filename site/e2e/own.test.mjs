@@ -203,6 +203,7 @@ test("on a German phone it is German, decimal commas are read, and nothing is wi
 test("numbers beside the table follow a move in the frame of the drawing", async () => {
   const { page } = await opened(there, "own.html#robot=ur5");
   await page.locator(".own-figures").waitFor();
+  await page.locator(".arm-grip").nth(2).waitFor({ state: "attached" });
   const [before, after, moved] = await page.evaluate(async () => {
     const shown = () => document.querySelector(".own-figures tbody").textContent;
     const line = () => document.querySelectorAll(".arm-grip")[2].getAttribute("points");

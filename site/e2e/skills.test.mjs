@@ -45,7 +45,7 @@ test("by keys and in words: how a lesson stands, what it builds on, and the way 
   }, KEPT);
   await page.reload();
   const map = page.locator(".skill-map");
-  await map.getByText("not begun, comes next").first().waitFor();
+  await map.getByText("not started, comes next").first().waitFor();
   assert.equal(await map.getByText("comes next").count(), 2);
   await map.getByText("It builds on: By differentiation, By propagation.").waitFor({ state: "attached" });
   const question = map
