@@ -1,7 +1,7 @@
-"""What singular configurations look like, in words: stretched out, on an axis, collinear axes; tested at samples.
+"""Describe what singular configurations look like, such as "arm stretched out", by testing statements at samples.
 
-A statement is reported only if it is the reason (`reason`): it holds at no configuration of full rank. If no statement
-is, the report names the joints whose columns of J are dependent, and what stays at rest while they move.
+A statement is reported only if it is the reason (`reason`), that is, if it holds at no regular configuration. If there
+is none, the report names the joints whose columns of J are dependent, and what stays at rest while they move.
 """
 
 from collections.abc import Callable, Iterator, Sequence
@@ -33,13 +33,13 @@ from qdot.exercises.arm.kinematics import NumericChain
 from qdot.exercises.arm.reason import is_reason
 
 NEAR, APART = 1e-5, 1e-3
-"""What counts as zero, and as clearly not zero, in metres or as a sine."""
+"""Tolerances in metres or as a sine: below the first, a measure is zero; above the second, it is clearly nonzero."""
 _AXES = "xyz"
 
 
 @dataclass(frozen=True)
 class Statement:
-    """What configurations look like: it holds where `off` is zero and `is_true`."""
+    """A statement about what configurations look like: it holds if `off` is zero and `is_true` returns True."""
 
     words: str
     off: Off
@@ -54,7 +54,7 @@ class Statement:
         )
 
     def combine(self, second: "Statement") -> "Statement":
-        """Return the statement that both hold."""
+        """Return the statement that both this one and a second one hold."""
         return Statement(
             f"{self.words}, and {second.words}",
             lambda arm, q: np.hypot(self.off(arm, q), second.off(arm, q)),
@@ -63,27 +63,27 @@ class Statement:
 
 
 Finder = Callable[[Chain, Sequence[Sample]], Iterator[Statement]]
-"""A function that yields the statements of one kind that hold at all samples, and not around them."""
+"""A function that yields the statements of one kind that hold at all samples, but not near them."""
 
 
 def wrist_centre(chain: Chain) -> int | None:
-    """Return the frame whose origin always lies on the axes of the last three joints; None without one."""
+    """Return the frame whose origin always lies on the axes of the last three joints; None if there is none."""
     wrist = chain.joints[-3:]
     if chain.n < 4 or any(joint.kind != "R" for joint in wrist):
         return None
-    meet = wrist[0].a == 0 and wrist[1].a == 0 and wrist[1].d == 0
-    bent = all((joint.alpha / sp.pi).is_integer is not True for joint in wrist[:2])
-    return chain.n - 2 if meet and bent else None
+    axes_meet = wrist[0].a == 0 and wrist[1].a == 0 and wrist[1].d == 0
+    is_twisted = all((joint.alpha / sp.pi).is_integer is not True for joint in wrist[:2])
+    return chain.n - 2 if axes_meet and is_twisted else None
 
 
 def meaning(chain: Chain, samples: Sequence[Sample]) -> str:
-    """Return in words why some configurations are singular: what they look like, or else which joints are dependent."""
+    """Return a description of why configurations are singular: their look, or else which joints are dependent."""
     statement = reason_of(chain, samples)
     return statement.words if statement else describe_dependence(chain, samples)
 
 
 def reason_of(chain: Chain, samples: Sequence[Sample]) -> Statement | None:
-    """Return a statement, or two combined, that holds at all samples and at no regular configuration."""
+    """Return a statement, or a combination of two, that holds at all samples and at no regular configuration."""
     if not samples:
         return None
     candidates: list[Statement] = []
@@ -96,15 +96,15 @@ def reason_of(chain: Chain, samples: Sequence[Sample]) -> Statement | None:
 
 
 def statements(chain: Chain, samples: Sequence[Sample]) -> Iterator[Statement]:
-    """Yield what all of some configurations look like, and those around them do not; the most telling first."""
-    turns_count = any(row[0] == "w" for row in chain.task)
-    if turns_count and len(chain.task) == 3 and chain.linear_rows and chain.joints[-1].kind == "R" and chain.n > 1:
-        # the last joint sets the angle of a planar task, the others place its axis
+    """Yield statements that hold at all samples but not near them; the most specific come first."""
+    has_angular_rows = any(row[0] == "w" for row in chain.task)
+    if has_angular_rows and len(chain.task) == 3 and chain.linear_rows and chain.joints[-1].kind == "R" and chain.n > 1:
+        # the last joint sets the angle of a planar task, the others position its axis
         yield from _find_coplanar_parallel_axes(chain, samples)
         rows = tuple(row for row in chain.task if row[0] == "v")
         yield from _origin_statements(replace(chain, task=rows), samples, chain.n - 1, f"the axis of joint {chain.n}")
         return
-    centre = wrist_centre(chain) if turns_count else None
+    centre = wrist_centre(chain) if has_angular_rows else None
     if centre is None or chain.point == Point(centre):
         yield from _point_statements(chain, samples)
     else:
@@ -139,7 +139,7 @@ def _point_statements(chain: Chain, samples: Sequence[Sample]) -> Iterator[State
     ]
     if not chain.linear_rows:
         finders = [_find_collinear_axes, _find_parallel_axes]
-    elif len(chain.linear_rows) < len(chain.task):  # the place of P may be incidental
+    elif len(chain.linear_rows) < len(chain.task):  # the position of P may be incidental
         first = [_find_collinear_axes, _find_parallel_axes, _find_coplanar_parallel_axes]
         finders = first + [finder for finder in finders if finder not in first]
     for finder in finders:
@@ -147,9 +147,9 @@ def _point_statements(chain: Chain, samples: Sequence[Sample]) -> Iterator[State
 
 
 def describe_dependence(chain: Chain, samples: Sequence[Sample]) -> str:
-    """Describe the smallest set of joints that can move while nothing that the task counts moves, by the columns of J.
+    """Describe the smallest set of joints that can move without any motion in the task's rows.
 
-    With more joints than rows, whose columns are always dependent, describe the motion that is lost.
+    If there are more joints than rows, the columns of J are always dependent; then describe the motion that is lost.
     """
     rows = chain.task_rows
     if chain.n > len(rows):
@@ -162,44 +162,44 @@ def describe_dependence(chain: Chain, samples: Sequence[Sample]) -> str:
                     names = _joint_names(chosen)
                     if count == 1:
                         return f"joint {names} moves nothing that the task counts"
-                    still = _describe_rest(chain, jacobians[..., chosen], rows)
-                    who = "all joints" if count == chain.n > 2 else f"joints {names}"
-                    return f"{who} can move together and {still}"
+                    effect = _describe_rest(chain, jacobians[..., chosen], rows)
+                    subject = "all joints" if count == chain.n > 2 else f"joints {names}"
+                    return f"{subject} can move together and {effect}"
     return "the columns of J are linearly dependent"
 
 
 def _describe_dependent_rows(chain: Chain, samples: Sequence[Sample], rows: Sequence[int]) -> str:
-    """Describe the axis of the world along or about which no joint moves anything, or how all joints move the point."""
+    """Describe the world axis along or about which no joint causes motion, or how all joints move the point."""
     jacobians = jacobians_of(samples) if samples else np.ones((1, 6, chain.n))
-    still = [row for row in rows if np.abs(jacobians[:, row]).max() < NEAR]
-    which = _join_names([_AXES[row % 3] for row in still])
-    if still and max(still) < 3:
-        return f"no joint moves the point along {which}"
-    if still and min(still) > 2:
-        return f"no joint turns link {chain.n} about {which}"
-    if not samples or still or max(rows) > 2:
+    zero_rows = [row for row in rows if np.abs(jacobians[:, row]).max() < NEAR]
+    axis_names = _join_names([_AXES[row % 3] for row in zero_rows])
+    if zero_rows and max(zero_rows) < 3:
+        return f"no joint moves the point along {axis_names}"
+    if zero_rows and min(zero_rows) > 2:
+        return f"no joint turns link {chain.n} about {axis_names}"
+    if not samples or zero_rows or max(rows) > 2:
         return "the rows of J are linearly dependent"
-    sigma = np.linalg.svd(jacobians[:, :3], compute_uv=False)
-    where = {2: "along one line", 3: "in one plane"}[len(rows)]
-    if np.all(sigma[:, len(rows) - 1] < NEAR * np.maximum(sigma[:, 0], 1e-3)):
-        return f"all joints move the point {where}"
-    (across,) = {0, 1, 2} - set(rows)
-    return f"seen along {_AXES[across]}, all joints move the point {where}"
+    singular_values = np.linalg.svd(jacobians[:, :3], compute_uv=False)
+    directions = {2: "along one line", 3: "in one plane"}[len(rows)]
+    if np.all(singular_values[:, len(rows) - 1] < NEAR * np.maximum(singular_values[:, 0], 1e-3)):
+        return f"all joints move the point {directions}"
+    (missing_axis,) = {0, 1, 2} - set(rows)
+    return f"seen along {_AXES[missing_axis]}, all joints move the point {directions}"
 
 
 def _are_dependent(jacobians: np.ndarray, rows: Sequence[int], columns: Sequence[int]) -> bool:
-    """Tell whether columns of Jacobians (k, 6, n), restricted to some rows, are dependent in all of them."""
-    sigma = np.linalg.svd(jacobians[:, list(rows)][:, :, list(columns)], compute_uv=False)
-    return bool(np.all(sigma[:, -1] < NEAR * np.maximum(sigma[:, 0], 1e-3)))
+    """Return whether columns, restricted to `rows`, are linearly dependent in each of the Jacobians (k, 6, n)."""
+    singular_values = np.linalg.svd(jacobians[:, list(rows)][:, :, list(columns)], compute_uv=False)
+    return bool(np.all(singular_values[:, -1] < NEAR * np.maximum(singular_values[:, 0], 1e-3)))
 
 
 def _describe_rest(chain: Chain, jacobians: np.ndarray, rows: Sequence[int]) -> str:
     """Describe what stays at rest while joints with columns (k, 6, …) move without any effect on the task's rows."""
-    motions = np.linalg.svd(jacobians[:, list(rows)])[2][:, -1]
-    moved = np.abs(np.einsum("kij,kj->ki", jacobians, motions))
-    if len(chain.linear_rows) == len(rows) and moved[:, :3].max() < NEAR:
+    joint_rates = np.linalg.svd(jacobians[:, list(rows)])[2][:, -1]
+    speeds = np.abs(np.einsum("kij,kj->ki", jacobians, joint_rates))
+    if len(chain.linear_rows) == len(rows) and speeds[:, :3].max() < NEAR:
         return "leave the point at rest"
-    if moved.max() < NEAR:
+    if speeds.max() < NEAR:
         return f"leave link {chain.n} at rest"
     return "nothing that the task counts moves"
 
@@ -213,18 +213,18 @@ def _join_names(names: Sequence[str]) -> str:
 
 
 def _find_point_on_axis(chain: Chain, samples: Sequence[Sample]) -> Iterator[Statement]:
-    turning = [i for i in range(chain.point.frame) if chain.joints[i].kind == "R"]
-    on = [i for i in turning if next(_yield_if_special(samples, "", partial(distance, joint=i)), None) is not None]
-    if len(on) > 1:
-        words = f"the point lies on the axes of joints {_joint_names(on)}, which then do not move it"
-        yield from _yield_if_special(samples, words, partial(_farthest_axis_distance, joints=on))
-    for joint in turning:
+    revolute = [i for i in range(chain.point.frame) if chain.joints[i].kind == "R"]
+    hits = [i for i in revolute if next(_yield_if_special(samples, "", partial(distance, joint=i)), None) is not None]
+    if len(hits) > 1:
+        words = f"the point lies on the axes of joints {_joint_names(hits)}, which then do not move it"
+        yield from _yield_if_special(samples, words, partial(_farthest_axis_distance, joints=hits))
+    for joint in revolute:
         words = f"the point lies on the axis of joint {joint + 1}, which then does not move it"
         yield from _yield_if_special(samples, words, partial(distance, joint=joint))
 
 
 def _farthest_axis_distance(arm: NumericChain, q: np.ndarray, joints: Sequence[int]) -> np.ndarray:
-    """Return how far the point is from the farthest of several axes."""
+    """Return the distance of the point from the farthest of several axes."""
     return np.asarray(np.max([distance(arm, q, joint) for joint in joints], axis=0))
 
 
@@ -239,7 +239,7 @@ def _find_collinear_axes(chain: Chain, samples: Sequence[Sample]) -> Iterator[St
 
 
 def _find_parallel_axes(chain: Chain, samples: Sequence[Sample]) -> Iterator[Statement]:
-    """Look for parallel axes: two if only rotations count, else all that are parallel to each other.
+    """Find parallel axes: pairs if the task has only angular rows, else all that are parallel to each other.
 
     They are a reason only if the columns of these joints alone are dependent.
     """
@@ -255,7 +255,7 @@ def _find_parallel_axes(chain: Chain, samples: Sequence[Sample]) -> Iterator[Sta
 
 
 def _find_axes_parallel_to_plane(chain: Chain, samples: Sequence[Sample]) -> Iterator[Statement]:
-    """Look for three axes parallel to one plane, so that nothing rotates about its normal."""
+    """Find three axes parallel to one plane, so that these joints cause no rotation about its normal."""
     if not any(row[0] == "w" for row in chain.task):
         return
     for triple in combinations(_revolute_joints(chain), 3):
@@ -265,13 +265,13 @@ def _find_axes_parallel_to_plane(chain: Chain, samples: Sequence[Sample]) -> Ite
 
 def _find_coplanar_parallel_axes(chain: Chain, samples: Sequence[Sample]) -> Iterator[Statement]:
     for triple in combinations(_revolute_joints(chain), 3):
-        if all(parallel(places, triple[0], j) for places in (samples, nearby_samples(samples)) for j in triple[1:]):
+        if all(parallel(group, triple[0], j) for group in (samples, nearby_samples(samples)) for j in triple[1:]):
             words = f"the parallel axes of joints {_joint_names(triple)} lie in one plane"
             yield from _yield_if_special(samples, words, partial(off_plane, row=triple))
 
 
 def _find_extreme_side_of_slide(chain: Chain, samples: Sequence[Sample]) -> Iterator[Statement]:
-    """Look for a prismatic joint from whose line a later joint has moved the point as far as it can."""
+    """Find a prismatic joint whose line is as far from the point as a later joint can bring it."""
     for slide in (i for i, joint in enumerate(chain.joints) if joint.kind == "P"):
         for moving in range(slide + 1, min(chain.n, chain.point.frame)):
             if _common_extreme_signs(samples, slide, moving) == {1}:
@@ -289,14 +289,14 @@ def _find_parallel_slides(chain: Chain, samples: Sequence[Sample]) -> Iterator[S
 
 
 def _find_slide_at_link(chain: Chain, samples: Sequence[Sample]) -> Iterator[Statement]:
-    """Look for a prismatic joint along, or perpendicular to, the line that joins two parallel axes."""
+    """Find a prismatic joint along, or perpendicular to, the line that joins two parallel axes."""
     for slide in (i for i, joint in enumerate(chain.joints) if joint.kind == "P"):
         for i, j in combinations(_revolute_joints(chain), 2):
             if not parallel(samples, i, j):
                 continue
             link = f"the line from the axis of joint {i + 1} to that of joint {j + 1}"
-            for across, how in ((False, "along"), (True, "at right angles to")):
-                words = f"slide {slide + 1} runs {how} {link}"
+            for across, preposition in ((False, "along"), (True, "at right angles to")):
+                words = f"slide {slide + 1} runs {preposition} {link}"
                 yield from _yield_if_special(samples, words, partial(slant, slide=slide, i=i, j=j, across=across))
 
 
@@ -313,7 +313,10 @@ def _origin_distance(arm: NumericChain, q: np.ndarray, frame: int, axis: int) ->
 
 
 def _find_extreme_origin(chain: Chain, samples: Sequence[Sample]) -> Iterator[Statement]:
-    """Look for an origin in the wrist (as where the last two axes of a UR meet) that is as far or near as possible."""
+    """Find an origin in the wrist that is as far from or as near to an axis as possible.
+
+    An example is the intersection of the last two axes of a UR robot.
+    """
     for frame in range(4, chain.n):
         moved_samples = _move_point(samples, frame)
         for statement in _find_extreme_reach(replace(chain, tool=Point(frame)), moved_samples):
@@ -322,28 +325,28 @@ def _find_extreme_origin(chain: Chain, samples: Sequence[Sample]) -> Iterator[St
 
 
 def _find_common_direction(chain: Chain, samples: Sequence[Sample]) -> Iterator[Statement]:
-    """Look for two joints that move the point along the same line."""
+    """Find two joints that move the point along the same line."""
     for pair in combinations(range(min(chain.n, chain.point.frame)), 2):
-        sizes = [np.linalg.norm(s.arm.jacobian(s.q)[:3, list(pair)], axis=0).min() for s in samples]
-        if min(sizes) > APART:
+        speeds = [np.linalg.norm(s.arm.jacobian(s.q)[:3, list(pair)], axis=0).min() for s in samples]
+        if min(speeds) > APART:
             words = f"joints {_joint_names(pair)} move the point along the same line"
             yield from _yield_if_special(samples, words, partial(off_common_direction, joints=pair))
 
 
 def _find_extreme_reach(chain: Chain, samples: Sequence[Sample]) -> Iterator[Statement]:
-    """Look for an axis from which later joints can bring the point no farther, or no nearer."""
+    """Find an axis whose distance from the point is a maximum or minimum with respect to later joints."""
     for axis in _revolute_joints(chain):
         later = range(axis + 1, min(chain.n, chain.point.frame))
         signs_by_joint = {moving: _common_extreme_signs(samples, axis, moving) for moving in later}
         movers = [moving for moving, signs in signs_by_joint.items() if 0 not in signs]
-        turning = [moving for moving in movers if chain.joints[moving].kind == "R"]
-        bent = [moving for moving in later if moving not in movers and 0 in _extreme_signs(samples, axis, moving)]
-        if turning and not bent and turning == movers and all(parallel(samples, axis, j) for j in movers):
+        revolute = [moving for moving in movers if chain.joints[moving].kind == "R"]
+        others = [moving for moving in later if moving not in movers and 0 in _extreme_signs(samples, axis, moving)]
+        if revolute and not others and revolute == movers and all(parallel(samples, axis, j) for j in movers):
             yield _extension_statement(samples, axis, movers)
             continue
         for moving in movers:
             signs = signs_by_joint[moving]
-            if moving in turning and not parallel(samples, axis, moving):
+            if moving in revolute and not parallel(samples, axis, moving):
                 signs = set(_global_extreme_signs(samples, axis, moving))
             if 0 not in signs:
                 yield _extreme_statement(_describe_extreme(chain, axis, moving, signs), axis, [moving], signs)
@@ -353,18 +356,23 @@ def _describe_extreme(chain: Chain, axis: int, moving: int, signs: set[int]) -> 
     ending = f"the axis of joint {axis + 1} as joint {moving + 1} can bring it"
     if chain.joints[moving].kind == "P":
         return f"arm drawn in: the point is as near to {ending}"
-    how = "far from or as near to" if len(signs) > 1 else "far from" if 1 in signs else "near to"
-    return f"the point is as {how} {ending}"
+    relation = "far from or as near to" if len(signs) > 1 else "far from" if 1 in signs else "near to"
+    return f"the point is as {relation} {ending}"
 
 
 def _extension_statement(samples: Sequence[Sample], axis: int, movers: Sequence[int]) -> Statement:
-    """Return whether an arm with parallel axes is stretched out or folded back (its joints together reach farther)."""
+    """Return the statement that an arm with parallel axes is stretched out or folded back.
+
+    It is folded back if other angles of the same joints reach farther.
+    """
     signs_by_mover = [_extreme_signs(samples, axis, moving) for moving in movers]
-    tells = [any(sign is not None for sign in signs) for signs in zip(*signs_by_mover, strict=True)]
-    how = frozenset(
-        _extension_sign(sample, axis, movers) for sample, tells in zip(samples, tells, strict=True) if tells
+    conclusive = [any(sign is not None for sign in signs) for signs in zip(*signs_by_mover, strict=True)]
+    extension_signs = frozenset(
+        _extension_sign(sample, axis, movers)
+        for sample, conclusive in zip(samples, conclusive, strict=True)
+        if conclusive
     )
-    statement = _extreme_statement(_EXTENDED[how], axis, movers, {1, -1})
+    statement = _extreme_statement(_EXTENDED[extension_signs], axis, movers, {1, -1})
 
     def is_true(sample: Sample) -> bool:  # if the point lies on the axis, every joint is at an extreme
         return statement.is_true(sample) and sample.off(partial(distance, joint=axis)) > APART
@@ -373,13 +381,13 @@ def _extension_statement(samples: Sequence[Sample], axis: int, movers: Sequence[
 
 
 def _extension_sign(sample: Sample, axis: int, movers: Sequence[int]) -> int:
-    """Return 1 if an arm whose joints are all at an extreme is stretched out, -1 if rotating some by 180° goes farther.
+    """Return 1 if an arm whose joints are all at an extreme is stretched out, -1 if half turns of joints reach farther.
 
-    Each joint alone may have the point at its farthest while two together do not, if the links zigzag.
+    If the links zigzag, each joint alone may have the point at its farthest while two joints together do not.
     """
-    turned = np.zeros((2 ** len(movers), len(sample.q)))
-    turned[:, list(movers)] = np.pi * np.array(list(product((0, 1), repeat=len(movers))))
-    distances = distance(sample.arm, sample.q + turned, axis)
+    half_turns = np.zeros((2 ** len(movers), len(sample.q)))
+    half_turns[:, list(movers)] = np.pi * np.array(list(product((0, 1), repeat=len(movers))))
+    distances = distance(sample.arm, sample.q + half_turns, axis)
     return -1 if distances.max() > distances[0] + NEAR else 1
 
 
@@ -398,16 +406,16 @@ _EXTENDED = {
 
 
 def _yield_if_special(samples: Sequence[Sample], words: str, off: Off) -> Iterator[Statement]:
-    """Yield the statement if its measure is zero in all samples, but not in the poses around them."""
-    held = measure_samples(samples, off).max() < NEAR
-    if held and measure_samples(nearby_samples(samples), off).max() > APART:
+    """Yield the statement if its measure is zero at all samples, but not at the configurations near them."""
+    holds = measure_samples(samples, off).max() < NEAR
+    if holds and measure_samples(nearby_samples(samples), off).max() > APART:
         yield Statement(words, off)
 
 
 def _common_extreme_signs(samples: Sequence[Sample], axis: int, moving: int) -> set[int]:
-    """Return whether a joint has the point at its farthest (1) or nearest (-1) in all samples; {0} if not in all.
+    """Return the signs of the extremes that a joint reaches at all samples: 1 is farthest, -1 nearest.
 
-    Fewer than half of the samples may be inconclusive.
+    Return {0} if the joint is not at an extreme at all samples. Fewer than half of the samples may be inconclusive.
     """
     signs = _extreme_signs(samples, axis, moving)
     if 0 in signs or 2 * signs.count(None) >= len(signs):
@@ -416,38 +424,39 @@ def _common_extreme_signs(samples: Sequence[Sample], axis: int, moving: int) -> 
 
 
 def _extreme_signs(samples: Sequence[Sample], axis: int, moving: int) -> list[int | None]:
-    """Return 1 if a joint has the point locally as far from an axis as it can, -1 if as near, else 0, for each sample.
+    """Return 1 if the point's distance from an axis is a local maximum, -1 if it is a local minimum, else 0, per sample.
 
-    None if the joint hardly changes the distance, as when the point lies on its own axis.
+    The distance is a function of the joint `moving`. The result is None if that joint hardly changes it, for example
+    if the point lies on the joint's own axis.
     """
     step = 1e-3
     q = np.tile(np.stack([sample.q for sample in samples])[:, None], (1, 5, 1))
     q[..., moving] += step * np.arange(-2, 3)
     arms = NumericChain.stack([sample.arm for sample in samples])
     far_behind, behind, middle, ahead, far_ahead = distance(arms, q, axis).T
-    rising = (8 * (ahead - behind) - (far_ahead - far_behind)) / (12 * step)
+    derivative = (8 * (ahead - behind) - (far_ahead - far_behind)) / (12 * step)
     curvature = (ahead + behind - 2 * middle) / step**2
     signs = np.where(np.abs(curvature) < 1e-3, 0, np.where(curvature < 0, 1, -1))
-    is_rising = np.abs(rising) > np.maximum(1e-9, 1e-6 * np.abs(curvature))
-    return [0 if rises else int(sign) if sign else None for rises, sign in zip(is_rising, signs, strict=True)]
+    has_slope = np.abs(derivative) > np.maximum(1e-9, 1e-6 * np.abs(curvature))
+    return [0 if sloped else int(sign) if sign else None for sloped, sign in zip(has_slope, signs, strict=True)]
 
 
 def _global_extreme_signs(samples: Sequence[Sample], axis: int, moving: int) -> list[int]:
-    """Return 1 if a revolute joint has the point globally as far from an axis as it can, -1 if as near, else 0.
+    """Return 1 if the point's distance from an axis is a global maximum, -1 if it is a global minimum, else 0, per sample.
 
-    The squared distance is a sum of sines and cosines of the joint angle and of twice that angle, which five places
-    determine; it may have two maxima if the axes are not parallel.
+    The squared distance is a sum of sines and cosines of a revolute joint's angle and of twice that angle. Five values
+    determine this sum. It may have two maxima if the axes are not parallel.
     """
-    turns = 2 * np.pi / 5 * np.arange(5)
+    angles = 2 * np.pi / 5 * np.arange(5)
     q = np.tile(np.stack([sample.q for sample in samples])[:, None], (1, 5, 1))
-    q[..., moving] += turns
+    q[..., moving] += angles
     squares = distance(NumericChain.stack([sample.arm for sample in samples]), q, axis) ** 2
-    everywhere = squares @ np.linalg.inv(_harmonics(turns)) @ _harmonics(np.linspace(0, 2 * np.pi, 180))
-    room = 1e-9 * np.maximum(squares.max(axis=1), 1.0)
-    is_far, is_near = squares[:, 0] > everywhere.max(axis=1) - room, squares[:, 0] < everywhere.min(axis=1) + room
+    curve = squares @ np.linalg.inv(_harmonics(angles)) @ _harmonics(np.linspace(0, 2 * np.pi, 180))
+    tolerance = 1e-9 * np.maximum(squares.max(axis=1), 1.0)
+    is_far, is_near = squares[:, 0] > curve.max(axis=1) - tolerance, squares[:, 0] < curve.min(axis=1) + tolerance
     return [1 if far else -1 if near else 0 for far, near in zip(is_far, is_near, strict=True)]
 
 
 def _harmonics(turns: np.ndarray) -> np.ndarray:
-    """Return 1, sines and cosines of angles (k) and of twice these, (5, k)."""
-    return np.array([np.ones_like(turns), *(wave(i * turns) for i in (1, 2) for wave in (np.cos, np.sin))])
+    """Return 1, and the cosines and sines of angles (k) and of twice the angles, as a (5, k) array."""
+    return np.array([np.ones_like(turns), *(trig(i * turns) for i in (1, 2) for trig in (np.cos, np.sin))])

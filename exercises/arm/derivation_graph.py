@@ -1,7 +1,7 @@
-"""A derivation as a student does it: stages that build on one another, in any of which a mistake can happen.
+"""Compute a derivation as a student does it: in stages that build on one another, any of which may contain a mistake.
 
-A mistake replaces the result of a stage, and all later stages follow. Vectors and matrices have their rows and columns
-on the first axes; the arithmetic's own axes come last.
+A mistake replaces the result of a stage, and all later stages are computed from it. Vectors and matrices have their
+rows and columns on the first array axes; the arithmetic's own axes come last.
 """
 
 from collections.abc import Callable, Mapping
@@ -30,12 +30,12 @@ from qdot.exercises.arm.kinematics import frames_and_point
 from qdot.exercises.arm.standard_table import axes_of
 
 RESULT = "result"
-"""The stage after all others: the answer as it is written down, (rows, columns, …)."""
+"""The last stage: the answer as the student writes it, (rows, columns, …)."""
 
 
 @dataclass(frozen=True)
 class TableRow:
-    """A row of the DH table, all four entries stepped."""
+    """A row of the DH table, with all four entries as values of the arithmetic."""
 
     kind: str
     theta: np.ndarray
@@ -46,7 +46,7 @@ class TableRow:
 
 @dataclass(frozen=True)
 class Table:
-    """The DH table with base and point: the start of every derivation."""
+    """The DH table with base and point, from which every derivation starts."""
 
     rows: tuple[TableRow, ...]
     base: tuple[np.ndarray, np.ndarray, np.ndarray]
@@ -55,22 +55,22 @@ class Table:
     """The point of interest in its frame (3, …)."""
 
     def with_row(self, index: int, **changed: Any) -> "Table":
-        """Return the table with entries of one row changed."""
+        """Return the table with changed entries in one row."""
         rows = list(self.rows)
         rows[index] = replace(rows[index], **changed)
         return replace(self, rows=tuple(rows))
 
 
 Change = Callable[["Working", Any], Any]
-"""The result of a stage with a mistake, from the working and the right result."""
+"""A function that returns the result of a stage with a mistake, given the working and the correct result."""
 
 
 @dataclass
 class Working:
-    """The stages of a derivation for one arm, in an arithmetic; `changes` are the mistakes made in it.
+    """The stages of a derivation for one arm in one arithmetic; `changes` are the mistakes in it.
 
-    Stages (STAGES) are computed on demand. Those that the `fresh` changes can't affect are shared with the working
-    `before` them.
+    Stages (STAGES) are computed on demand. `before` is the working without the newest mistakes (`fresh`), if any. It
+    supplies the stages that these cannot affect.
     """
 
     chain: Chain
@@ -89,15 +89,15 @@ class Working:
         return self._known[stage]
 
     def _compute(self, stage: str) -> Any:
-        touched = any(name in prerequisites(stage) for name, _ in self.fresh)
-        if self.before is None or touched:
-            outcome, changes = STAGES[stage][0](self), self.changes
+        is_affected = any(name in prerequisites(stage) for name, _ in self.fresh)
+        if self.before is None or is_affected:
+            result, changes = STAGES[stage][0](self), self.changes
         else:
-            outcome, changes = self.before[stage], self.fresh
+            result, changes = self.before[stage], self.fresh
         for name, change in changes:
             if name == stage:
-                outcome = change(self, outcome)
-        return outcome
+                result = change(self, result)
+        return result
 
     def with_mistakes(self, changes: Mapping[str, Change]) -> "Working":
         """Return the same working with more mistakes in it."""
@@ -110,14 +110,14 @@ class Working:
         return Working(self.chain, self.arithmetic, kept, _turns=self._turns)
 
     def turn(self, row: TableRow) -> np.ndarray:
-        """Return the rotation by a row of the table, Rz Rx, computed once for the same angles (the same objects)."""
+        """Return the rotation Rz Rx of a row of the table; it is cached for the same angle objects."""
         key = (id(row.theta), id(row.alpha))
         if key not in self._turns:
             self._turns[key] = (row, product(turn_z(self, row.theta), turn_x(self, row.alpha)))
         return self._turns[key][1]
 
     def up_to(self, frame: int) -> "Working":
-        """Return the same working, with its mistakes, for the origin of a frame inside the arm and its link."""
+        """Return the same working, with its mistakes, for the first joints only: for a frame's origin and its link."""
         if frame not in self._first:
             before = None if self.before is None else self.before.up_to(frame)
             shorter = before.chain if before else convention_of(self.chain).first_joints(frame)
@@ -125,12 +125,12 @@ class Working:
         return self._first[frame]
 
     def depends_on(self, stage: str) -> bool:
-        """Tell whether anything that has been computed so far depends on a stage, also for a frame inside the arm."""
+        """Return whether any result computed so far depends on a stage, including results of `up_to`."""
         known = {name for w in (self, *self._first.values()) for name in w._known}
         return any(stage == name or stage in prerequisites(name) for name in known)
 
     def jacobians(self) -> list[np.ndarray]:
-        """Return the Jacobians that have been computed so far, those of frames inside the arm included."""
+        """Return the Jacobians that have been computed so far, including those of `up_to`."""
         workings = (self, *self._first.values())
         return [w._known[stage] for w in workings for stage in ("geometric", "jacobian") if stage in w._known]
 
@@ -145,17 +145,17 @@ class Working:
 
 
 def numbers(chain: Chain, values: Mapping[str, np.ndarray]) -> Working:
-    """Return the right working at the configurations where symbols have these values."""
+    """Return the correct working at the configurations that the values of the symbols describe."""
     return Working(chain, Numbers([q.name for q in chain.q], values))
 
 
 def trees(chain: Chain) -> Working:
-    """Return the right working in trees of formulas, as students' answers are parsed."""
+    """Return the correct working in formula trees, the form in which students' answers are parsed."""
     return Working(chain, Trees([q.name for q in chain.q]))
 
 
 def formulas(chain: Chain) -> Working:
-    """Return the right working in formulas."""
+    """Return the correct working in formulas."""
     return Working(chain, Formulas([q.name for q in chain.q]))
 
 
@@ -186,7 +186,7 @@ def turn_x(w: Working, angle: np.ndarray) -> np.ndarray:
 
 
 def _matrix(*entries: np.ndarray) -> np.ndarray:
-    """Return a 3 x 3 matrix of its entries, row by row."""
+    """Return the 3 x 3 matrix with these entries, given row by row."""
     return np.array(entries).reshape(3, 3, *entries[0].shape)
 
 
@@ -203,7 +203,7 @@ def _rotations(w: Working) -> list[np.ndarray]:
 
 
 def _local_links(w: Working) -> list[np.ndarray]:
-    """Return the vectors r_i in frame i-1 (below 6.13), and the point in its own frame."""
+    """Return the vectors r_i in frame i-1 (see below (6.13)), and the point in its own frame."""
     vectors = []
     for row in w["table"].rows:
         c, s = w.arithmetic.cos(row.theta), w.arithmetic.sin(row.theta)
@@ -218,7 +218,7 @@ def _links(w: Working) -> list[np.ndarray]:
 
 
 def links_to_point(chain: Chain) -> list[int]:
-    """Return the links, from 0, that lead to the point; the last is the point in its own frame."""
+    """Return the indices of the links (from 0) that lead to the point; the last is the point in its own frame."""
     return [*range(chain.point.frame), chain.n]
 
 
@@ -238,10 +238,10 @@ def _point(w: Working) -> np.ndarray:
 
 def _effects(w: Working) -> np.ndarray:
     """Return the effect of each joint on each link, (n, n + 1, 3, …): the derivative of that link's vector."""
-    slopes = [w.arithmetic.slopes(link)[: w.n] for link in w["links"]]
-    effects = np.stack(slopes, axis=1)
-    left_out = [k for k in range(w.n + 1) if k not in links_to_point(w.chain)]
-    effects[:, left_out] = effects[:, left_out] * 0
+    derivatives = [w.arithmetic.slopes(link)[: w.n] for link in w["links"]]
+    effects = np.stack(derivatives, axis=1)
+    excluded = [k for k in range(w.n + 1) if k not in links_to_point(w.chain)]
+    effects[:, excluded] = effects[:, excluded] * 0
     return effects
 
 
@@ -253,9 +253,9 @@ def _origins_on_axes(w: Working) -> np.ndarray:
     """Return the origins of the frames on the joint axes and the one after them, (n + 1, 3, …)."""
     if not convention_of(w.chain).has_frames_of_joints:
         return np.asarray(w["origins"])
-    along = [row.d * rotation[:, 2] for row, rotation in zip(w["table"].rows, w["rotations"], strict=False)]
-    starts = w["origins"][: w.n] + _values(w, along)
-    return np.concatenate([starts, starts[-1:]])
+    offsets = [row.d * rotation[:, 2] for row, rotation in zip(w["table"].rows, w["rotations"], strict=False)]
+    origins = w["origins"][: w.n] + _values(w, offsets)
+    return np.concatenate([origins, origins[-1:]])
 
 
 def _arms(w: Working) -> np.ndarray:
@@ -275,7 +275,7 @@ def _linear(w: Working) -> np.ndarray:
 
 
 def _kinds(w: Working) -> list[str]:
-    """Return the kind of each joint that the columns of J are built for."""
+    """Return the kind of each joint, from which the columns of J are built."""
     return [row.kind for row in w["table"].rows]
 
 
@@ -284,7 +284,7 @@ def _products(w: Working) -> list[np.ndarray]:
 
 
 def propagate_linear_rows(w: Working, _: Any = None) -> np.ndarray:
-    """Return the linear rows by propagation, (3, n, …): z x p* of a revolute joint, z of a prismatic one (6.12)."""
+    """Return the linear rows by propagation, (3, n, …): z x p* for a revolute joint, z for a prismatic joint (6.12)."""
     columns = []
     for i, kind in enumerate(w["kinds"]):
         column = w["products"][i] if kind == "R" else w["axes"][i]
@@ -319,7 +319,7 @@ def _rates(w: Working) -> np.ndarray:
 
 
 def _pseudo_inverse(w: Working) -> np.ndarray:
-    """J^T (J J^T)^-1."""
+    """Return J^T (J J^T)^-1."""
     gram = w["gram matrix"]
     with np.errstate(all="ignore"):
         inverse = (signs(len(gram))[..., None] * minors(gram)).swapaxes(0, 1) / determinant(gram)
@@ -327,16 +327,16 @@ def _pseudo_inverse(w: Working) -> np.ndarray:
 
 
 def _self_motion(w: Working) -> np.ndarray:
-    """Return, for n = m + 1 joints, the minors without each column, with alternating signs."""
+    """Return the self-motion of n = m + 1 joints: the minor without each column, with alternating signs."""
     jacobian = w["jacobian"]
     if jacobian.shape[1] != jacobian.shape[0] + 1:  # more than one self-motion, or none
         return np.asarray(jacobian[0] * np.nan)
-    rest = [[c for c in range(w.n) if c != i] for i in range(w.n)]
-    return np.stack([(-1) ** i * determinant(jacobian[:, rest[i]]) for i in range(w.n)])
+    other_columns = [[c for c in range(w.n) if c != i] for i in range(w.n)]
+    return np.stack([(-1) ** i * determinant(jacobian[:, other_columns[i]]) for i in range(w.n)])
 
 
 def singular_vectors(w: Working) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return U (m, m, N), sigma (min(m, n), N) and V^T (n, n, N) of the task Jacobian in numbers."""
+    """Return U (m, m, N), sigma (min(m, n), N) and V^T (n, n, N) of the numeric task Jacobian."""
     u, sigma, v = np.linalg.svd(np.nan_to_num(np.moveaxis(w["jacobian"], -1, 0).astype(float)))
     return np.moveaxis(u, 0, -1), sigma.T, np.moveaxis(v, 0, -1)
 
@@ -368,8 +368,10 @@ def _home_screws(w: Working) -> np.ndarray:
     columns = []
     for axis in axes_of(w.chain)[0]:
         direction, point = constant(w, axis.direction), constant(w, axis.point)
-        turning = axis.kind == "R"
-        columns.append(np.concatenate([direction, -cross(direction, point)] if turning else [0 * direction, direction]))
+        is_revolute = axis.kind == "R"
+        columns.append(
+            np.concatenate([direction, -cross(direction, point)] if is_revolute else [0 * direction, direction])
+        )
     return np.stack(columns, axis=1)
 
 
@@ -382,34 +384,34 @@ def _space_jacobian(w: Working) -> np.ndarray:
     """Return the space twists (omega, v) of the joints: v at the world's origin, (6, n, …)."""
     columns = []
     for i, kind in enumerate(w["kinds"]):
-        z, start = w["axes"][i], w["origins"][i]
-        columns.append(np.concatenate([z, cross(start, z)] if kind == "R" else [0 * z, z]))
+        z, origin = w["axes"][i], w["origins"][i]
+        columns.append(np.concatenate([z, cross(origin, z)] if kind == "R" else [0 * z, z]))
     return np.stack(columns, axis=1)
 
 
 def _body_rotation(w: Working) -> np.ndarray:
-    """Return the rotation of the frame that moves with the last link and is the world's at home, (3, 3, …)."""
+    """Return the rotation of the body frame, which moves with the last link and is the world's at home, (3, 3, …)."""
     home = frames_and_point(w.chain)[0][-1].rotation.xreplace(dict.fromkeys(w.chain.q, sp.S.Zero))
-    back = np.stack([constant(w, home[:, k]) for k in range(3)])  # transposed: its rows are the columns
-    return product(w.arithmetic.value(w["rotations"][-1]), back)
+    home_transposed = np.stack([constant(w, home[:, k]) for k in range(3)])  # its rows are the columns of `home`
+    return product(w.arithmetic.value(w["rotations"][-1]), home_transposed)
 
 
 def _body_jacobian(w: Working) -> np.ndarray:
-    """Return the same twists in that frame, about the point of interest: [Ad T^-1] J_s, (6, n, …)."""
+    """Return the body Jacobian: the space twists in the body frame, about the point, [Ad T^-1] J_s, (6, n, …)."""
     angular, linear = w["space jacobian"][:3], w["space jacobian"][3:]
     at_point = np.concatenate([angular, linear + cross(angular, w["point"][:, None])])
     return rotate_rows(w["body rotation"].swapaxes(0, 1), at_point)
 
 
 def _body_adjoint(w: Working) -> np.ndarray:
-    """Return the adjoint that takes a twist (omega, v) from that frame to the world frame, (6, 6, …)."""
+    """Return the adjoint that transforms a twist (omega, v) from the body frame to the world frame, (6, 6, …)."""
     return adjoint(w["body rotation"], w["point"])
 
 
 def adjoint(turn: np.ndarray, place: np.ndarray) -> np.ndarray:
     """Return [Ad T] for twists (omega, v), (6, 6, …), of a rotation (3, 3, …) and an origin (3, …)."""
-    moved = cross(place[:, None], turn)
-    return np.concatenate([np.concatenate([turn, 0 * turn], axis=1), np.concatenate([moved, turn], axis=1)])
+    coupling = cross(place[:, None], turn)
+    return np.concatenate([np.concatenate([turn, 0 * turn], axis=1), np.concatenate([coupling, turn], axis=1)])
 
 
 STAGES: dict[str, tuple[Callable[[Working], Any], tuple[str, ...]]] = {
@@ -457,9 +459,9 @@ STAGES: dict[str, tuple[Callable[[Working], Any], tuple[str, ...]]] = {
     "joint rates": (lambda w: w.symbols(w.chain.rates), ()),
     "rates": (_rates, ("inverse", "wanted velocity")),
 }
-"""How each stage is computed, and from which stages.
+"""The function that computes each stage, and the stages that it uses.
 
-"linear" comes from the effects or, with `propagate_linear_rows`, from the other stages.
+"linear" is computed from the effects or, with `propagate_linear_rows`, from the other stages.
 """
 
 

@@ -1,7 +1,7 @@
-"""Whether a statement about singular configurations is their reason: it holds at no regular configuration.
+"""Decide whether a statement about singular configurations is their reason: it holds at no regular configuration.
 
-Configurations at which it holds are searched for from many starts, on arms of several lengths; each of them has to be
-singular. A statement that also holds at regular configurations is incidental, not a reason.
+Searches from many starts, on arms of several lengths, find configurations at which the statement holds. Each of them
+must be singular. A statement that also holds at regular configurations is incidental, not a reason.
 """
 
 from collections.abc import Callable, Sequence
@@ -19,54 +19,54 @@ Holds = Callable[[Sample], bool | None]
 _ARMS, _STARTS, _STEPS = 3, 16, 60
 _CLOSE, _STEP, _FARTHEST = 1e-9, 1e-6, 0.6
 _REGULAR = 1e-4
-"""Smallest singular value over the largest, above which a configuration is certainly regular."""
+"""A configuration is certainly regular if its smallest singular value over the largest is above this."""
 
 
 def is_reason(chain: Chain, samples: Sequence[Sample], off: Off, holds: Holds) -> bool:
-    """Tell whether rank is lost wherever `off` is zero and `holds` is true.
+    """Return whether J loses rank at every configuration at which `off` is zero and `holds` is true.
 
-    `samples` are configurations at which it holds; `chain` has the task. If the search finds only these, which are
-    singular, the statement counts as the reason.
+    `samples` are configurations at which the statement holds; `chain` has the task. If the search finds only singular
+    configurations, the statement counts as the reason.
     """
     rows = chain.task_rows
     all_arms = list({id(sample.arm): sample.arm for sample in samples}.values())
     chosen_arms = all_arms[:: max(1, len(all_arms) // _ARMS)][:_ARMS]
     arms = NumericChain.stack(chosen_arms)
     q = _descend(arms, off, len(chosen_arms))
-    is_there = off(arms, q) < _CLOSE
-    sigma = np.linalg.svd(arms.jacobian(q)[..., rows, :], compute_uv=False)
-    regular = sigma[..., -1] > _REGULAR * np.maximum(sigma[..., 0], _REGULAR)
-    regular_places = np.argwhere(is_there & regular).tolist()
-    return not any(holds(Sample(chosen_arms[arm], q[arm, start])) for arm, start in regular_places)
+    has_converged = off(arms, q) < _CLOSE
+    singular_values = np.linalg.svd(arms.jacobian(q)[..., rows, :], compute_uv=False)
+    is_regular = singular_values[..., -1] > _REGULAR * np.maximum(singular_values[..., 0], _REGULAR)
+    regular_indices = np.argwhere(has_converged & is_regular).tolist()
+    return not any(holds(Sample(chosen_arms[arm], q[arm, start])) for arm, start in regular_indices)
 
 
 def _descend(arms: NumericChain, off: Off, count: int) -> np.ndarray:
-    """Return configurations (arms x starts x n) that Newton steps along the steepest descent of a measure lead to.
+    """Return the configurations (arms x starts x n) that Newton steps along a measure's steepest descent reach.
 
-    A measure has a kink at zero, and its square has none, so slopes are those of the square.
+    A measure has a kink at zero, but its square has none, so the gradient is that of the square.
     """
     starts = _starts(arms.kinds)
     n = starts.shape[1]
     q = np.tile(starts, (count, 1, 1))
-    to_sides = _STEP * np.concatenate([np.eye(n), -np.eye(n)])
+    differences = _STEP * np.concatenate([np.eye(n), -np.eye(n)])
     for _ in range(_STEPS):
-        left = off(arms, q)
-        going = left > _CLOSE
-        if not going.any():
+        values = off(arms, q)
+        active = values > _CLOSE
+        if not active.any():
             break
-        places = (q[:, :, None] + to_sides).reshape(count, -1, n)
-        squares = (off(arms, places) ** 2).reshape(*left.shape, 2, n)
-        slopes = (squares[..., 0, :] - squares[..., 1, :]) / (2 * _STEP)
-        move = (2 * left**2 / np.maximum(np.sum(slopes**2, axis=-1), 1e-30))[..., None] * slopes
-        move *= np.minimum(1.0, _FARTHEST / np.maximum(np.abs(move).max(axis=-1, keepdims=True), 1e-12))
-        q -= np.where(going[..., None], move, 0.0)
+        neighbours = (q[:, :, None] + differences).reshape(count, -1, n)
+        squares = (off(arms, neighbours) ** 2).reshape(*values.shape, 2, n)
+        gradient = (squares[..., 0, :] - squares[..., 1, :]) / (2 * _STEP)
+        step = (2 * values**2 / np.maximum(np.sum(gradient**2, axis=-1), 1e-30))[..., None] * gradient
+        step *= np.minimum(1.0, _FARTHEST / np.maximum(np.abs(step).max(axis=-1, keepdims=True), 1e-12))
+        q -= np.where(active[..., None], step, 0.0)
     return q
 
 
 @lru_cache(maxsize=64)
 def _starts(kinds: tuple[str, ...]) -> np.ndarray:
-    stream = Stream("reason")
+    rng = Stream("reason")
     return np.array(
-        [[stream.uniform(-np.pi, np.pi) if kind == "R" else stream.uniform(0.2, 0.8) for kind in kinds]
+        [[rng.uniform(-np.pi, np.pi) if kind == "R" else rng.uniform(0.2, 0.8) for kind in kinds]
          for _ in range(_STARTS)]
     )  # fmt: skip

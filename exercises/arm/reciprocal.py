@@ -1,12 +1,13 @@
-"""Find where an arm with more joints than its task has rows is singular, by elimination rather than by minors.
+"""Find the singular configurations of an arm with more joints than task rows by elimination instead of minors.
 
-J (6 x n) loses rank if a wrench does no work at any joint (is reciprocal to all n screws). Rank depends neither on the
-frame nor on the point of the last link for which J is written. Seen from the middle of the arm, about a point in which
-axes meet, most entries are zero; the row and column of an entry that is never zero can be eliminated, which solves one
-condition on the wrench: three axes that meet in S leave a force through S, to be met by all other axes. What is left is
-a small matrix in few angles, whose rank is examined case by case.
+J (6 x n) loses rank if a wrench does no work at any joint (is reciprocal to all n screws). The rank depends neither on
+the frame nor on the point of the last link for which J is written. In a frame in the middle of the arm, and about a
+point in which axes meet, most entries are zero. The row and column of an entry that is never zero can be eliminated,
+which solves one condition on the wrench. For example, if three axes meet in S, a wrench reciprocal to them is a force
+through S, and all other axes must meet its line. A small matrix in few angles remains, whose rank is examined case by
+case.
 
-For a position (vx, vy, vz), the wrench is a force at P, and only the frame is free.
+For a position (vx, vy, vz), the wrench is a force at P, and only the frame can be chosen.
 """
 
 from collections.abc import Callable, Iterator
@@ -27,16 +28,17 @@ from qdot.exercises.common.stream import Stream
 
 _POSITION = TASK_ROWS[:3]
 MOST_LEFT = 400
-"""Cases that are examined at most."""
+"""Maximum number of cases that are examined."""
 TRIED, SHORT = 2, 200
-"""Frames and points for which J is tried, and operations in all conditions that are few enough to stop."""
+"""Maximum number of pairs of frame and point that are tried. The search stops early if all conditions together have
+fewer operations than the second number."""
 _ZERO = 1e-9
 _NOTHING = sp.Float("1e-20")
 
 
 @dataclass(frozen=True)
 class Reduction:
-    """J of an arm as short as it gets: seen from frame `frame`, about the origin of frame `about`, or about P."""
+    """J of an arm in its shortest form: in frame `frame`, about the origin of frame `about` (about P if it is None)."""
 
     frame: int
     about: int | None
@@ -45,9 +47,10 @@ class Reduction:
 
 @dataclass(frozen=True)
 class ReducedCase:
-    """The matrix whose rank decides in one case: the conditions of the case, the matrix, and when it loses rank.
+    """The matrix whose rank decides whether J loses rank in one case.
 
-    `joints` are those of the columns (from 1). `ways` are the conditions under which it has less than full rank.
+    `case` holds the conditions of the case. `joints` are the joints of the columns (from 1). `ways` are the conditions
+    under which the matrix has less than full rank.
     """
 
     case: Conjunction
@@ -57,9 +60,9 @@ class ReducedCase:
 
 
 def applies(chain: Chain) -> bool:
-    """Tell whether elimination applies: all six rows count, for the last link, with more than six joints.
+    """Return whether elimination applies: the task has all six rows, for the last link, and more than six joints.
 
-    It also applies if the position alone counts, with more than three joints, and minors are long.
+    It also applies to a position task with more than three joints if the minors are long.
     """
     if chain.n <= len(chain.task):
         return False
@@ -69,9 +72,9 @@ def applies(chain: Chain) -> bool:
 
 
 def plain_chain(chain: Chain) -> tuple[Chain, dict[sp.Symbol, sp.Expr]]:
-    """Return the arm without joint offsets and with symbols for what is not polynomial, and their values.
+    """Return the arm without joint offsets and with symbols for non-polynomial entries, and the values replaced.
 
-    These are twists that are not right angles, and lengths with roots in them.
+    Non-polynomial entries are twists that are not multiples of a right angle, and lengths that contain roots.
     """
     values: dict[sp.Symbol, sp.Expr] = {
         q: q + offset for q, offset in zip(chain.q, chain.offsets, strict=True) if offset != 0
@@ -95,31 +98,35 @@ def plain_chain(chain: Chain) -> tuple[Chain, dict[sp.Symbol, sp.Expr]]:
 
 
 def _is_plain(value: sp.Expr) -> bool:
-    """Tell whether a length is a polynomial with rational coefficients."""
+    """Return whether a length is a polynomial with rational coefficients."""
     numbers = value.atoms(sp.Number, sp.NumberSymbol, sp.Function)
     roots = [power for power in value.atoms(sp.Pow) if not (power.exp.is_Integer and power.exp > 0)]
     return not roots and all(number.is_Rational for number in numbers)
 
 
 def _sparsest_frames(chain: Chain) -> list[tuple[int, int | None]]:
-    """Return pairs of a frame and the frame whose origin is the point, most zeros in J and the middle of the arm first.
+    """Return pairs of a frame and the frame whose origin is the point, those with the most zeros in J first.
 
-    If the position counts, the point is P.
+    Among pairs with equally many zeros, frames near the middle of the arm come first. For a position task, the point is
+    P.
     """
     middle = [frame for frame in range(chain.n) if abs(2 * frame - chain.n) < 2]
     if set(chain.task) == set(_POSITION):
         return [(frame, None) for frame in reversed(middle) if frame <= chain.point.frame] or [
             (chain.point.frame, None)
         ]
-    draws = Stream("sparsest")
-    values = {symbol.name: draws.uniform(0.4, 1.4) for symbol in chain.parameters}
-    frames = NumericChain(chain, values).frames(np.array([draws.uniform(-3, 3) for _ in chain.q]))
+    rng = Stream("sparsest")
+    values = {symbol.name: rng.uniform(0.4, 1.4) for symbol in chain.parameters}
+    frames = NumericChain(chain, values).frames(np.array([rng.uniform(-3, 3) for _ in chain.q]))
     z, origins = frames[:-1, :3, 2], frames[:-1, :3, 3]
-    turns = np.array([joint.kind == "R" for joint in chain.joints])[:, None]
+    is_revolute = np.array([joint.kind == "R" for joint in chain.joints])[:, None]
     candidates = []
     for frame, about in product(middle, range(chain.n + 1)):
         rotation, point = frames[frame, :3, :3], frames[about, :3, 3]
-        linear, angular = np.where(turns, np.cross(z, point - origins), z) @ rotation, (z * turns) @ rotation
+        linear, angular = (
+            np.where(is_revolute, np.cross(z, point - origins), z) @ rotation,
+            (z * is_revolute) @ rotation,
+        )
         zeros = np.abs(np.hstack([linear, angular])) < _ZERO
         key = -int(zeros.sum()), abs(2 * frame - chain.n), abs(about - frame), frame, about
         candidates.append((key, zeros.tobytes()))
@@ -138,15 +145,15 @@ def _tidy(entry: sp.Expr) -> sp.Expr:
 
 @dataclass
 class _Elimination:
-    """The elimination for one arm, and the matrices it is left with."""
+    """The elimination for one arm, and the reduced matrices that it collects in `left`."""
 
     search: Search
     left: list[ReducedCase] = field(default_factory=list)
     marks: dict[sp.Expr, sp.Symbol] = field(default_factory=dict)
-    """Symbols for conditions 1 - cos(q - root) with an arc tangent in the root, in which nothing can be substituted."""
+    """Symbols for conditions 1 - cos(q - root) whose root contains an arctangent; nothing is substituted in these."""
 
     def ways(self, matrix: sp.Matrix, joints: tuple[int, ...], case: Conjunction) -> Iterator[Conjunction]:
-        """Yield the conditions under which a matrix has less than full row rank, including those of the case."""
+        """Yield the conditions under which a matrix has less than full row rank, with the conditions of the case."""
         matrix, joints = self._without_zeros(matrix, joints)
         rows, columns = matrix.shape
         if rows == 0:
@@ -189,18 +196,21 @@ class _Elimination:
     def _without_column(
         self, matrix: sp.Matrix, joints: tuple[int, ...], case: Conjunction, c: int, shared: list[sp.Expr]
     ) -> Iterator[Conjunction]:
-        """Yield the ways in which rank is lost if a column vanishes because one of its common factors does."""
-        rest, names = _delete_column(matrix, c), joints[:c] + joints[c + 1 :]
+        """Yield the conditions under which rank is lost while a common factor of a column vanishes."""
+        rest, remaining_joints = _delete_column(matrix, c), joints[:c] + joints[c + 1 :]
         for factor in shared:
             for condition, trigs in self._roots(factor):
-                there = rest.applyfunc(lambda e, f=factor, t=trigs: self._evaluate_at(e, f, t))
-                yield from self.ways(_clear_denominators(there), names, (*case, condition))
+                at_root = rest.applyfunc(lambda e, f=factor, t=trigs: self._evaluate_at(e, f, t))
+                yield from self.ways(_clear_denominators(at_root), remaining_joints, (*case, condition))
 
     def _roots(self, factor: sp.Expr) -> list[tuple[sp.Expr, dict[sp.Expr, sp.Expr]]]:
-        """Return the ways in which a factor vanishes: a condition to state, and sines, cosines and slides there."""
-        known = cases_of_zero(factor)
-        if known[0][1]:
-            return [(condition, dict(values)) for condition, values in known]
+        """Return the cases in which a factor vanishes.
+
+        Each has the condition to state, and the values to substitute for sines, cosines and joint variables.
+        """
+        cases = cases_of_zero(factor)
+        if cases[0][1]:
+            return [(condition, dict(values)) for condition, values in cases]
         roots = half_angle_roots(factor, self.search)
         if not roots:
             return [(factor, {})]
@@ -216,11 +226,11 @@ class _Elimination:
             return entry
         if not values:
             return sp.S.Zero if factor in dict(factor_trig(entry).factors) else entry
-        plain = entry if all(key.is_Symbol for key in values) else sp.expand_trig(entry)
+        expanded = entry if all(key.is_Symbol for key in values) else sp.expand_trig(entry)
         return (
-            sp.cancel(sp.expand(plain.xreplace(values)))
+            sp.cancel(sp.expand(expanded.xreplace(values)))
             if any(map(_has_symbols, values.values()))
-            else _tidy(plain.xreplace(values))
+            else _tidy(expanded.xreplace(values))
         )
 
     def _without_zeros(self, matrix: sp.Matrix, joints: tuple[int, ...]) -> tuple[sp.Matrix, tuple[int, ...]]:
@@ -228,13 +238,16 @@ class _Elimination:
         return matrix.extract(list(range(matrix.rows)), kept), tuple(joints[c] for c in kept)
 
     def _common_factors(self, entries: sp.Matrix) -> list[sp.Expr]:
-        """Return the factors with joints in them that all nonzero entries share."""
+        """Return the factors with joint variables that all nonzero entries have in common."""
         products = [factor_trig(entry) for entry in entries if entry != 0]
         first, *others = products
         return [f for f, _ in first.factors if self.search.moves(f) and all(f in dict(o.factors) for o in others)]
 
     def _pivot(self, matrix: sp.Matrix) -> tuple[int, int] | None:
-        """Return the place of a nonzero constant entry with the most zeros in its row and column."""
+        """Return the row and column of the nonzero constant entry that is best to eliminate; None without one.
+
+        Its row and column have the most zeros.
+        """
         best = None
         for r, c in product(range(matrix.rows), range(matrix.cols)):
             entry = matrix[r, c]
@@ -247,14 +260,14 @@ class _Elimination:
         return best[1] if best else None
 
     def _may_be_zero(self, constant: sp.Expr) -> bool:
-        """Tell whether a constant that contains a sum is zero for the arm's twists."""
+        """Return whether a constant that contains a sum is zero for the arm's twists."""
         return any(f.is_Add for f, _ in factor_trig(constant).factors) and self.search.is_zero(constant)
 
     def _without_pair(self, matrix: sp.Matrix) -> tuple[sp.Matrix, list[int]] | None:
-        """Return the matrix without a column of two entries that are never both zero, and the remaining columns.
+        """Eliminate a column with two entries that are never both zero; return the matrix and its column numbers.
 
-        The column spans one direction of those two rows; the combination in which it is zero replaces them. The same
-        goes for a row; a column that combines two is numbered -1.
+        The two rows are replaced by the combination of them whose entry in that column is zero. Likewise, a row is
+        eliminated by combining two columns; the combined column is numbered -1. Return None if neither is possible.
         """
         best = None
         for transposed in (False, True):
@@ -272,43 +285,52 @@ class _Elimination:
                 combined_row = (reduced_matrix.row(a) * v - reduced_matrix.row(b) * u).applyfunc(_tidy)
                 kept = [r for r in range(m.rows) if r not in (a, b)]
                 columns = [k for k in range(m.cols) if k != c]
-                out = (
+                smaller = (
                     reduced_matrix.extract(kept, list(range(m.cols)))
                     .col_join(combined_row)
                     .extract(list(range(m.rows - 1)), columns)
                 )
-                names = [*kept, -1] if transposed else columns
-                key = _count_others(m.col(c)), sp.count_ops(out), transposed, c
+                column_numbers = [*kept, -1] if transposed else columns
+                key = _count_others(m.col(c)), sp.count_ops(smaller), transposed, c
                 if best is None or key < best[0]:
-                    best = key, (out.T if transposed else out, names)
+                    best = key, (smaller.T if transposed else smaller, column_numbers)
         return best[1] if best else None
 
     def _reduce_to_two(self, matrix: sp.Matrix, c: int) -> tuple[sp.Matrix, tuple[int, int]] | None:
-        """Return a matrix with two entries left in a column, by adding multiples of rows, and their rows."""
-        kinds: dict[tuple[tuple[sp.Expr, int], ...], int] = {}
-        made = matrix
+        """Reduce a column to two nonzero entries by adding multiples of rows; return the matrix and the two rows.
+
+        Return None if that is impossible with constant multiples.
+        """
+        rows_by_factors: dict[tuple[tuple[sp.Expr, int], ...], int] = {}
+        reduced = matrix
         for r in range(matrix.rows):
             if matrix[r, c] == 0:
                 continue
-            kind = tuple(f for f in factor_trig(matrix[r, c]).factors if self.search.moves(f[0]))
-            if kind not in kinds:
-                kinds[kind] = r
+            factors = tuple(f for f in factor_trig(matrix[r, c]).factors if self.search.moves(f[0]))
+            if factors not in rows_by_factors:
+                rows_by_factors[factors] = r
                 continue
-            first = kinds[kind]
-            above, below = sp.fraction(sp.cancel(matrix[r, c] / matrix[first, c]))
-            if self.search.moves(above) or self.search.moves(below):
+            first = rows_by_factors[factors]
+            numerator, denominator = sp.fraction(sp.cancel(matrix[r, c] / matrix[first, c]))
+            if self.search.moves(numerator) or self.search.moves(denominator):
                 return None
-            row = (made.row(r) * below - made.row(first) * above).applyfunc(_tidy)
-            made = sp.Matrix.vstack(made[:r, :], row, made[r + 1 :, :])
-        return (made, (min(kinds.values()), max(kinds.values()))) if len(kinds) == 2 else None
+            row = (reduced.row(r) * denominator - reduced.row(first) * numerator).applyfunc(_tidy)
+            reduced = sp.Matrix.vstack(reduced[:r, :], row, reduced[r + 1 :, :])
+        return (
+            (reduced, (min(rows_by_factors.values()), max(rows_by_factors.values())))
+            if len(rows_by_factors) == 2
+            else None
+        )
 
     def _by_minors(self, matrix: sp.Matrix, joints: tuple[int, ...], case: Conjunction) -> Iterator[Conjunction]:
-        chosen = combinations(range(matrix.cols), matrix.rows)
-        minors = [factor_trig(determinant_of(matrix.extract(list(range(matrix.rows)), list(c)))) for c in chosen]
-        ways = common_zeros(minors, self.search)
-        self.left.append(ReducedCase(case, sp.ImmutableMatrix(matrix), joints, ((),) if ways is None else tuple(ways)))
-        for way in [()] if ways is None else ways:
-            yield (*case, *way)
+        column_sets = combinations(range(matrix.cols), matrix.rows)
+        minors = [factor_trig(determinant_of(matrix.extract(list(range(matrix.rows)), list(c)))) for c in column_sets]
+        zeros = common_zeros(minors, self.search)
+        self.left.append(
+            ReducedCase(case, sp.ImmutableMatrix(matrix), joints, ((),) if zeros is None else tuple(zeros))
+        )
+        for branch in [()] if zeros is None else zeros:
+            yield (*case, *branch)
 
 
 def _count_others(line: sp.Matrix) -> int:
@@ -320,26 +342,26 @@ def _delete_column(matrix: sp.Matrix, c: int) -> sp.Matrix:
 
 
 def _divide_factors(matrix: sp.Matrix, shared: list[sp.Expr], row: int = -1, column: int = -1) -> sp.Matrix:
-    """Return a matrix with factors taken out of a row or a column."""
-    by = Factored(sp.S.One, tuple((factor, 1) for factor in shared))
+    """Return a matrix with one row or one column divided by common factors."""
+    divisor = Factored(sp.S.One, tuple((factor, 1) for factor in shared))
 
     def entry(r: int, c: int) -> sp.Expr:
         value = matrix[r, c]
-        return factor_trig(value).over(by).expression() if value != 0 and (r == row or c == column) else value
+        return factor_trig(value).over(divisor).expression() if value != 0 and (r == row or c == column) else value
 
     return sp.Matrix(matrix.rows, matrix.cols, entry)
 
 
 def _schur_complement(matrix: sp.Matrix, r: int, c: int) -> sp.Matrix:
-    """Return the Schur complement of a nonzero entry: eliminate its column from the other rows, drop row and column."""
+    """Return the Schur complement of a nonzero entry: eliminate its column, then drop its row and column."""
     rows = []
     for i in range(matrix.rows):
         if i == r:
             continue
         row = matrix.row(i)
         if row[c] != 0:
-            above, below = sp.fraction(sp.cancel(row[c] / matrix[r, c]))
-            row = (row * below - matrix.row(r) * above).applyfunc(_tidy)
+            numerator, denominator = sp.fraction(sp.cancel(row[c] / matrix[r, c]))
+            row = (row * denominator - matrix.row(r) * numerator).applyfunc(_tidy)
         rows.append(row)
     return _delete_column(sp.Matrix.vstack(*rows), c) if rows else sp.zeros(0, matrix.cols - 1)
 
@@ -349,11 +371,11 @@ def _has_symbols(value: sp.Expr) -> bool:
 
 
 def _clear_denominators(matrix: sp.Matrix) -> sp.Matrix:
-    """Return a matrix without denominators, each row multiplied by its common denominator."""
+    """Return a matrix without denominators: each row is multiplied by its common denominator."""
     rows = []
     for r in range(matrix.rows):
-        below = [sp.fraction(sp.together(entry))[1] for entry in matrix.row(r)]
-        common = sp.lcm_list(below) if any(map(_has_symbols, below)) else sp.S.One
+        denominators = [sp.fraction(sp.together(entry))[1] for entry in matrix.row(r)]
+        common = sp.lcm_list(denominators) if any(map(_has_symbols, denominators)) else sp.S.One
         rows.append(
             matrix.row(r).applyfunc(lambda e, by=common: _tidy(sp.cancel(e * by))) if common != 1 else matrix.row(r)
         )
@@ -363,25 +385,26 @@ def _clear_denominators(matrix: sp.Matrix) -> sp.Matrix:
 def half_angle_roots(factor: sp.Expr, search: Search) -> list[tuple[sp.Expr, dict[sp.Expr, sp.Expr]]]:
     """Return the roots of A + B cos q + C sin q if the tangent of the half angle needs no square root.
 
-    Each comes with the condition to state, and with cosine and sine there. Return nothing if there are others, or none.
+    Each root is a pair: the condition to state, and the values of cosine and sine at the root. Return an empty list if
+    the factor has another form, or needs a square root.
     """
     trigs = factor.atoms(sp.sin, sp.cos)
     angles = {trig.args[0] for trig in trigs if search.moves(trig)}
     if len(angles) != 1 or (angle := angles.pop()) not in search.joints:
         return []
     cosine, sine = sp.Dummy("c"), sp.Dummy("s")
-    line = sp.Poly(sp.expand(factor).xreplace({sp.cos(angle): cosine, sp.sin(angle): sine}), cosine, sine)
-    if line.total_degree() != 1 or line.free_symbols & {angle}:
+    polynomial = sp.Poly(sp.expand(factor).xreplace({sp.cos(angle): cosine, sp.sin(angle): sine}), cosine, sine)
+    if polynomial.total_degree() != 1 or polynomial.free_symbols & {angle}:
         return []
-    a, b, c = (line.coeff_monomial(monomial) for monomial in (1, cosine, sine))
-    if sp.expand(a - b) == 0 or sp.expand(a + b) == 0:  # tan(q/2) = 0 or infinite is one of them
-        far = sp.expand(a - b) == 0
-        tangent = -a / c if far else -c / a
-        roots = [(sp.pi, sp.S.NegativeOne, sp.S.Zero)] if far else [(sp.S.Zero, sp.S.One, sp.S.Zero)]
+    a, b, c = (polynomial.coeff_monomial(monomial) for monomial in (1, cosine, sine))
+    if sp.expand(a - b) == 0 or sp.expand(a + b) == 0:  # one of the roots is tan(q/2) = 0 or infinite
+        is_infinite = sp.expand(a - b) == 0
+        tangent = -a / c if is_infinite else -c / a
+        roots = [(sp.pi, sp.S.NegativeOne, sp.S.Zero)] if is_infinite else [(sp.S.Zero, sp.S.One, sp.S.Zero)]
         if c != 0:
             tangent = sp.cancel(tangent)
-            below = 1 + tangent**2
-            roots.append((2 * sp.atan(tangent), sp.cancel((1 - tangent**2) / below), sp.cancel(2 * tangent / below)))
+            scale = 1 + tangent**2
+            roots.append((2 * sp.atan(tangent), sp.cancel((1 - tangent**2) / scale), sp.cancel(2 * tangent / scale)))
     else:
         return []
     return [(1 - sp.cos(angle - root), {sp.cos(angle): x, sp.sin(angle): y}) for root, x, y in roots]
@@ -389,7 +412,7 @@ def half_angle_roots(factor: sp.Expr, search: Search) -> list[tuple[sp.Expr, dic
 
 @dataclass(frozen=True)
 class ReciprocalSet:
-    """The singular set of an arm: the reduction of J, the matrices whose ranks decide, and how J loses rank."""
+    """The singular set of an arm: the reduction of J, the reduced matrices, and the conditions for rank loss."""
 
     reduction: Reduction
     left: tuple[ReducedCase, ...]
@@ -398,9 +421,10 @@ class ReciprocalSet:
 
 @lru_cache(maxsize=64)
 def reciprocal_set(chain: Chain, twists: tuple[tuple[sp.Symbol, sp.Expr], ...] = ()) -> ReciprocalSet:
-    """Return where a plain chain is singular, for the frame and point that lead to the shortest conditions.
+    """Return the singular set of a plain chain, for the frame and point that give the shortest conditions.
 
-    `twists` are the values of its symbols for twists: constants that are zero for these are not pivots. Raises TooLong.
+    `twists` are the values of its symbols for twists; constants that are zero for these values are not used as pivots.
+    Raises TooLong.
     """
     sampled_lengths = {symbol: sp.Rational(7 + 4 * i, 11 + 6 * i) for i, symbol in enumerate(chain.parameters)}
     values = {**sampled_lengths, **{symbol: value.xreplace(sampled_lengths) for symbol, value in twists}}
@@ -430,16 +454,18 @@ def _size(singular_set: ReciprocalSet) -> int:
 
 
 def _search_from(chain: Chain, frame: int, about: int | None, is_zero: Callable[[sp.Expr], bool]) -> ReciprocalSet:
-    seen = Reduction(frame, about, sp.ImmutableMatrix(jacobian_seen_from(chain, frame, about).applyfunc(_tidy)))
-    eliminated = _Elimination(Search(chain.q, is_zero))
-    ways = list(eliminated.ways(sp.Matrix(seen.matrix), tuple(range(1, chain.n + 1)), ()))
-    if () in ways:
-        return ReciprocalSet(seen, tuple(eliminated.left), ((),))
-    search = Search((*chain.q, *eliminated.marks.values()), is_zero)
-    short_ways = [drop_implied(way, chain.q) for way in tidy_ways(ways, search, "what the rank of J comes down to")]
-    stated = {symbol: condition for condition, symbol in eliminated.marks.items()}
-    left = tuple(replace(reduced_case, case=_state_case(reduced_case.case, stated)) for reduced_case in eliminated.left)
-    return ReciprocalSet(seen, left, tuple(tuple(c.xreplace(stated) for c in way) for way in short_ways))
+    reduction = Reduction(frame, about, sp.ImmutableMatrix(jacobian_seen_from(chain, frame, about).applyfunc(_tidy)))
+    elimination = _Elimination(Search(chain.q, is_zero))
+    branches = list(elimination.ways(sp.Matrix(reduction.matrix), tuple(range(1, chain.n + 1)), ()))
+    if () in branches:
+        return ReciprocalSet(reduction, tuple(elimination.left), ((),))
+    search = Search((*chain.q, *elimination.marks.values()), is_zero)
+    tidied = [
+        drop_implied(branch, chain.q) for branch in tidy_ways(branches, search, "what the rank of J comes down to")
+    ]
+    stated = {symbol: condition for condition, symbol in elimination.marks.items()}
+    cases = tuple(replace(reduced, case=_state_case(reduced.case, stated)) for reduced in elimination.left)
+    return ReciprocalSet(reduction, cases, tuple(tuple(c.xreplace(stated) for c in branch) for branch in tidied))
 
 
 def _state_case(case: Conjunction, stated: dict[sp.Symbol, sp.Expr]) -> Conjunction:

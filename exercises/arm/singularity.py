@@ -1,4 +1,4 @@
-"""All singular configurations of a chain for its task: where the task Jacobian loses rank (6.8).
+"""Find all singular configurations of a chain for its task, at which the task Jacobian loses rank (6.8).
 
 For a square Jacobian these are the zeros of the factors of det J. For any other shape they are the common zeros of all
 maximal minors: factors that all minors share, and combinations of conditions for the remaining factors.
@@ -17,9 +17,9 @@ from qdot.exercises.arm.joint_solvability import drop_implied, follows, may_hold
 from qdot.exercises.arm.trigonometry import Factored, factor_trig, substitute
 
 MOST_WAYS, MOST_PARTS = 300, 40
-"""Ways in which minors vanish together that are examined at most, and ways that anyone would read."""
+"""Maximum number of branches (ways in which all minors vanish) that are examined, and that a person would read."""
 MOST_ZEROS = 10_000
-"""Work allowed for proving that long conditions follow from others, as `joint_solvability` counts it."""
+"""Maximum work for proving that long conditions follow from others, as counted by `joint_solvability`."""
 _NOTHING = sp.Float("1e-20")
 RIGHT_ANGLES = (sp.S.Zero, sp.pi / 2, sp.pi, -sp.pi / 2)
 
@@ -31,14 +31,14 @@ Solved = tuple[sp.Symbol, tuple[sp.Expr, ...]]
 Values = tuple[tuple[sp.Symbol, sp.Expr], ...]
 """Joints with their values."""
 Zeros = list[Conjunction] | None
-"""Conditions under which all minors vanish together; None if they always do."""
+"""Conditions under which all minors vanish simultaneously; None if they always do."""
 
 
 @dataclass(frozen=True)
 class Component:
-    """A part of the singular set: expressions that vanish together, and the joint values at which they do.
+    """A component of the singular set: expressions that vanish simultaneously, and the joint values at which they do.
 
-    `solutions` holds (joint, values) for each condition, or is None if one of them ties several joints.
+    `solutions` holds (joint, values) for each condition, or is None if a condition involves several joints.
     """
 
     conditions: tuple[sp.Expr, ...]
@@ -52,23 +52,23 @@ class Component:
         """
         if self.solutions is None:
             return [" and ".join(f"{condition} = 0" for condition in self.conditions)]
-        return [" and ".join(f"{joint} = {value}" for joint, value in each) for each in self.value_combinations()]
+        return [" and ".join(f"{joint} = {value}" for joint, value in values) for values in self.value_combinations()]
 
     def value_combinations(self) -> list[Values]:
-        """Return every combination of joint values at which the conditions hold; none if they tie joints."""
+        """Return every combination of joint values at which the conditions hold; none if `solutions` is None."""
         if self.solutions is None:
             return []
         pairs = ([(joint, value) for value in values] for joint, values in self.solutions)
         return list(product(*pairs))
 
     def at(self, values: Values) -> "Component":
-        """Return the part at which joints have these values."""
+        """Return the part of this component at which the joints have these values."""
         return Component(self.conditions, tuple((joint, (value,)) for joint, value in values))
 
 
 @lru_cache(maxsize=256)
 def singular_set(chain: Chain) -> tuple[Component, ...] | None:
-    """Return the components of the singular set, or None if the Jacobian has lost rank everywhere.
+    """Return the components of the singular set, or None if the Jacobian is rank-deficient everywhere.
 
     An empty tuple means that no configuration is singular.
     """
@@ -76,7 +76,7 @@ def singular_set(chain: Chain) -> tuple[Component, ...] | None:
 
 
 def special_length_components(chain: Chain) -> tuple[Component, ...]:
-    """Return further components that exist only if the open lengths are related in special ways."""
+    """Return further components that exist only for special relations between the symbolic lengths."""
     derivation = derive(chain)
     inverse = sp.Symbol("d_inverse")
     components = []
@@ -91,7 +91,7 @@ def special_length_components(chain: Chain) -> tuple[Component, ...]:
 
 
 def never_vanishes(condition: sp.Expr, chain: Chain) -> bool:
-    """Tell whether an expression is zero in no configuration, as 1.5 + 0.5 cos(theta2)."""
+    """Return whether an expression is nonzero in every configuration, such as 1.5 + 0.5 cos(theta2)."""
     return solve_conjunction((condition,), chain) is None
 
 
@@ -106,46 +106,46 @@ def _components(derivation: Derivation) -> tuple[Component, ...] | None:
             components.append(component)
     for part in reversed(components[:]):
         if any(whole != part and _lies_in(part, whole) for whole in components):
-            components.remove(part)  # one by one: of two that are the same, each lies in the other
+            components.remove(part)  # one at a time: of two equal components, each lies in the other
     return tuple(components)
 
 
 def _zeros(derivation: Derivation) -> Zeros:
     """Return the common zeros of the minors, in the symbols of the structure.
 
-    The search runs once for each structure, and again for an arm whose numbers make zero a constant that is generically
-    nonzero.
+    The search runs once for each structure. It runs again for an arm whose numbers make a constant zero that the first
+    search assumed to be nonzero.
     """
     minors, joints = derivation.generic_minors, derivation.generic_joints
-    zeros, taken = _zeros_in_general(minors, joints)
+    zeros, assumed_nonzero = _zeros_in_general(minors, joints)
 
     def is_zero(constant: sp.Expr) -> bool:
-        filled = derivation.fill(constant)
-        drawn = {symbol: sp.Rational(7 + 4 * i, 11 + 6 * i) for i, symbol in enumerate(derivation.chain.parameters)}
-        return bool(abs(sp.N(filled.xreplace(drawn), 30)) < _NOTHING)
+        value = derivation.fill(constant)
+        lengths = {symbol: sp.Rational(7 + 4 * i, 11 + 6 * i) for i, symbol in enumerate(derivation.chain.parameters)}
+        return bool(abs(sp.N(value.xreplace(lengths), 30)) < _NOTHING)
 
-    return common_zeros(minors, Search(joints, is_zero)) if any(map(is_zero, taken)) else zeros
+    return common_zeros(minors, Search(joints, is_zero)) if any(map(is_zero, assumed_nonzero)) else zeros
 
 
 def _substitute_values(derivation: Derivation, zeros: Zeros) -> Iterator[tuple[tuple[sp.Expr, ...], bool]]:
-    """Yield the conditions that vanish together, with the numbers of the arm, and whether they can.
+    """Yield each conjunction with the arm's numbers, and whether its conditions can hold simultaneously.
 
-    If they can for generic lengths, they are not tested again with those of the arm. If there are more conditions than
-    it takes to lower the rank of a matrix of this shape, those that follow from the others are left out, provided that
-    they also follow with the arm's own numbers.
+    If they can for generic lengths, they are not tested again with the arm's lengths. A conjunction may have more
+    conditions than are needed to lower the rank of a matrix of this shape. Then the conditions that follow from the
+    others are dropped, provided that they also follow with the arm's own numbers.
     """
     chain = derivation.chain
-    enough = abs(chain.n - len(chain.task)) + 1
+    codimension = abs(chain.n - len(chain.task)) + 1
     for conjunction in zeros or ():
         conditions = tuple(derivation.fill(condition) for condition in conjunction)
-        may = _hold_in_general(conjunction, derivation.generic_joints)
-        may = may or may_hold_together(conditions, chain.q)
-        if may and len(conjunction) > enough:
-            needed = tuple(map(derivation.fill, _drop_implied_in_general(conjunction, derivation.generic_joints)))
-            needless = (condition for condition in conditions if condition not in needed)
-            if conditions == conjunction or all(follows(c, needed, chain.q, MOST_ZEROS) for c in needless):
-                conditions = needed
-        yield conditions, may
+        is_possible = _hold_in_general(conjunction, derivation.generic_joints)
+        is_possible = is_possible or may_hold_together(conditions, chain.q)
+        if is_possible and len(conjunction) > codimension:
+            required = tuple(map(derivation.fill, _drop_implied_in_general(conjunction, derivation.generic_joints)))
+            redundant = (condition for condition in conditions if condition not in required)
+            if conditions == conjunction or all(follows(c, required, chain.q, MOST_ZEROS) for c in redundant):
+                conditions = required
+        yield conditions, is_possible
 
 
 @lru_cache(maxsize=4096)
@@ -159,55 +159,57 @@ def _hold_in_general(conjunction: tuple[sp.Expr, ...], joints: tuple[sp.Symbol, 
 
 
 def _lies_in(component: Component, whole: Component) -> bool:
-    """Tell whether all joint values of a component are among those of another that constrains no further joints."""
+    """Return whether `component` is contained in `whole`, by comparing the values of each joint."""
     if component.solutions is None or whole.solutions is None:
         return False
-    ours = dict(component.solutions)
-    return all(joint in ours and set(ours[joint]) <= set(values) for joint, values in whole.solutions)
+    values_by_joint = dict(component.solutions)
+    return all(
+        joint in values_by_joint and set(values_by_joint[joint]) <= set(values) for joint, values in whole.solutions
+    )
 
 
 def solve_conjunction(conditions: tuple[sp.Expr, ...], chain: Chain) -> Component | None:
-    """Return the component, or None if the conditions have no real solution for the arm's numbers."""
+    """Return the component that conditions describe, or None if they have no real solution for the arm's numbers."""
     solutions = []
-    tied = False
+    has_unsolved = False
     for condition in conditions:
-        solved = solve_condition(condition, chain)
-        if solved is None:
-            tied = True
+        solution = solve_condition(condition, chain)
+        if solution is None:
+            has_unsolved = True
             excess = _excess(condition, chain)
             if excess is not None and excess > 0:
                 return None
-            if excess == 0 and len(conditions) == 1 and (touched := _single_solution(condition, chain)) is not None:
-                return touched
-        elif not solved[1]:
+            if excess == 0 and len(conditions) == 1 and (component := _single_solution(condition, chain)) is not None:
+                return component
+        elif not solution[1]:
             return None
         else:
-            solutions.append(solved)
-    return Component(conditions, None) if tied else _merge_solutions(conditions, tuple(solutions))
+            solutions.append(solution)
+    return Component(conditions, None) if has_unsolved else _merge_solutions(conditions, tuple(solutions))
 
 
 def _merge_solutions(conditions: tuple[sp.Expr, ...], solutions: tuple[Solved, ...]) -> Component | None:
-    """Return the component with the stronger of two conditions that fix the same joint; None if they contradict.
+    """Return the component without the weaker of two conditions on the same joint; None if they contradict.
 
-    Values are compared if they are numbers.
+    Only numeric values are compared.
     """
     for i, j in combinations(range(len(conditions)), 2):
         (joint, first), (second_joint, second) = solutions[i], solutions[j]
         if joint == second_joint and all(value.is_number for value in (*first, *second)):
-            both = [value for value in first if value in second]
-            if not both:
+            common = [value for value in first if value in second]
+            if not common:
                 return None
-            needless = j if len(both) == len(first) else i if len(both) == len(second) else None
-            if needless is not None:
-                rest = [k for k in range(len(conditions)) if k != needless]
+            redundant = j if len(common) == len(first) else i if len(common) == len(second) else None
+            if redundant is not None:
+                rest = [k for k in range(len(conditions)) if k != redundant]
                 return _merge_solutions(tuple(conditions[k] for k in rest), tuple(solutions[k] for k in rest))
     return Component(conditions, solutions)
 
 
 def solve_condition(condition: sp.Expr, chain: Chain) -> tuple[sp.Symbol, tuple[sp.Expr, ...]] | None:
-    """Solve one condition for its joint: (joint, values), no values if there is no real solution.
+    """Solve one condition for its joint; return (joint, values), with no values if there is no real solution.
 
-    Returns None if the condition ties several joints, or has a form that no formula here solves.
+    Return None if the condition involves several joints, or has a form that no formula here solves.
     """
     joints = [q for q in chain.q if condition.has(q)]
     if len(joints) != 1:
@@ -230,15 +232,15 @@ def _solve_polynomial(condition: sp.Expr, joint: sp.Symbol) -> tuple[sp.Symbol, 
 
 @lru_cache(maxsize=4096)
 def _solve_angle(condition: sp.Expr, joint: sp.Symbol) -> tuple[sp.Symbol, tuple[sp.Expr, ...]] | None:
-    """Solve A + B cos(phi) + C sin(phi) = 0, phi being the joint's angle with its offset."""
+    """Solve A + B cos(phi) + C sin(phi) = 0, in which phi is the joint's angle with its offset."""
     arguments = {atom.args[0] for atom in condition.atoms(sp.sin, sp.cos)}
     phi = arguments.pop() if len(arguments) == 1 else joint
     offset = sp.expand(phi - joint)
     if offset.has(joint):
         return None
     cosine, sine = sp.Dummy("c"), sp.Dummy("s")
-    plain = sp.expand_trig(condition) if arguments else condition
-    polynomial = sp.Poly(sp.expand(plain).xreplace({sp.cos(phi): cosine, sp.sin(phi): sine}), cosine, sine)
+    expanded = sp.expand_trig(condition) if arguments else condition
+    polynomial = sp.Poly(sp.expand(expanded).xreplace({sp.cos(phi): cosine, sp.sin(phi): sine}), cosine, sine)
     if polynomial.total_degree() != 1 or polynomial.free_symbols & {joint}:
         return None
     a, b, c = (polynomial.coeff_monomial(monomial) for monomial in (1, cosine, sine))
@@ -262,26 +264,27 @@ def _roots_of_trig(a: sp.Expr, b: sp.Expr, c: sp.Expr) -> list[sp.Expr]:
 
 
 def _exceeds(a: sp.Expr, b: sp.Expr) -> bool:
-    """Tell whether |a| > |b|, whatever the lengths are."""
+    """Return whether |a| > |b| for all values of the lengths."""
     if a.is_number and b.is_number:
         return bool(abs(sp.N(a)) > abs(sp.N(b)))
     return bool(sp.expand(a**2 - b**2).is_positive)
 
 
 def principal_angle(angle: sp.Expr) -> sp.Expr:
-    """Return the angle in (-pi, pi], by adding full turns, if it is a number."""
+    """Return a numeric angle reduced to (-pi, pi], and any other angle expanded."""
     angle = sp.expand(angle)
     if not angle.is_number:
         return angle
     turns = -sp.floor((sp.N(angle, 30) + sp.N(sp.pi, 30)) / (2 * sp.N(sp.pi, 30)))
-    moved = sp.expand(angle + 2 * sp.pi * turns)
-    return sp.pi if moved == -sp.pi else moved
+    reduced = sp.expand(angle + 2 * sp.pi * turns)
+    return sp.pi if reduced == -sp.pi else reduced
 
 
 def _excess(condition: sp.Expr, chain: Chain) -> sp.Expr | None:
-    """Return by how much the constant part of a sum of sines and cosines exceeds all amplitudes; None for other sums.
+    """Return the constant part's excess over all amplitudes in a sum of sines and cosines; None for other sums.
 
-    Above zero the sum cannot vanish; at zero it can only if each sine and cosine is at an end of its range.
+    If the excess is positive, the sum cannot vanish. If it is zero, the sum vanishes only if each sine and cosine is at
+    an end of its range.
     """
     polynomial = _trig_polynomial(condition, chain)
     if polynomial is None:
@@ -293,10 +296,10 @@ def _excess(condition: sp.Expr, chain: Chain) -> sp.Expr | None:
 
 
 def _single_solution(condition: sp.Expr, chain: Chain) -> Component | None:
-    """Return the only configuration in which the sines and cosines of a sum with zero excess cancel its constant part.
+    """Return the only zero of a sum whose excess is zero, as a component.
 
-    As in 0.8 + 0.4 c2 + 0.4 c23, whose cosines both have to be -1. Returns None if that does not fix one value for each
-    joint in it.
+    For example, in 0.8 + 0.4 c2 + 0.4 c23 both cosines must be -1. Return None if that does not fix one value for each
+    joint in the sum.
     """
     polynomial = _trig_polynomial(condition, chain)
     assert polynomial is not None
@@ -305,22 +308,22 @@ def _single_solution(condition: sp.Expr, chain: Chain) -> Component | None:
     sign = sp.sign(polynomial.coeff_monomial(1))
     equations = []
     for trig in polynomial.gens:
-        highest = sp.sign(polynomial.coeff_monomial(trig)) != sign
-        crest = sp.S.Zero if isinstance(trig, sp.cos) else sp.pi / 2
-        equations.append(trig.args[0] - crest - (0 if highest else sp.pi))
+        is_maximum = sp.sign(polynomial.coeff_monomial(trig)) != sign
+        maximizer = sp.S.Zero if isinstance(trig, sp.cos) else sp.pi / 2
+        equations.append(trig.args[0] - maximizer - (0 if is_maximum else sp.pi))
     joints = [q for q in chain.q if condition.has(q)]
-    turns, rest = sp.linear_eq_to_matrix(equations, joints)
-    if not turns.is_square or abs(turns.det()) != 1:  # several joint values, or none, lead to the same angles
+    multiples, angles = sp.linear_eq_to_matrix(equations, joints)
+    if not multiples.is_square or abs(multiples.det()) != 1:  # several joint values, or none, give the same angles
         return None
-    touched = [(q, principal_angle(value)) for q, value in zip(joints, turns.inv() * rest, strict=True)]
-    return Component(tuple(1 - sp.cos(q - value) for q, value in touched), tuple((q, (value,)) for q, value in touched))
+    values = [(q, principal_angle(value)) for q, value in zip(joints, multiples.inv() * angles, strict=True)]
+    return Component(tuple(1 - sp.cos(q - value) for q, value in values), tuple((q, (value,)) for q, value in values))
 
 
 def _trig_polynomial(condition: sp.Expr, chain: Chain) -> sp.Poly | None:
-    """Return a condition in numbers and joint angles as a polynomial in its sines and cosines; None for others."""
+    """Return a condition as a polynomial in its sines and cosines; None if it has symbols other than their angles."""
     trigs = sorted(condition.atoms(sp.sin, sp.cos), key=sp.default_sort_key)
-    plain = condition.xreplace({trig: sp.Dummy() for trig in trigs})
-    if not trigs or condition.free_symbols - set(chain.q) or plain.free_symbols & set(chain.q):
+    without_trigs = condition.xreplace({trig: sp.Dummy() for trig in trigs})
+    if not trigs or condition.free_symbols - set(chain.q) or without_trigs.free_symbols & set(chain.q):
         return None
     return sp.Poly(condition, *trigs)
 
@@ -328,7 +331,7 @@ def _trig_polynomial(condition: sp.Expr, chain: Chain) -> sp.Poly | None:
 # --- common zeros of several minors, on the structure (no offsets, lengths as symbols) ---
 
 _AT = sp.Function("at")
-"""Marks that a factor is zero at one of its roots, at(sin(theta2), pi), until the other root is found, too."""
+"""A mark for a factor that is zero at one of its roots, e.g. at(sin(theta2), pi), until the other root is found too."""
 
 
 def _is_mark(condition: sp.Expr) -> bool:
@@ -337,9 +340,9 @@ def _is_mark(condition: sp.Expr) -> bool:
 
 @dataclass(frozen=True)
 class Search:
-    """What the search for common zeros knows about an arm: its joints, and which constants are zero, as a1 - a2 may be.
+    """What the search for common zeros knows about an arm: its joints, and which constants are zero.
 
-    `taken` collects the constants that were assumed nonzero.
+    A constant such as a1 - a2 may be zero. `taken` collects the constants that were assumed to be nonzero.
     """
 
     joints: Joints
@@ -347,11 +350,11 @@ class Search:
     taken: set[sp.Expr] = field(default_factory=set)
 
     def moves(self, expression: sp.Expr) -> bool:
-        """Tell whether joints change an expression."""
+        """Return whether an expression contains joint variables."""
         return bool(expression.free_symbols & set(self.joints))
 
     def moving_factors(self, product: Factored) -> list[sp.Expr] | None:
-        """Return the factors that contain joints, one of which vanishes where the product does; None if it is zero."""
+        """Return the factors that contain joint variables; None if the product is always zero."""
         constants = [f for f, _ in product.factors if not self.moves(f) and not f.is_Symbol]
         if product.is_zero or any(map(self.is_zero, constants)):
             return None
@@ -361,20 +364,20 @@ class Search:
 
 @lru_cache(maxsize=4096)
 def _zeros_in_general(minors: tuple[Factored, ...], joints: Joints) -> tuple[Zeros, frozenset[sp.Expr]]:
-    """Return the zeros for generic lengths and twists, and the constants that were assumed nonzero."""
+    """Return the zeros for generic lengths and twists, and the constants that were assumed to be nonzero."""
     search = Search(joints)
     return common_zeros(minors, search), frozenset(search.taken)
 
 
 def common_zeros(minors: Sequence[Factored], search: Search) -> Zeros:
-    """Return the ways in which minors vanish together. Raises TooLong."""
+    """Return the conjunctions of conditions under which all minors vanish. Raises TooLong."""
     factor_sets = [factors for minor in minors if (factors := search.moving_factors(minor)) is not None]
     if not factor_sets:
         return None
     shared = [f for f in factor_sets[0] if all(f in factors for factors in factor_sets[1:])]
-    left = [[f for f in factors if f not in shared] for factors in factor_sets]
+    remaining_sets = [[f for f in factors if f not in shared] for factors in factor_sets]
     conjunctions: list[Conjunction] = [(f,) for f in shared]
-    for leaf in _branches(left, search):
+    for leaf in _branches(remaining_sets, search):
         conjunction = tuple(dict.fromkeys(leaf))
         if len(conjunctions) > MOST_WAYS:
             raise TooLong(f"the {len(factor_sets)} minors of J may vanish together in more than {MOST_WAYS} ways")
@@ -384,9 +387,9 @@ def common_zeros(minors: Sequence[Factored], search: Search) -> Zeros:
 
 
 def tidy_ways(conjunctions: Iterable[Conjunction], search: Search, what: str) -> list[Conjunction]:
-    """Return ways in which something vanishes without duplicates and implied conditions.
+    """Return conjunctions without duplicates and without implied conditions.
 
-    Cases that differ in the root of a factor are merged. Raises TooLong with `what` vanishes.
+    Cases that differ only in the root of one factor are merged. Raises TooLong; `what` is the subject of its message.
     """
     merged = _merge_roots(list(conjunctions))
     if len(merged) > MOST_PARTS:
@@ -396,12 +399,12 @@ def tidy_ways(conjunctions: Iterable[Conjunction], search: Search, what: str) ->
 
 
 def _free_factors(condition: sp.Expr, search: Search) -> list[sp.Expr] | None:
-    """Return the factors with joints, one of which vanishes where the condition holds; None if it always does."""
+    """Return the factors of a condition that contain joint variables; None if the condition always holds."""
     return search.moving_factors(factor_trig(sp.expand(condition)))
 
 
 def _holds(condition: sp.Expr, values: dict[sp.Symbol, sp.Expr], known: list[sp.Expr]) -> bool:
-    """Tell whether a condition follows from joint values and known conditions, factor by factor."""
+    """Return whether a condition follows from joint values and known conditions, by comparing factors."""
     if condition in known:
         return True
     substituted = factor_trig(sp.expand(substitute(condition, values)))
@@ -416,7 +419,7 @@ def _value_at(factor: sp.Expr, root: sp.Expr) -> dict[sp.Symbol, sp.Expr]:
 
 
 def state_conditions(conjunction: Conjunction) -> Conjunction:
-    """Return conditions without marks: 1 - cos(theta2) = 0 says that the angle is at the root 0 only."""
+    """Return conditions with each mark replaced: 1 - cos(theta2) = 0 states that only the root 0 is meant."""
     return tuple(
         1 - sp.cos(condition.args[0].args[0] - condition.args[1]) if _is_mark(condition) else condition
         for condition in conjunction
@@ -426,8 +429,8 @@ def state_conditions(conjunction: Conjunction) -> Conjunction:
 def _branches(factor_sets: list[list[sp.Expr]], search: Search) -> Iterator[list[sp.Expr]]:
     """Yield combinations of conditions under which a factor of every set vanishes.
 
-    A condition that fixes an angle is substituted into the other sets before the search continues, so that it is known
-    what it makes vanish, or keeps from vanishing. The simplest set comes first.
+    A condition that fixes an angle is substituted into the other sets before the search continues. This shows which of
+    their factors vanish, and which cannot. The simplest set comes first.
     """
     if any(not factors for factors in factor_sets):
         return
@@ -438,13 +441,13 @@ def _branches(factor_sets: list[list[sp.Expr]], search: Search) -> Iterator[list
     first, rest = factor_sets[0], factor_sets[1:]
     for factor in first:
         for condition, values in cases_of_zero(factor):
-            tried = (_remaining_factors(factors, factor, values, search) for factors in rest)
-            remaining = [factors for factors in tried if factors is not None]
+            substituted = (_remaining_factors(factors, factor, values, search) for factors in rest)
+            remaining = [factors for factors in substituted if factors is not None]
             yield from ([condition, *leaf] for leaf in _branches(remaining, search))
 
 
 def cases_of_zero(factor: sp.Expr) -> list[tuple[sp.Expr, dict[sp.Symbol, sp.Expr]]]:
-    """Return the ways in which a factor vanishes: a condition to state and the substitution that it allows."""
+    """Return the cases in which a factor vanishes, each with its condition and the substitution that it allows."""
     if isinstance(factor, (sp.sin, sp.cos)):
         return [(_AT(factor, root), _value_at(factor, root)) for root in _WHERE[factor.func, 0]]
     return [(factor, {})]
@@ -454,23 +457,23 @@ def _remaining_factors(
     factors: list[sp.Expr], zero: sp.Expr, values: dict[sp.Symbol, sp.Expr], search: Search
 ) -> list[sp.Expr] | None:
     """Return the factors that can still vanish, or None if the product vanishes already."""
-    left: list[sp.Expr] = []
+    remaining: list[sp.Expr] = []
     for factor in factors:
         if factor == zero:
             return None
         substituted = factor_trig(sp.expand(substitute(factor, values))) if values else None
         if substituted is None:
-            left.append(factor)
+            remaining.append(factor)
             continue
         moving = search.moving_factors(substituted)
         if moving is None:
             return None
-        left += moving
-    return left
+        remaining += moving
+    return remaining
 
 
 def _merge_roots(conjunctions: list[Conjunction]) -> list[Conjunction]:
-    """Merge cases that differ only in the root of one factor, as theta3 = 0 and theta3 = pi, into the factor."""
+    """Merge cases that differ only in the root of one factor, such as theta3 = 0 and theta3 = pi."""
     sets = {frozenset(conjunction) for conjunction in conjunctions}
     text = lru_cache(maxsize=None)(str)
 
@@ -489,7 +492,7 @@ def _merge_roots(conjunctions: list[Conjunction]) -> list[Conjunction]:
 
 
 def _drop_implied(conjunction: Conjunction, search: Search) -> Conjunction:
-    """Drop conditions that follow from the others, the longest first."""
+    """Drop the conditions that follow from the others; the longest condition is tried first."""
     kept = conjunction
     for condition in sorted(conjunction, key=sp.count_ops, reverse=True):
         rest = tuple(remaining for remaining in kept if remaining != condition)
@@ -499,19 +502,25 @@ def _drop_implied(conjunction: Conjunction, search: Search) -> Conjunction:
 
 
 def _follows(condition: sp.Expr, premises: Conjunction, search: Search) -> bool:
-    """Tell whether a condition holds wherever the premises do, as far as angles that they fix and factors show."""
+    """Return whether a condition follows from the premises, by substituting angles and comparing factors.
+
+    If neither shows it, return False, even if the condition does follow.
+    """
     if condition in premises:
         return True
-    ways = [_roots(premise, search) for premise in premises]
-    fixing = [way for way in ways if way]
-    plain = [premise for premise, way in zip(premises, ways, strict=True) if not way]
-    return bool(fixing) and all(_follows_at(condition, dict(values), plain, search) for values in product(*fixing))
+    root_lists = [_roots(premise, search) for premise in premises]
+    fixed = [roots for roots in root_lists if roots]
+    others = [premise for premise, roots in zip(premises, root_lists, strict=True) if not roots]
+    return bool(fixed) and all(_follows_at(condition, dict(values), others, search) for values in product(*fixed))
 
 
 def _follows_at(condition: sp.Expr, values: dict[sp.Symbol, sp.Expr], plain: list[sp.Expr], search: Search) -> bool:
-    """Tell whether a condition follows at joint values, whichever factor of each premise vanishes."""
-    ways = [_free_factors(substitute(premise, values), search) for premise in plain]
-    return all(_holds(condition, values, list(known)) for known in product(*(way for way in ways if way is not None)))
+    """Return whether a condition follows at joint values, regardless of which factor of each premise vanishes."""
+    factor_sets = [_free_factors(substitute(premise, values), search) for premise in plain]
+    return all(
+        _holds(condition, values, list(known))
+        for known in product(*(factors for factors in factor_sets if factors is not None))
+    )
 
 
 _WHERE: dict[tuple[type[sp.Expr], int], tuple[sp.Expr, ...]] = {
@@ -522,7 +531,7 @@ _WHERE: dict[tuple[type[sp.Expr], int], tuple[sp.Expr, ...]] = {
 
 
 def _roots(condition: sp.Expr, search: Search) -> list[tuple[sp.Symbol, sp.Expr]]:
-    """Return the joint that a condition alone fixes with each of its values; nothing if it ties several joints."""
+    """Return (joint, value) pairs for the joint that a condition fixes; none if it involves several joints."""
     trig, at_end = condition, 0
     for end, rest in ((1, 1 - condition), (-1, condition - 1)):
         if condition.is_Add and isinstance(rest, (sp.sin, sp.cos)):
@@ -534,10 +543,10 @@ def _roots(condition: sp.Expr, search: Search) -> list[tuple[sp.Symbol, sp.Expr]
 
 
 def _drop_subsumed(conjunctions: list[Conjunction], search: Search) -> list[Conjunction]:
-    """Drop conjunctions that lie in another one, and duplicates."""
+    """Drop duplicates, and conjunctions whose zeros are contained in those of another one."""
     kept = list(dict.fromkeys(c for c in conjunctions if not any(set(o) < set(c) for o in conjunctions)))
     for narrow in sorted(kept, key=lambda c: (len(c), sp.count_ops(sp.Add(*c))), reverse=True):
         others = (wide for wide in kept if wide != narrow)
         if any(all(_follows(condition, narrow, search) for condition in wide) for wide in others):
-            kept.remove(narrow)  # one by one: of two that are the same, each lies in the other
+            kept.remove(narrow)  # one at a time: of two equal conjunctions, each lies in the other
     return sorted(kept, key=lambda c: (len(c), sp.count_ops(sp.Add(*c)), [sp.default_sort_key(x) for x in c]))

@@ -1,6 +1,6 @@
-"""The poses of all frames of a structure, and its Jacobian in the last frame, in which the point is fixed.
+"""Compute the poses of all frames of a structure, and its Jacobian in the last frame, in which the point is fixed.
 
-Angles add up in runs of parallel joints. The frames are those of the arm's convention.
+The angles of consecutive parallel joints are added. The frames are those of the arm's convention.
 """
 
 from functools import lru_cache
@@ -31,7 +31,7 @@ def seen_from_tool(structure: Chain) -> tuple[tuple[sp.Matrix, sp.Matrix, sp.Mat
 def _joint_in_tool_frame(structure: Chain, i: int) -> tuple[sp.Matrix, sp.Matrix, sp.Matrix]:
     convention = convention_of(structure)
     joints = convention.first_joints(structure.n).joints
-    rest = frame_behind(joints[i:])  # frame n seen from the one at the end of link i
+    rest = frame_behind(joints[i:])  # frame n in the coordinates of the frame at the end of link i
     z, along = _tidy(rest.rotation.T * Z), joints[i].d if convention.has_frames_of_joints else 0
     p_star = _tidy(rest.rotation.T * rest.origin - along * z + sp.Matrix(convention.point.offset))
     return z, p_star, _tidy(z.cross(p_star))
@@ -53,11 +53,11 @@ def in_tool_frame(structure: Chain) -> sp.Matrix:
 
 @lru_cache(maxsize=4096)
 def terms_of_last_pose(structure: Chain) -> int:
-    """Return how many terms T_{w,n} has, multiplied out; ones and zeros don't count."""
+    """Return the number of terms of T_{w,n}, multiplied out; ones and zeros don't count."""
     return count_terms(poses(structure)[-1], trivial=(0, 1))
 
 
 @lru_cache(maxsize=4096)
 def terms_in_tool_frame(structure: Chain) -> int:
-    """Return how many terms the Jacobian in the last frame has, multiplied out."""
+    """Return the number of terms of the Jacobian in the last frame, multiplied out; ones and zeros don't count."""
     return count_terms(in_tool_frame(structure), trivial=(0, 1))

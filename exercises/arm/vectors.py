@@ -1,4 +1,4 @@
-"""Rotations about axes, in symbols, and cross products in numbers."""
+"""Compute symbolic rotations about axes, and numeric cross products."""
 
 import numpy as np
 import sympy as sp
@@ -17,9 +17,9 @@ def rot_x(angle: sp.Expr) -> sp.Matrix:
 
 
 def cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    """Return a x b of vectors along the last axis; five times as fast as NumPy's for the few that an arm has."""
-    out = np.empty(np.broadcast_shapes(a.shape, b.shape))
-    out[..., 0] = a[..., 1] * b[..., 2] - a[..., 2] * b[..., 1]
-    out[..., 1] = a[..., 2] * b[..., 0] - a[..., 0] * b[..., 2]
-    out[..., 2] = a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0]
-    return out
+    """Return a x b for vectors along the last array axis; five times as fast as NumPy's for an arm's few vectors."""
+    result = np.empty(np.broadcast_shapes(a.shape, b.shape))
+    result[..., 0] = a[..., 1] * b[..., 2] - a[..., 2] * b[..., 1]
+    result[..., 1] = a[..., 2] * b[..., 0] - a[..., 0] * b[..., 2]
+    result[..., 2] = a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0]
+    return result
