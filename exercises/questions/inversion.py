@@ -1,4 +1,4 @@
-"""Inverse Jacobian and inverse velocity, as formulas and as numbers (6.7; Example 6.2)."""
+"""Inverse Jacobian and inverse velocity, symbolically and numerically (6.7; Example 6.2)."""
 
 from dataclasses import dataclass
 
@@ -22,15 +22,15 @@ from qdot.exercises.questions.base import (
 )
 
 POSES = 2000
-"""Poses that are sampled before qdot reports that an arm has none that is well conditioned."""
+"""Maximum number of configurations that are sampled to find a well-conditioned one."""
 
 THREE_DIGITS = 0.005
-"""Relative tolerance of a number asked for to three significant digits: rounding 1.004999 to 1.00 moves it by 0.5 %."""
+"""Relative tolerance of numbers with three significant digits: rounding 1.004999 to 1.00 changes it by 0.5 %."""
 
 
 @dataclass(frozen=True)
 class Configuration:
-    """An arm in numbers: a value for each open length, and one for each joint."""
+    """Numbers for an arm: one for each symbolic length, and one for each joint."""
 
     lengths: dict[sp.Symbol, sp.Rational]
     joints: dict[sp.Symbol, sp.Expr]
@@ -53,7 +53,7 @@ class Configuration:
 
 @dataclass(frozen=True)
 class Situation(Configuration):
-    """A configuration that a person can work with, and the velocity of the task there."""
+    """A configuration with simple numbers, and the task velocity there."""
 
     velocity: dict[sp.Symbol, sp.Rational]
 
@@ -65,17 +65,17 @@ class Situation(Configuration):
 
 @dataclass(frozen=True, kw_only=True)
 class InSituation(Details):
-    """Asked in a situation."""
+    """About a given configuration and task velocity."""
 
     situation: Situation
 
     def given_values(self, chain: Chain) -> dict[str, float]:
-        """Return the numbers of the situation."""
+        """Return the numbers of the configuration and velocity."""
         return self.situation.numbers
 
 
 def sample_pose(chain: Chain, rng: Stream) -> dict[sp.Symbol, sp.Expr]:
-    """Sample joint values: angles in steps of 5 degrees, prismatic joints in steps of 5 cm."""
+    """Return random joint values: angles in steps of 5 degrees, prismatic joints in steps of 5 cm."""
     return {
         q: sp.pi * sp.Rational(5 * rng.integer(-35, 35), 180)
         if joint.kind == "R"
@@ -85,14 +85,14 @@ def sample_pose(chain: Chain, rng: Stream) -> dict[sp.Symbol, sp.Expr]:
 
 
 def sample_lengths(chain: Chain, rng: Stream) -> dict[sp.Symbol, sp.Rational]:
-    """Sample a number for each length that the table leaves open; no two are equal, as the statement promises."""
-    taken = list_table_lengths(chain)
+    """Return random numbers for the symbolic lengths; no two lengths are equal, as the problem text promises."""
+    used_lengths = list_table_lengths(chain)
     lengths: dict[sp.Symbol, sp.Rational] = {}
     for symbol in chain.parameters:
-        first = rng.integer(0, 10)
-        steps = (sp.Rational(6 + (first + more) % 11, 20) for more in range(11))
-        lengths[symbol] = next(length for length in steps if length not in taken)
-        taken.add(lengths[symbol])
+        start = rng.integer(0, 10)
+        steps = (sp.Rational(6 + (start + offset) % 11, 20) for offset in range(11))
+        lengths[symbol] = next(length for length in steps if length not in used_lengths)
+        used_lengths.add(lengths[symbol])
     return lengths
 
 
@@ -102,7 +102,7 @@ def list_table_lengths(chain: Chain) -> set[sp.Expr]:
 
 
 def conditioning(chain: Chain, lengths: dict[sp.Symbol, sp.Rational], joints: dict[sp.Symbol, sp.Expr]) -> float:
-    """Return the smallest singular value of the task Jacobian over the largest, at a pose."""
+    """Return the ratio of the smallest to the largest singular value of the task Jacobian at a configuration."""
     arm = NumericChain(chain, {symbol.name: float(value) for symbol, value in lengths.items()})
     jacobian = arm.jacobian(np.array([float(joints[q].xreplace(lengths)) for q in chain.q]))
     sigma = np.linalg.svd(jacobian[[TASK_ROWS.index(row) for row in chain.task]], compute_uv=False)
@@ -110,7 +110,7 @@ def conditioning(chain: Chain, lengths: dict[sp.Symbol, sp.Rational], joints: di
 
 
 def sample_situation(chain: Chain, rng: Stream) -> Situation:
-    """Sample a situation well away from singular configurations."""
+    """Return a random configuration far from singular ones, with a random task velocity."""
     for _ in range(POSES):
         lengths, joints = sample_lengths(chain, rng), sample_pose(chain, rng)
         velocity = {v: sp.Rational(rng.choice([k for k in range(-8, 9) if k]), 20) for v in task_velocity(chain)}
@@ -120,15 +120,16 @@ def sample_situation(chain: Chain, rng: Stream) -> Situation:
 
 
 def jacobian_at(chain: Chain, situation: Situation) -> list[Vector]:
-    """Return the task Jacobian of a situation, as rows of precise numbers."""
+    """Return the task Jacobian at a situation's configuration, as rows of high-precision numbers."""
     arm = PreciseArm(chain, situation.lengths)
     return arm.task_jacobian([arm.number(situation.joints[q]) for q in chain.q])
 
 
 def least_conditioning(chain: Chain) -> float:
-    """Return the least sigma_min/sigma_max of a pose given in numbers; few poses are better with many joints.
+    """Return the minimum sigma_min/sigma_max of a numeric configuration.
 
-    If the task has metres and radians, the quotient means less, and a smaller one will do.
+    It is smaller for many joints, since few configurations exceed it, and for tasks in metres and radians, for which
+    the ratio means less.
     """
     kinds = {row[0] for row in chain.task}
     return 0.15 if chain.n <= BY_HAND and len(kinds) == 1 else 0.04
@@ -145,7 +146,7 @@ def _ask_joint_rates(chain: Chain, rng: Stream) -> Asked:
 
 OF_INVERSE = (("jacobian",), ("jacobian", "determinant"))
 OF_RATES = (("inverse-velocity",), ("inverse-jacobian",), *OF_INVERSE)
-"""From which answers the inverse, and joint rates in numbers, are derived."""
+"""The questions from whose answers the inverse, and numeric joint rates, are derived."""
 
 QUESTIONS = (
     Question(

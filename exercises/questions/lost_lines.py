@@ -1,4 +1,4 @@
-"""The lines of an arm along which a motion is lost on a branch of its singular set, found at samples of a structure."""
+"""Find the lines of an arm along which motion is lost on a branch of its singular set, from sampled configurations."""
 
 from dataclasses import dataclass
 from functools import lru_cache
@@ -12,16 +12,19 @@ from qdot.exercises.arm.singularity import Component
 from qdot.exercises.questions.geometry import sample_singular_poses
 
 SAMPLES = 8
-"""Configurations at which lines are tried."""
+"""Number of configurations at which lines are compared with the lost direction."""
 
 CLEARLY_OFF = float(np.cos(np.radians(13.7)))
-"""Cosine of the least angle between a wrong line and the lost direction. Joints are sampled in steps of 5 degrees, so
-that an angle of 15 degrees occurs, which rounding puts on one side on one machine and on the other side on another."""
+"""Cosine of 13.7 degrees, the minimum angle between a wrong line and the lost direction. It is not 15 degrees, which
+occurs exactly, as joints are sampled in steps of 5 degrees: rounding would decide differently on different machines."""
 
 
 @dataclass(frozen=True)
 class Motion:
-    """What can't move along which line: "P" or "link", the other held still where `held`; right and wrong lines."""
+    """A lost motion: of "P" (translation) or of the last "link" (rotation), and the correct and wrong lines.
+
+    With `held`, the motion is lost only while the other one is zero.
+    """
 
     moving: str
     held: bool
@@ -31,32 +34,34 @@ class Motion:
 
 @lru_cache(maxsize=1024)
 def find_lost_motion(generic: Chain, component: Component) -> Motion | None:
-    """Return the lines along which a motion is lost and those along which none is, on a branch of a structure."""
+    """Return the motion that a structure loses on a branch, or None if no line of the arm describes it."""
     samples, rows = sample_singular_poses(generic, component, SAMPLES), generic.task_rows
-    lost = [lost_direction(sample.arm.jacobian(sample.q)[rows], CLEAR / 5) for sample in samples]
-    if len(samples) < SAMPLES // 2 or any(u is None for u in lost):
+    lost_directions = [lost_direction(sample.arm.jacobian(sample.q)[rows], CLEAR / 5) for sample in samples]
+    if len(samples) < SAMPLES // 2 or any(u is None for u in lost_directions):
         return None
-    whole = np.zeros((len(samples), 6))
-    whole[:, rows] = np.array(lost)
-    sizes = {"P": np.linalg.norm(whole[:, :3], axis=1), "link": np.linalg.norm(whole[:, 3:], axis=1)}
+    lost_twists = np.zeros((len(samples), 6))
+    lost_twists[:, rows] = np.array(lost_directions)
+    sizes = {"P": np.linalg.norm(lost_twists[:, :3], axis=1), "link": np.linalg.norm(lost_twists[:, 3:], axis=1)}
     lines = lines_of(generic)
-    along = directions(lines, samples)
-    for moving, still, first in (("P", "link", 0), ("link", "P", 3)):
+    vectors = directions(lines, samples)
+    for moving, held_part, first_row in (("P", "link", 0), ("link", "P", 3)):
         if np.any(sizes[moving] < 0.02):
             continue
-        uncounted = [axis for axis in range(3) if first + axis not in rows]
-        in_task = np.abs(along[:, :, uncounted]).max(axis=(1, 2), initial=0.0) <= 1e-9  # False where undefined
-        cosine = np.abs(np.sum(along * (whole[:, first : first + 3] / sizes[moving][:, None]), axis=2))
-        right = in_task & np.all(cosine > 1 - 1e-9, axis=1)
-        wrong = in_task & ~right & (np.mean(cosine < CLEARLY_OFF, axis=1) >= 0.75) & ~np.isnan(cosine).any(axis=1)
-        if right.any() and _count_directions(along[wrong]) >= 2:
-            held = bool(np.any(sizes[still] > 1e-7))
-            return Motion(moving, held, tuple(compress(lines, right)), tuple(compress(lines, wrong)))
+        uncounted = [axis for axis in range(3) if first_row + axis not in rows]
+        in_task = np.abs(vectors[:, :, uncounted]).max(axis=(1, 2), initial=0.0) <= 1e-9  # False where undefined
+        cosine = np.abs(np.sum(vectors * (lost_twists[:, first_row : first_row + 3] / sizes[moving][:, None]), axis=2))
+        is_correct = in_task & np.all(cosine > 1 - 1e-9, axis=1)
+        is_wrong = (
+            in_task & ~is_correct & (np.mean(cosine < CLEARLY_OFF, axis=1) >= 0.75) & ~np.isnan(cosine).any(axis=1)
+        )
+        if is_correct.any() and _count_directions(vectors[is_wrong]) >= 2:
+            held = bool(np.any(sizes[held_part] > 1e-7))
+            return Motion(moving, held, tuple(compress(lines, is_correct)), tuple(compress(lines, is_wrong)))
     return None
 
 
 def _count_directions(along: np.ndarray) -> int:
-    """Return how many of some lines, (lines, samples, 3), have directions of their own."""
+    """Return the number of different directions among lines, (lines, samples, 3)."""
     different: list[np.ndarray] = []
     for vectors in along:
         if not any(_are_parallel(vectors, known) for known in different):
@@ -70,7 +75,7 @@ def _are_parallel(a: np.ndarray, b: np.ndarray) -> bool:
 
 @lru_cache(maxsize=1024)
 def find_parallel_lines(generic: Chain, component: Component) -> dict[tuple[Line, Line], bool]:
-    """Tell for each pair of lines whether they are parallel all over a branch."""
+    """Return for each pair of lines whether they are parallel everywhere on a branch."""
     lines = lines_of(generic)
-    along = directions(lines, sample_singular_poses(generic, component, SAMPLES))
-    return {(a, b): _are_parallel(along[i], along[j]) for i, a in enumerate(lines) for j, b in enumerate(lines)}
+    vectors = directions(lines, sample_singular_poses(generic, component, SAMPLES))
+    return {(a, b): _are_parallel(vectors[i], vectors[j]) for i, a in enumerate(lines) for j, b in enumerate(lines)}

@@ -1,7 +1,8 @@
 """Joint rates along a straight path at a prescribed speed, and where a rate exceeds its limit (the welding robot).
 
-The arm starts in a given configuration, from which A follows; P moves on the line from A towards B (given in cm) at
-constant speed v: p(s) = A + s u, u = (B - A)/|B - A|, and qd = J^-1 u v (6.7) with the joints that put P at p(s).
+A is the position of P in a given initial configuration. P moves on the line from A towards B (given in cm) at constant
+speed v: p(s) = A + s u, u = (B - A)/|B - A|. The joint rates are qd = J^-1 u v (6.7), at the configuration with P at
+p(s).
 """
 
 from collections.abc import Sequence
@@ -38,37 +39,37 @@ from qdot.exercises.questions.inversion import (
 from qdot.exercises.questions.redundancy import objection_to_open_angles
 
 STEP = 0.02
-"""Distance of the places at which a line is looked at (m)."""
+"""Distance between the points at which a line is examined (m)."""
 
 REGULAR, LESS_REGULAR, CLOSE = 0.15, 0.05, 0.03
-"""Least sigma_min/sigma_max along a line that is to be regular; of an arm whose links differ so much that it has no
-such line; and along a line that leads to a singularity."""
+"""Minimum sigma_min/sigma_max: along a regular line; along a regular line of an arm with very different links, which
+has no better one; and along a line that leads to a singularity."""
 
 TRIES = 1000
-"""Lines that are sampled before a less regular one is good enough."""
+"""Number of lines that are sampled before a less regular one is accepted."""
 
 
 @dataclass(frozen=True)
 class Seam(Configuration):
-    """A welding line: the configuration at A, the target B by axis (m), and the speed (m/s)."""
+    """A welding line: the configuration at A, the coordinates of the target B (m) by axis, and the speed (m/s)."""
 
     target: dict[str, sp.Rational]
     speed: sp.Rational
 
     def line(self, chain: Chain, context: Any = DOUBLE) -> Line:
-        """Return the line in numbers of an arithmetic."""
+        """Return the numeric line in an arithmetic, by default in floating point."""
         return Line(chain, self.lengths, self.joints, tuple(self.target.values()), context)
 
     def joints_on(self, chain: Chain, s: sp.Expr) -> Vector:
-        """Return the joint values at the distance s from A, on the branch on which the arm starts."""
+        """Return the joint values at the distance s from A, on the solution branch of the initial configuration."""
         end, line = float(s), self.line(chain, PRECISE)
-        *_, last = self.line(chain).follow(end / max(1, round(end / STEP)) if end else 1.0, 1e-3, end)
-        q = line.joints_at(line.arm.number(s), [PRECISE.mpf(value) for value in last.joints])
+        *_, last_station = self.line(chain).follow(end / max(1, round(end / STEP)) if end else 1.0, 1e-3, end)
+        q = line.joints_at(line.arm.number(s), [PRECISE.mpf(value) for value in last_station.joints])
         assert q is not None
         return q
 
     def at(self, chain: Chain, s: sp.Expr) -> "Place":
-        """Return the worked numbers at the distance s from A, four digits; angles in degrees, as in the prompt."""
+        """Return the intermediate results at the distance s from A, to four digits, with angles in degrees."""
         line, q = self.line(chain, PRECISE), self.joints_on(chain, sp.sympify(s))
         distance, jacobian = line.arm.number(sp.sympify(s)), line.arm.task_jacobian(q)
         sigma = PRECISE.svd_r(PRECISE.matrix(jacobian), compute_uv=False)
@@ -78,31 +79,31 @@ class Seam(Configuration):
             _round([PRECISE.degrees(v) if joint.kind == "R" else v for v, joint in zip(q, chain.joints, strict=True)]),
             round_matrix(jacobian),
             four_digits(determinant(jacobian)),
-            _round([slope * line.arm.number(self.speed) for slope in line.slopes(q)]),
+            _round([rate_per_speed * line.arm.number(self.speed) for rate_per_speed in line.slopes(q)]),
             four_digits(min(sigma) / max(sigma)),
         )
 
     def start(self, chain: Chain) -> sp.Matrix:
-        """Return A, four digits."""
+        """Return A, to four digits."""
         return _round(self.line(chain, PRECISE).start)
 
     def unit(self, chain: Chain) -> sp.Matrix:
-        """Return the unit vector from A to B, four digits."""
+        """Return the unit vector from A to B, to four digits."""
         return _round(self.line(chain, PRECISE).unit)
 
     def length(self, chain: Chain) -> sp.Float:
-        """Return the distance from A to B, four digits."""
+        """Return the distance from A to B, to four digits."""
         return four_digits(self.line(chain, PRECISE).length)
 
     def table(self, chain: Chain, end: sp.Expr) -> "list[Place]":
-        """Return the worked numbers at five places from A to the distance `end`, closer together towards it."""
-        places = [sp.Rational(int(share * end), 100) for share in (0, 40, 70, 90)]
-        return [self.at(chain, s) for s in (*places, end)]
+        """Return the intermediate results at five points between A and the distance `end`, denser towards the end."""
+        distances = [sp.Rational(int(share * end), 100) for share in (0, 40, 70, 90)]
+        return [self.at(chain, s) for s in (*distances, end)]
 
 
 @dataclass(frozen=True)
 class Place:
-    """A place on a seam in numbers of four digits (s has five); `conditioning` is sigma_min/sigma_max of J."""
+    """The results at one point of a seam, to four digits (s has five); `conditioning` is sigma_min/sigma_max of J."""
 
     s: sp.Float
     point: sp.Matrix
@@ -119,21 +120,21 @@ def _round(values: Vector) -> sp.Matrix:
 
 @dataclass(frozen=True, kw_only=True)
 class OnPath(Details):
-    """Asked on a welding line."""
+    """About a welding line."""
 
     seam: Seam
 
     def shown_values(self, chain: Chain) -> dict[str, float]:
-        """Return the lengths, and the joint values at the beginning of the line."""
+        """Return the lengths, and the joint values at the start of the line."""
         return {**by_name(self.seam.lengths), **(self.pose or {})}
 
 
-# --- joint rates at a place ---
+# --- joint rates at a point of the line ---
 
 
 @dataclass(frozen=True, kw_only=True)
 class AtDistance(OnPath):
-    """Asked on a welding line, at a distance from A (m)."""
+    """About a point of a welding line, at a distance from A (m)."""
 
     distance: sp.Rational
 
@@ -151,8 +152,8 @@ def _object_to_path(chain: Chain) -> str | None:
         return f"its task counts {', '.join(chain.task)}, and a path of the point tells linear velocities only"
     if not 2 <= chain.n <= 3:
         return f"it has {chain.n} joints; a path is asked of two or three"
-    if refused := objection_unless_square(chain) or objection_to_open_angles(chain):
-        return refused
+    if objection := objection_unless_square(chain) or objection_to_open_angles(chain):
+        return objection
     if singular_set(chain) == () and all(joint.kind == "P" for joint in chain.joints):
         return "its Jacobian is the same everywhere, and so are the rates on a line"
     return None
@@ -167,14 +168,14 @@ def _ask_path_rates(chain: Chain, rng: Stream) -> Asked | None:
         line = seam.line(chain)
         stations = list(line.follow(STEP, regular))
         if stations[-1:] and stations[-1].s > float(line.length) - STEP:
-            last = int(20 * float(line.length)) - 1  # in steps of 5 cm
-            return _ask_rates_at(chain, seam, sp.Rational(5 * rng.integer(min(3, last), last), 100))
+            last_step = int(20 * float(line.length)) - 1  # in steps of 5 cm
+            return _ask_rates_at(chain, seam, sp.Rational(5 * rng.integer(min(3, last_step), last_step), 100))
     return None
 
 
 def _ask_rates_at(chain: Chain, seam: Seam, s: sp.Rational) -> Asked:
     line = seam.line(chain, PRECISE)
-    rates = [slope * line.arm.number(seam.speed) for slope in line.slopes(seam.joints_on(chain, s))]
+    rates = [rate_per_speed * line.arm.number(seam.speed) for rate_per_speed in line.slopes(seam.joints_on(chain, s))]
     units = tuple("rad/s" if joint.kind == "R" else "m/s" for joint in chain.joints)
     floor = 0.001 * float(max(map(abs, rates)))
     details = AtDistance(seam=seam, distance=s, pose=seam.figure)
@@ -182,19 +183,22 @@ def _ask_rates_at(chain: Chain, seam: Seam, s: sp.Rational) -> Asked:
 
 
 def _sample_seam(chain: Chain, rng: Stream, least: int, most: int, regular: float) -> Seam | None:
-    """Sample a line whose ends are `least` to `most` cm apart from a configuration as regular as that, or None."""
+    """Return a random line of `least` to `most` cm, or None if the sample is unsuitable.
+
+    `regular` is the minimum sigma_min/sigma_max of the initial configuration.
+    """
     lengths, joints = sample_lengths(chain, rng), sample_pose(chain, rng)
-    way = [rng.integer(-most, most) for _ in chain.task]
+    displacement = [rng.integer(-most, most) for _ in chain.task]
     speed = sp.Rational(rng.integer(2, 8), 40)
-    if not least**2 <= sum(k * k for k in way) <= most**2 or conditioning(chain, lengths, joints) < regular:
+    if not least**2 <= sum(k * k for k in displacement) <= most**2 or conditioning(chain, lengths, joints) < regular:
         return None
-    return Seam(lengths, joints, _place_target(chain, lengths, joints, way), speed)
+    return Seam(lengths, joints, _place_target(chain, lengths, joints, displacement), speed)
 
 
 def _place_target(
     chain: Chain, lengths: dict[sp.Symbol, sp.Rational], joints: dict[sp.Symbol, sp.Expr], way: Sequence[int]
 ) -> dict[str, sp.Rational]:
-    """Return a point in whole centimetres that is `way` (cm) from where P is, as nearly as can be."""
+    """Return the point `way` (cm) away from P, rounded to whole centimetres."""
     arm = PreciseArm(chain, lengths)
     point = arm.place([arm.number(joints[q]) for q in chain.q])[0]
     start = [sp.Float(PRECISE.nstr(point[row], 28), 28) for row in arm.task]
@@ -203,7 +207,7 @@ def _place_target(
 
 
 def _round_half_up(value: sp.Expr) -> int:
-    """Return the nearest whole number, the upper one of two that are as near."""
+    """Return the nearest integer; halves are rounded up."""
     return int(sp.floor(value + sp.Rational(500_000_001, 10**9)))
 
 
@@ -212,7 +216,7 @@ def _round_half_up(value: sp.Expr) -> int:
 
 @dataclass(frozen=True, kw_only=True)
 class ToLimit(OnPath):
-    """About the distance on a welding line at which the speed of a joint (from 1) exceeds its limit."""
+    """About the distance on a welding line at which the rate of a joint (from 1) exceeds its limit."""
 
     joint: int
     limit: sp.Rational
@@ -220,7 +224,7 @@ class ToLimit(OnPath):
 
 @dataclass(frozen=True)
 class Crossing:
-    """A joint (its index), its limit, and the stations between which its speed exceeds it for the first time."""
+    """The index of a joint, its rate limit, and the stations between which its rate first exceeds the limit."""
 
     joint: int
     limit: sp.Rational
@@ -229,8 +233,10 @@ class Crossing:
 
 
 def _object_to_limit(chain: Chain) -> str | None:
-    refused = _object_to_path(chain)
-    return refused if refused else None if singular_set(chain) else "it has no singular configuration to come near to"
+    objection = _object_to_path(chain)
+    return (
+        objection if objection else None if singular_set(chain) else "it has no singular configuration to come near to"
+    )
 
 
 def _ask_path_limit(chain: Chain, rng: Stream) -> Asked | None:
@@ -250,30 +256,33 @@ def _ask_path_limit(chain: Chain, rng: Stream) -> Asked | None:
 
 
 def _sample_seam_to_singularity(chain: Chain, rng: Stream, regular: float) -> Seam | None:
-    """Sample a line that may come near a singular configuration: past the place of one, or far out of reach."""
+    """Return a random line that may come near a singular configuration, or None if the sample is unsuitable.
+
+    It passes the position of P in a singular configuration, or leads far out of reach.
+    """
     solved = [component for component in singular_set(chain) or () if component.solutions is not None]
     if not solved or rng.below(4) == 0:
         return _sample_seam(chain, rng, 40, 120, 1.3 * regular)
     lengths, joints = sample_lengths(chain, rng), sample_pose(chain, rng)
-    singular, solutions = dict(joints), rng.choice(solved).solutions or ()
+    singular_joints, solutions = dict(joints), rng.choice(solved).solutions or ()
     for q, values in solutions:
-        singular[q] = rng.choice(values).xreplace(lengths)
-    if not all(value.is_real for value in singular.values()):
+        singular_joints[q] = rng.choice(values).xreplace(lengths)
+    if not all(value.is_real for value in singular_joints.values()):
         return None
     for q in (q for q, joint in zip(chain.q, chain.joints, strict=True) if joint.kind == "R"):
-        least = 7 if q in dict(solutions) else 0
-        turn = rng.choice((-1, 1)) * rng.integer(least, least + 10)
-        steps = _round_half_up(sp.N(singular[q] * 36 / sp.pi, 30)) + turn
+        min_steps = 7 if q in dict(solutions) else 0
+        step_offset = rng.choice((-1, 1)) * rng.integer(min_steps, min_steps + 10)
+        steps = _round_half_up(sp.N(singular_joints[q] * 36 / sp.pi, 30)) + step_offset
         joints[q] = sp.pi * sp.Rational((5 * steps + 179) % 360 - 179, 180)
     if conditioning(chain, lengths, joints) < regular:
         return None
-    past = [rng.choice((-1, 1)) * rng.integer(1, 6) for _ in chain.task]
-    target = _place_target(chain, lengths, singular, past)
+    displacement = [rng.choice((-1, 1)) * rng.integer(1, 6) for _ in chain.task]
+    target = _place_target(chain, lengths, singular_joints, displacement)
     return Seam(lengths, joints, target, sp.Rational(rng.integer(2, 8), 40))
 
 
 def _find_crossings(stations: Sequence[Station], speed: float) -> list[Crossing]:
-    """Return where a joint's speed clearly exceeds a round limit for the first time, growing towards a singularity."""
+    """Return where joint rates that grow towards a singularity first exceed a round limit clearly."""
     crossings = []
     for joint in range(len(stations[0].slopes) if stations else 0):
         speeds = [abs(station.slopes[joint]) * speed for station in stations]
@@ -285,34 +294,44 @@ def _find_crossings(stations: Sequence[Station], speed: float) -> list[Crossing]
 
 
 def _is_clear(stations: Sequence[Station], speeds: Sequence[float], k: int, limit: float) -> bool:
-    """Tell whether the limit is exceeded between stations k - 1 and k as it should be.
+    """Return whether the limit is clearly exceeded between stations k - 1 and k.
 
-    The speed has grown from less than half of it, keeps growing, was well below it long before, and grows so fast that
-    three digits of the rate give three digits of s; J has come nearer to losing rank.
+    The rate starts below half of the limit, keeps growing, and stays well below the limit until shortly before. It
+    grows so fast that three digits of the rate give three digits of s. J is closer to losing rank than at the start.
     """
     if not 5 <= k < len(speeds) - 1 or limit < 2.5 * speeds[0]:
         return False
     s = stations[k].s
-    growing = speeds[k - 2] < speeds[k - 1] < speeds[k] < speeds[k + 1]
-    steep = s * (speeds[k] - speeds[k - 1]) > 2.0 * STEP * limit
-    long_before = max(value for station, value in zip(stations, speeds, strict=True) if station.s <= 0.9 * s)
+    is_growing = speeds[k - 2] < speeds[k - 1] < speeds[k] < speeds[k + 1]
+    is_steep = s * (speeds[k] - speeds[k - 1]) > 2.0 * STEP * limit
+    max_speed_before = max(value for station, value in zip(stations, speeds, strict=True) if station.s <= 0.9 * s)
     return (
-        growing and steep and long_before < 0.95 * limit and stations[k].conditioning < 0.5 * stations[0].conditioning
+        is_growing
+        and is_steep
+        and max_speed_before < 0.95 * limit
+        and stations[k].conditioning < 0.5 * stations[0].conditioning
     )
 
 
 def _locate_crossing(chain: Chain, seam: Seam, crossing: Crossing) -> Any:
-    """Return the distance at which the joint's speed is its limit, to 30 digits: first by floats, then from there."""
-    before = crossing.before
-    rough, near = _solve(seam, seam.line(chain), crossing, (before.s, crossing.after.s), before.joints)
-    s, _ = _solve(seam, seam.line(chain, PRECISE), crossing, (rough - 1e-9, rough + 1e-9), near)
+    """Return the distance at which the joint rate equals its limit, to 30 digits.
+
+    A solution in floating point is refined.
+    """
+    station_before = crossing.before
+    approximate_s, approximate_joints = _solve(
+        seam, seam.line(chain), crossing, (station_before.s, crossing.after.s), station_before.joints
+    )
+    s, _ = _solve(
+        seam, seam.line(chain, PRECISE), crossing, (approximate_s - 1e-9, approximate_s + 1e-9), approximate_joints
+    )
     return s
 
 
 def _solve(
     seam: Seam, line: Line, crossing: Crossing, ends: tuple[float, float], near: Sequence[float]
 ) -> tuple[Any, Vector]:
-    """Return s near `ends` at which |rate| = limit, and the joint values there, by the secant rule."""
+    """Return s near `ends` with |rate| = limit, and the joint values there, by the secant method."""
     context = line.context
     speed, limit = line.arm.number(seam.speed), line.arm.number(crossing.limit)
     q: Vector = [context.mpf(value) for value in near]

@@ -1,7 +1,8 @@
-"""How well an arm moves in a configuration: manipulability and condition number of its Jacobian.
+"""How well an arm moves at a configuration: manipulability and condition number of its Jacobian.
 
-w = sqrt(det(J J^T)), which is |det J| where J is square, is the product of the singular values of J; kappa is the
-largest of them over the smallest. Both compare or multiply entries of J, and are asked where these have units for that.
+w = sqrt(det(J J^T)), which is |det J| if J is square, is the product of the singular values of J; kappa is the largest
+of them divided by the smallest. Both compare or multiply entries of J, so the questions apply only if the units allow
+that.
 """
 
 from dataclasses import dataclass
@@ -26,14 +27,14 @@ from qdot.exercises.questions.redundancy import objection_to_mixed_joints, objec
 
 
 def _object_to_arm(chain: Chain) -> str | None:
-    """Return the objection to arms whose w is always zero, always the same, or without a common unit."""
+    """Return the objection to arms whose w is always zero, is constant, or mixes units."""
     m, n = len(chain.task), chain.n
     if n < m:
         return f"it has {n} joints for the {m} rows {', '.join(chain.task)}: J J^T is singular everywhere"
     if len({row[0] for row in chain.task}) > 1:
         return f"its task {', '.join(chain.task)} has linear and angular rows, which have no common unit"
-    if n > m and (refused := objection_to_mixed_joints(chain)):
-        return refused
+    if n > m and (objection := objection_to_mixed_joints(chain)):
+        return objection
     if all(joint.kind == "P" for joint in chain.joints):
         return "its Jacobian is the same in every configuration"
     return objection_to_numbers(chain)
@@ -46,9 +47,9 @@ def _object_to_ratio(chain: Chain) -> str | None:
 
 
 def unit_power(chain: Chain) -> int:
-    """Return k, the unit of w being m^k: each revolute joint that a linear row meets brings one metre per radian."""
-    linear = sum(row[0] == "v" for row in chain.task)
-    return linear - sum(joint.kind == "P" for joint in chain.joints)
+    """Return k for the unit m^k of w: the number of linear rows less the number of prismatic joints."""
+    linear_row_count = sum(row[0] == "v" for row in chain.task)
+    return linear_row_count - sum(joint.kind == "P" for joint in chain.joints)
 
 
 def _ask_manipulability(chain: Chain, rng: Stream) -> Asked:
@@ -61,7 +62,7 @@ def _ask_manipulability(chain: Chain, rng: Stream) -> Asked:
 
 @dataclass(frozen=True, kw_only=True)
 class Measured(InSituation):
-    """About J J^T in a situation: its eigenvalues, the largest first, and k where w is in m^k."""
+    """About J J^T at a configuration: its eigenvalues, the largest first, and k if the unit of w is m^k."""
 
     gram: sp.Matrix
     eigenvalues: tuple[sp.Float, ...]
@@ -80,7 +81,7 @@ def _describe_measures(chain: Chain, situation: Situation, power: int | None = N
 
 
 def singular_values(chain: Chain, situation: Situation) -> Vector:
-    """Return the singular values of the task Jacobian in a situation, to 30 digits."""
+    """Return the singular values of the task Jacobian at a situation's configuration, to 30 digits."""
     jacobian = PRECISE.matrix(jacobian_at(chain, situation))
     return list(PRECISE.svd_r(jacobian, compute_uv=False))
 

@@ -1,6 +1,6 @@
 """Axes, position vectors, columns and twists by velocity propagation (6.9 to 6.13; Example 6.4).
 
-Linear rows come first, as in (6.6); of an arm that is described by its axes, they have the order of its twists.
+Linear rows come first, as in (6.6). If an arm is described by its axes, rows have the order of its twists.
 """
 
 from dataclasses import dataclass
@@ -33,7 +33,7 @@ class OfFrame(OneOfSeveral):
 
 
 def _choose_link(chain: Chain, rng: Stream) -> OfFrame:
-    # Frame 1 moves alike on too many arms; frames beyond the third are too much work.
+    # Frame 1 moves in the same way on too many arms; frames beyond the third are too much work.
     return OfFrame(frame=rng.integer(min(2, chain.n - 1), min(chain.n - 1, 3)))
 
 
@@ -43,16 +43,16 @@ def _derive_link_velocity(w: Working, details: Details) -> np.ndarray:
 
 
 AXES = ("x", "y", "z")
-"""Of a frame, to which the rows of vectors belong."""
+"""The axes of a frame, which label the rows of vectors."""
 
 
 def _name_axes(chain: Chain) -> tuple[str, ...]:
-    """Return the axes' names as they are typed: of the frames they are axes of, or what an axis gives P."""
+    """Return the names that a student may type for the joint axes in the arm's convention."""
     return tuple(convention_of(chain).typed_axis(i) for i in range(1, chain.n + 1))
 
 
 def _order_rows(chain: Chain) -> list[int]:
-    """Return where the rows that are asked for are among six rows, linear first."""
+    """Return the indices, among six rows with the linear ones first, of the rows in the order asked for."""
     return [TASK_ROWS.index(row) for row in convention_of(chain).velocities]
 
 

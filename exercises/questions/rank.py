@@ -1,4 +1,4 @@
-"""Rank, lost direction and meaning of a singular configuration (null space of J transposed; 6.8)."""
+"""Rank, lost direction and geometric meaning of a singular configuration (null space of J transposed; 6.8)."""
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
@@ -39,12 +39,12 @@ from qdot.exercises.questions.lost_lines import SAMPLES, Motion, find_lost_motio
 from qdot.exercises.questions.singular import objection_unless_direction_lost, objection_unless_singular
 
 MOST_ROWS = 4
-"""Rows of a Jacobian whose null space is found by hand."""
+"""Maximum number of rows of a Jacobian whose null space is found by hand."""
 
 Sampler = Callable[[Chain, Stream], Pose | None]
 
 KINDS = 60
-"""Configurations at which the kind of a branch is established."""
+"""Number of configurations at which the kind of a branch is determined."""
 
 
 # --- rank ---
@@ -52,7 +52,7 @@ KINDS = 60
 
 @lru_cache(maxsize=1024)
 def _find_deep_sets(generic: Chain) -> tuple[tuple[int, ...], ...]:
-    """Return which components of a structure, together, take more than one from the rank."""
+    """Return the sets of components (by index) that together reduce the rank of a structure by more than one."""
     components = singular_set(generic) or ()
 
     def loses_more_than_one(chosen: tuple[int, ...]) -> bool:
@@ -68,7 +68,7 @@ _sample_formula_pose = partial(sample_singular_pose, exact=True, symbolic=True)
 
 
 def _sample_deep_pose(chain: Chain, rng: Stream) -> Pose | None:
-    """Sample a pose at which more than one is taken from the rank."""
+    """Return a random configuration at which the rank is reduced by more than one, or None if none is found."""
     generic, fill = structure(chain).chain, derive(chain).fill
     known = singular_set(generic) or ()
     arm_components = {component.conditions: component for component in singular_set(chain) or ()}
@@ -88,7 +88,7 @@ _sample_single_pose = partial(find_singular_pose, lost=1, sample=_sample_formula
 
 @dataclass(frozen=True)
 class RankFacts:
-    """What a solution shows of a rank: independent columns (from 1), and the factors or conditions that vanish."""
+    """What a solution says about a rank: independent columns (from 1), and the conditions that are satisfied."""
 
     columns: tuple[int, ...]
     vanishing: tuple[tuple[sp.Expr, ...], ...]
@@ -96,13 +96,13 @@ class RankFacts:
 
 @dataclass(frozen=True, kw_only=True)
 class OfRank(AtPose):
-    """About the rank at a pose, and what a solution shows of it."""
+    """About the rank at a configuration, and what a solution says about it."""
 
     facts: RankFacts
 
 
 def _ask_rank(chain: Chain, rng: Stream) -> Asked | None:
-    """Choose how much of the rank is lost, if any, then sample an exact pose of that kind: rounding gives full rank."""
+    """Choose how much rank is lost, if any, then sample an exact configuration: a rounded one would have full rank."""
     samplers: tuple[Sampler, ...] = (_sample_regular_pose, _sample_single_pose, _sample_deep_pose)
     for sample in rng.permutation(samplers):
         pose = sample(chain, rng)
@@ -116,7 +116,7 @@ def _ask_rank(chain: Chain, rng: Stream) -> Asked | None:
 
 
 def _find_independent_columns(jacobian: np.ndarray) -> tuple[int, ...]:
-    """Return columns, from 1, that are independent and span all of them, the first that will do."""
+    """Return the first independent columns, from 1, that span all columns."""
     chosen: list[int] = []
     for column in range(jacobian.shape[1]):
         sigma = np.linalg.svd(jacobian[:, [*chosen, column]], compute_uv=False)
@@ -126,7 +126,7 @@ def _find_independent_columns(jacobian: np.ndarray) -> tuple[int, ...]:
 
 
 def _find_vanishing_conditions(chain: Chain, pose: Pose) -> tuple[tuple[sp.Expr, ...], ...]:
-    """Return the conditions of the components on which a pose lies."""
+    """Return the conditions of the components that contain a configuration."""
     components = singular_set(chain) or ()
     return tuple(
         component.conditions
@@ -148,7 +148,7 @@ def _object_to_vector(chain: Chain) -> str | None:
 
 
 def _find_branches_with_vector(chain: Chain) -> list[Branch]:
-    """Return the branches on which a structure loses one direction, as a formula if there is one with formulas."""
+    """Return the branches that lose exactly one direction; only those with a formula for it, if there are any."""
     generic = structure(chain).chain
     single = [branch for branch in branches(chain) if loses_one_direction(generic, branch.generic)]
     return [branch for branch in single if lost_formula(generic, branch.generic)] or single
@@ -156,13 +156,13 @@ def _find_branches_with_vector(chain: Chain) -> list[Branch]:
 
 @lru_cache(maxsize=1024)
 def loses_one_direction(generic: Chain, component: Component) -> bool:
-    """Tell whether a structure loses exactly one direction on a component, and can be placed there in numbers."""
+    """Return whether a configuration of a structure on a component is found that loses exactly one direction."""
     return sample_singular_pose(generic, (component,), Stream("one"), 1) is not None
 
 
 @dataclass(frozen=True)
 class LostAt:
-    """Where a direction is lost as a formula: joint values, the joints left free, J there, and the columns used."""
+    """A branch with a formula for the lost direction: joint values, free joints, J there, and the columns used."""
 
     values: tuple[tuple[sp.Symbol, sp.Expr], ...]
     free: tuple[sp.Symbol, ...]
@@ -178,12 +178,12 @@ class LostInFormulas(Details):
 
     @property
     def given_joints(self) -> dict[sp.Symbol, sp.Expr]:
-        """The joint values at which it is lost."""
+        """The joint values at which the direction is lost."""
         return dict(self.lost.values)
 
 
 def _ask_direction(chain: Chain, rng: Stream) -> Asked | None:
-    """Ask for a formula where the component has joint values and the vector is short, else for numbers at a pose."""
+    """Ask for a formula if the branch has joint values and the vector is short, else for numbers at a configuration."""
     for branch in rng.permutation(_find_branches_with_vector(chain)):
         formula = lost_formula(structure(chain).chain, branch.generic)
         if formula is not None:
@@ -211,7 +211,7 @@ def _describe_loss(chain: Chain, component: Component, formula: LostFormula) -> 
 
 @dataclass(frozen=True)
 class Where:
-    """The configurations of a branch: joint values that are given, or what they look like in words."""
+    """The configurations of a branch: given joint values, or a description in words with the condition behind it."""
 
     values: tuple[tuple[sp.Symbol, sp.Expr], ...]
     words: str = ""
@@ -246,7 +246,7 @@ def _object_to_motion(chain: Chain) -> str | None:
 
 @dataclass(frozen=True)
 class MotionAsked:
-    """What is asked: where, what moves, whether the rest is held still, and the lines in the order of the options."""
+    """The question: where, what moves, whether the other motion is held at zero, and the lines in option order."""
 
     where: Where
     moving: str
@@ -256,7 +256,7 @@ class MotionAsked:
 
 @dataclass(frozen=True, kw_only=True)
 class OfMotion(Details):
-    """About a motion that is lost."""
+    """About a lost motion."""
 
     asked: MotionAsked
 
@@ -273,7 +273,7 @@ def _ask_motion(chain: Chain, rng: Stream) -> Asked:
 
 
 def lost_direction_where(chain: Chain, where: Where) -> tuple[LostAt, sp.Matrix] | None:
-    """Return J and the direction that is lost where joints have values, as formulas; None where none is short."""
+    """Return J and the lost direction at given joint values as formulas, or None if they are too long."""
     for branch in branches(chain) if where.values else ():
         if branch.component.solutions is not None and branch.component.value_combinations()[0] == where.values:
             formula = lost_formula(structure(chain).chain, branch.generic)
@@ -282,12 +282,12 @@ def lost_direction_where(chain: Chain, where: Where) -> tuple[LostAt, sp.Matrix]
     return None
 
 
-# --- what a singularity means ---
+# --- geometric meaning of a singularity ---
 
 
 @lru_cache(maxsize=1024)
 def read_branch(generic: Chain, component: Component) -> Reading | None:
-    """Return what all configurations of a branch of a structure look like; None if no phrase fits."""
+    """Return a description that fits all configurations of a structure's branch, or None if there is none."""
     more = representative_samples(generic, component.pieces())
     meanings = read_meanings(generic, sample_singular_poses(generic, component, SAMPLES), more)
     if meanings is None or (len(meanings.wrong) < 2 and find_common_kind(generic, component) is None):
@@ -297,12 +297,12 @@ def read_branch(generic: Chain, component: Component) -> Reading | None:
 
 @lru_cache(maxsize=1024)
 def find_common_kind(generic: Chain, component: Component) -> str | None:
-    """Return the kind that all configurations of a branch of a structure have, None where it differs."""
+    """Return the kind that all configurations of a structure's branch have, or None if kinds differ."""
     return common_kind(generic, sample_singular_poses(generic, component, KINDS)) if kind_is_sure(generic) else None
 
 
 def _read_branches(chain: Chain, order: Sequence[Branch]) -> Iterator[tuple[Branch, Reading]]:
-    """Yield the branches whose look a phrase describes, in the order given, each when it is asked for."""
+    """Yield the branches that have a description in words, in the given order, with that description."""
     generic = structure(chain).chain
     for branch in order:
         reading = read_branch(generic, branch.generic)
@@ -319,9 +319,9 @@ def _object_to_meaning(chain: Chain) -> str | None:
 
 @dataclass(frozen=True)
 class MeaningAsked:
-    """Where (joint values, or one pose of those that a condition ties together), and what the options say.
+    """The question: joint values, or one configuration that satisfies a condition, and the options.
 
-    `offered` are meaning and kind of each option; the kind is None where it is not the same all over.
+    `offered` has the meaning and the kind of each option. The kind is None if it differs within the branch.
     """
 
     values: tuple[tuple[sp.Symbol, sp.Expr], ...]
@@ -332,13 +332,13 @@ class MeaningAsked:
 
 @dataclass(frozen=True, kw_only=True)
 class OfMeaning(Details):
-    """About what a singularity means."""
+    """About the geometric meaning of a singularity."""
 
     asked: MeaningAsked
 
 
 def _ask_meaning(chain: Chain, rng: Stream) -> Asked | None:
-    """Offer the right meaning and kind, the other kind with it, and meanings that do not hold there."""
+    """Offer the correct meaning and kind, the same meaning with the other kind, and meanings that do not hold."""
     for branch, reading in _read_branches(chain, rng.permutation(branches(chain))):
         pose = sample_shown_pose(chain, (branch.component,), rng, 1)
         if pose is None:
@@ -360,7 +360,7 @@ def _ask_meaning(chain: Chain, rng: Stream) -> Asked | None:
 
 
 def _find_kind_with_numbers(chain: Chain, branch: Branch, pose: Pose) -> str | None:
-    """Return the kind of a branch, unless the arm's own numbers make it another one."""
+    """Return the kind of a branch, or None if the arm's own numbers change it."""
     kind = find_common_kind(structure(chain).chain, branch.generic)
     return kind if kind is not None and kind == kind_at(chain, to_sample(chain, pose)) else None
 
@@ -373,7 +373,7 @@ def _describe_meaning(option: tuple[Meaning, str | None]) -> str:
 KIND_WORDS = {"boundary": "a boundary singularity", "internal": "an internal singularity"}
 
 
-# No rank or lost direction follows from a wrong Jacobian, which mostly has full rank where J has not.
+# A rank or lost direction can't be derived from a wrong Jacobian, which mostly has full rank where J has not.
 QUESTIONS = (
     Question(
         "singularity-meaning", "Meaning of a singularity", "below 6.7",

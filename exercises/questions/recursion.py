@@ -1,6 +1,6 @@
-"""Velocities from frame to frame, each in its own coordinates: what courses with a modified table work out (Craig).
+"""Velocities from frame to frame, each in its frame's own coordinates, as in courses with a modified table (Craig).
 
-With R = R_{i-1,i}^T and P_i the origin of frame i in frame i-1, each vector in the frame written before it:
+With R = R_{i-1,i}^T and P_i the origin of frame i in frame i-1, and each vector in the frame of its prefix:
 
     i_omega_i = R i-1_omega_i-1 + qd_i z,   i_v_i = R (i-1_v_i-1 + i-1_omega_i-1 x P_i)           revolute
     i_omega_i = R i-1_omega_i-1,            i_v_i = R (i-1_v_i-1 + i-1_omega_i-1 x P_i) + qd_i z   prismatic
@@ -25,12 +25,15 @@ from qdot.exercises.problem.problem import Details
 from qdot.exercises.questions.base import MOST_TERMS, Question, velocities
 
 FURTHEST = 3
-"""Frames behind it are too much work by hand."""
+"""The last frame that is asked for; later frames are too much work by hand."""
 
 
 @dataclass(frozen=True)
 class Step:
-    """One frame: the rotation into it from the one before, its origin there, omega and v in its own coordinates."""
+    """One step of the recursion: the rotation from the previous frame, the origin in that frame, omega and v.
+
+    The velocities are in the coordinates of the new frame.
+    """
 
     number: int
     kind: str
@@ -42,7 +45,7 @@ class Step:
 
 @dataclass(frozen=True, kw_only=True)
 class FromFrameToFrame(Details):
-    """About the velocities of the frames up to the one that is asked for."""
+    """About the velocities of all frames up to the requested one."""
 
     frame: int
     steps: tuple[Step, ...]
@@ -64,7 +67,7 @@ def _derive_steps(generic: Chain) -> tuple[Step, ...]:
 
 
 def _collect_rates(vector: sp.Matrix, generic: Chain) -> sp.Matrix:
-    """Return a vector whose entries are sums over the joint rates, each with a factor as a book writes it."""
+    """Return a vector whose entries are sums over the joint rates, with factors in textbook form."""
 
     def entry(value: sp.Expr) -> sp.Expr:
         value = sp.expand(value)
@@ -84,7 +87,7 @@ def _choose_frame(chain: Chain, rng: Stream) -> FromFrameToFrame:
 
 
 def _find_frames(chain: Chain) -> list[int]:
-    """Return the frames whose velocity is no matter of one joint, and can be worked out by hand."""
+    """Return the frames whose velocity depends on more than one joint and can be worked out by hand."""
     return [frame for frame in range(2, min(chain.n, FURTHEST) + 1) if _count_terms(chain, frame) <= MOST_TERMS]
 
 

@@ -30,17 +30,17 @@ from qdot.exercises.questions.base import Asked, Question, joint_rates
 from qdot.exercises.questions.inversion import THREE_DIGITS, InSituation, jacobian_at, sample_situation
 
 TERMS = 12
-"""Terms that a person can be asked to handle in det(J J^T); half of them in a self-motion."""
+"""Maximum number of terms of det(J J^T) for work by hand; a self-motion may have half of them."""
 
 NOTHING = 1e-9
-"""A singular value or a column below this is zero."""
+"""Limit below which a singular value or a column counts as zero."""
 
 JOINTS = 4
-"""Joints of the largest arm whose minors a person can be asked to work out as formulas."""
+"""Maximum number of joints for which minors are worked out as formulas by hand."""
 
 
 def objection_unless_redundant(chain: Chain) -> str | None:
-    """Return the objection to an arm that has no more joints than its task has rows, or too low a rank."""
+    """Return the objection to an arm that is not redundant, loses rank everywhere, or has a joint without effect."""
     m, n = len(chain.task), chain.n
     if n <= m:
         return f"its Jacobian is {m} x {n} for the task {', '.join(chain.task)}; it needs more joints than rows"
@@ -51,19 +51,19 @@ def objection_unless_redundant(chain: Chain) -> str | None:
 
 
 def jacobian_somewhere(chain: Chain) -> np.ndarray:
-    """Return the task Jacobian (m x n) at a configuration that is special in no way."""
+    """Return the task Jacobian (m x n) at a configuration without special values."""
     values = {symbol: sp.Rational(3 * i + 5, 10) for i, symbol in enumerate(chain.parameters)}
     return np.array(PreciseArm(chain, values, DOUBLE).task_jacobian([0.3 + 0.7 * i for i in range(chain.n)]))
 
 
 def objection_to_open_angles(chain: Chain) -> str | None:
-    """Return the objection to an arm with an open angle in its table: numbers are sampled for lengths only."""
+    """Return the objection to an arm with a symbolic angle in its table: numbers are sampled for lengths only."""
     angles = [symbol.name for symbol in chain.parameters if symbol.name.startswith(("alpha", "beta"))]
     return f"its angle {angles[0]} is left open" if angles else None
 
 
 def objection_to_numbers(chain: Chain) -> str | None:
-    """Return the objection to an arm that has no configuration of full rank in numbers."""
+    """Return the objection to an arm that has no numeric configuration of full rank."""
     if refused := objection_to_open_angles(chain):
         return refused
     sigma = np.linalg.svd(jacobian_somewhere(chain), compute_uv=False)
@@ -92,7 +92,7 @@ def _object_to_length(chain: Chain) -> str | None:
 
 @dataclass(frozen=True, kw_only=True)
 class OfMinors(Details):
-    """About the maximal minors: the factors that all of them share, and the squares of what is left of each."""
+    """About the maximal minors: the factors that all of them share, and the squares of the remaining factors."""
 
     shared: sp.Expr
     squares: tuple[sp.Expr, ...]
@@ -109,14 +109,14 @@ def _describe_gram(chain: Chain, rng: Stream) -> OfMinors:
 
 
 def _find_shared_factors(chain: Chain) -> sp.Expr:
-    """Return the factors that all maximal minors have in common, 1 if there are none."""
+    """Return the product of the factors that all maximal minors share, or 1 if there are none."""
     known = structure(chain)
     return split_minors(known.chain)[0].substitute(dict(known.values))
 
 
 @lru_cache(maxsize=1024)
 def _derive_gram(chain: Chain) -> Factored:
-    """Return det(J J^T) of a structure: what all minors share, squared, times the sum of squares of what is left."""
+    """Return det(J J^T) of a structure: the squared shared factors of all minors, times a sum of squares."""
     shared, left = split_minors(chain)
     squares = sp.Add(*(Factored(abs(minor.coefficient), minor.factors).expression() ** 2 for minor in left))
     short = factor_trig(sp.expand(squares)).expression() if len(left) > 1 else squares
@@ -127,7 +127,7 @@ def _derive_gram(chain: Chain) -> Factored:
 
 @lru_cache(maxsize=1024)
 def split_minors(chain: Chain) -> tuple[Factored, tuple[Factored, ...]]:
-    """Return the factors that all maximal minors of a structure share, and what is left of each minor, in order."""
+    """Return the factors that all maximal minors of a structure share, and the quotient of each minor by them."""
     minors = derive(chain).generic_minors
     others = [minor for minor in minors if not minor.is_zero]
     powers = [dict(minor.factors) for minor in others]
@@ -137,7 +137,7 @@ def split_minors(chain: Chain) -> tuple[Factored, tuple[Factored, ...]]:
 
 
 def _count_terms(product: Factored) -> int:
-    """Return how many terms are in the sums of a product, those of sums inside of others counted one by one."""
+    """Return the number of terms in the sums of a product, including those of nested sums."""
     expression = product.expression()
     return _count_leaves(expression.xreplace({trig: sp.Dummy() for trig in expression.atoms(sp.sin, sp.cos)}))
 
@@ -153,7 +153,7 @@ def _count_leaves(expression: sp.Expr) -> int:
 
 @dataclass(frozen=True, kw_only=True)
 class LeastNorm(InSituation):
-    """About rates J^T w: J J^T, and the weights w that solve J J^T w = v."""
+    """About joint rates J^T w: the matrix J J^T, and the weights w that solve J J^T w = v."""
 
     gram: sp.Matrix
     weights: sp.Matrix
@@ -192,7 +192,7 @@ def _object_to_motion(chain: Chain) -> str | None:
 
 @dataclass(frozen=True, kw_only=True)
 class InFormulas(Details):
-    """About minors in formulas, in no situation: the factors that all of them share."""
+    """About minors as formulas, without a configuration: the factors that all of them share."""
 
     situation: None
     shared: sp.Expr
@@ -208,29 +208,28 @@ def _ask_self_motion(chain: Chain, rng: Stream) -> Asked:
 
 
 def null_vector(jacobian: list[Vector]) -> Vector:
-    """Return the unit vector (up to its sign) that an m x (m + 1) matrix of full rank takes to zero.
+    """Return the unit vector (up to its sign) in the null space of an m x (m + 1) matrix of full rank.
 
-    A unit vector e_k less its part J^T (J J^T)^-1 J e_k in the row space is what is left of it in the null space.
+    To project a unit vector e_k on the null space, subtract its part J^T (J J^T)^-1 J e_k in the row space.
     """
     n = len(jacobian[0])
     for k in range(n):
         weights = solve_linear(gram(jacobian), [row[k] for row in jacobian])
         left = [(i == k) - sum(row[i] * w for row, w in zip(jacobian, weights, strict=True)) for i in range(n)]
-        if left[k] > 1 / (2 * n):  # this is entry k of the unit vector, squared; one of them is 1/n or more
+        if left[k] > 1 / (2 * n):  # the square of the null vector's entry k; for one k it is at least 1/n
             size = sum(value**2 for value in left) ** 0.5
             return [value / size for value in left]
     raise ValueError("the matrix has more than one direction in its null space, or none")
 
 
 def self_motion(chain: Chain) -> sp.Matrix:
-    """Return joint rates that leave the task at rest, n x 1 for n = m + 1: entry i is (-1)^i times the minor without i.
+    """Return joint rates with zero task velocity, n x 1 for n = m + 1: entry i is (-1)^i times the minor without i.
 
-    Factors that all minors share are left out, so that the vector vanishes nowhere but where J loses rank for more
-    than one reason.
+    Factors that all minors share are omitted, so the vector is zero only where J loses rank for more than one reason.
     """
     known = structure(chain)
     _, left = split_minors(known.chain)
-    # The minors are in the order of the columns that they keep: the last column is the first to be left out.
+    # The minors are in the order of the columns that they contain, so the first one omits the last column.
     minors = [minor.substitute(dict(known.values)) for minor in reversed(left)]
     return sp.Matrix([(-1) ** i * minor for i, minor in enumerate(minors)])
 

@@ -1,10 +1,10 @@
 """Arms described by their axes: screws, pose by exponentials, Jacobian and twist in the space and body frame.
 
-Notation of Lynch and Park: twists are worked out as (omega, v), and asked for in the order of the arm. The screw of
-joint i at home is S_i = (omega_i, -omega_i x q_i) of a revolute joint, (0, v_i) of a prismatic one. The space frame {s}
-is the world frame; the body frame {b} moves with the last link, has its origin in P, and is parallel to {s} at home.
-Column i of the space Jacobian is S_i, carried along by the joints before it; the body Jacobian is the same motion seen
-from {b}: J_b = [Ad_{T_bs}] J_s.
+The notation is that of Lynch and Park. Twists are computed as (omega, v), and asked for in the order of the arm. The
+home screw of joint i is S_i = (omega_i, -omega_i x q_i) for a revolute joint, (0, v_i) for a prismatic one. The space
+frame {s} is the world frame. The body frame {b} moves with the last link, has its origin in P, and is parallel to {s}
+at home. Column i of the space Jacobian is S_i, moved by the joints before it. The body Jacobian is the same motion in
+the coordinates of {b}: J_b = [Ad_{T_bs}] J_s.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -43,14 +43,14 @@ from qdot.exercises.questions.transforms import pose_formula
 
 SOURCE = "product of exponentials"
 DECIMALS = 3
-"""Of a twist that is given in numbers."""
+"""Number of decimals of a numeric twist."""
 MOST_JOINTS = 4
-"""Up to so many joints the pose is multiplied out by hand."""
+"""Maximum number of joints for which the exponentials are multiplied by hand."""
 
 
 @dataclass(frozen=True)
 class Screw:
-    """A joint somewhere: its kind, direction and a point on its axis (3 x 1 each; m), and its screw (6 x 1)."""
+    """A joint's kind, the direction of its axis, a point on the axis (3 x 1 each; m), and its screw (6 x 1)."""
 
     number: int
     kind: str
@@ -60,29 +60,29 @@ class Screw:
 
     @property
     def moment(self) -> sp.Matrix:
-        """Its lower half, v (3 x 1)."""
+        """The lower half of the screw, v (3 x 1)."""
         return self.screw[3:, :]
 
 
 @dataclass(frozen=True, kw_only=True)
 class OfScrews(Details):
-    """About the screws at home."""
+    """About the home screws."""
 
     screws: tuple[Screw, ...]
 
 
 @dataclass(frozen=True, kw_only=True)
 class InSpace(Details):
-    """About the space Jacobian: the screws as the joints before them have moved them."""
+    """About the space Jacobian: the screws, moved by the joints before them."""
 
     carried: tuple[Screw, ...]
 
 
 @dataclass(frozen=True, kw_only=True)
 class InNumbers(Details):
-    """About a twist in numbers: where the arm is, its rates, the twist (omega, v) in {b} that they give, 6 x 1.
+    """About a numeric twist: the configuration, the joint rates, and the twist (omega, v) in {b}, 6 x 1.
 
-    The twist is rounded to three decimals, and what is asked follows from the rounded one.
+    The twist is rounded to three decimals, and the answer is computed from the rounded twist.
     """
 
     place: Configuration
@@ -96,7 +96,7 @@ class InNumbers(Details):
 
 @dataclass(frozen=True, kw_only=True)
 class OfBody(Details):
-    """About the body frame: its rotation R_sb and origin P in {s}, and the space Jacobian where that is wanted."""
+    """About the body frame: its rotation R_sb, its origin P in {s}, and the space Jacobian if it is needed."""
 
     rotation: sp.Matrix
     place: sp.Matrix
@@ -104,7 +104,7 @@ class OfBody(Details):
 
 
 def home_screws(chain: Chain) -> tuple[Screw, ...]:
-    """Return the screws of an arm at home, world frame."""
+    """Return the home screws of an arm in the world frame."""
     screws = []
     for number, axis in enumerate(axes_of(chain)[0], 1):
         if axis.kind == "R":
@@ -122,7 +122,7 @@ def hat(vector: sp.Matrix) -> sp.Matrix:
 
 
 def exponential(axis: Axis, value: sp.Expr) -> sp.Matrix:
-    """Return e^([S] value), 4 x 4, of a joint by its axis at home: Rodrigues' formula about a line, or a slide.
+    """Return e^([S] value), 4 x 4, for a joint axis at home: Rodrigues' formula, or a translation if prismatic.
 
     >>> theta = sp.Symbol("theta1")
     >>> exponential(Axis("R", sp.Matrix([0, 0, 1]), sp.Matrix([2, 0, 0])), theta)[:2, 3]
@@ -140,7 +140,7 @@ def exponential(axis: Axis, value: sp.Expr) -> sp.Matrix:
 
 @lru_cache(maxsize=1024)
 def _carry_screws(generic: Chain) -> tuple[Screw, ...]:
-    """Return the joints of a structure as the joints before them have moved them."""
+    """Return the screws of a structure's joints, moved by the joints before them."""
     frames, columns = frames_and_point(generic)[0], []
     for number, (joint, frame) in enumerate(zip(generic.joints, frames, strict=False), 1):
         z, origin = _tidy(frame.rotation[:, 2]), _tidy(frame.origin)
@@ -154,12 +154,12 @@ def _tidy(matrix: sp.Matrix) -> sp.Matrix:
 
 
 def carried_screws(chain: Chain) -> tuple[Screw, ...]:
-    """Return the screws of an arm as the joints before them have moved them, space frame."""
+    """Return the screws of an arm in the space frame, each moved by the joints before it."""
     fill, home = derive(chain).fill_matrix, dict.fromkeys(chain.q, sp.S.Zero)
     carried = []
     for joint, axis in zip(_carry_screws(structure(chain).chain), axes_of(chain)[0], strict=True):
         direction, point, screw = map(fill, (joint.direction, joint.point, joint.screw))
-        if chain.axis_points:  # they lie so far along their axes from what the joints carry
+        if chain.axis_points:  # shift the points along their axes to the given points
             along = to_exact(axis.direction.dot(axis.point - point.xreplace(home)))
             point = (point + along * direction).applyfunc(without_brackets)
         carried.append(Screw(joint.number, joint.kind, direction, point, screw))
@@ -167,7 +167,7 @@ def carried_screws(chain: Chain) -> tuple[Screw, ...]:
 
 
 def space_jacobian(chain: Chain) -> sp.Matrix:
-    """Return J_s, 6 x n: the twist (omega, v) of the last link in {s}, v that of its point at the origin of {s}."""
+    """Return J_s, 6 x n, for the twist (omega, v) in {s}: v is that of the last link's point at the origin of {s}."""
     fill = derive(chain).fill_matrix
     return sp.Matrix.hstack(*(fill(screw.screw) for screw in _carry_screws(structure(chain).chain)))
 
@@ -176,7 +176,7 @@ def space_jacobian(chain: Chain) -> sp.Matrix:
 
 
 def _find_home_offsets(chain: Chain) -> dict[sp.Symbol, sp.Expr]:
-    """Return the joint variables of the structure at home: what the table adds to them, odd angles as symbols."""
+    """Return the structure's joint values at home: the joint offsets; an angle that is not k pi/2 becomes a symbol."""
     home = {}
     for q, offset, joint in zip(chain.q, chain.offsets, chain.joints, strict=True):
         known = offset == 0 or (joint.kind == "R" and (2 * offset / sp.pi).is_Integer)
@@ -186,7 +186,7 @@ def _find_home_offsets(chain: Chain) -> dict[sp.Symbol, sp.Expr]:
 
 @lru_cache(maxsize=1024)
 def _derive_body_matrices(generic: Chain, home: tuple[tuple[sp.Symbol, sp.Expr], ...]) -> tuple[sp.Matrix, ...]:
-    """Return R_sb, the body Jacobian and [P] R_sb of a structure whose joints are at these values at home."""
+    """Return R_sb, the body Jacobian and [P] R_sb of a structure with the joint values `home` at home."""
     frames, point = frames_and_point(generic)
     last, at_home = frames[-1].rotation, frames[-1].rotation.xreplace(dict(home))
     rotation = _tidy(last * at_home.T)
@@ -200,9 +200,10 @@ def _derive_body_matrices(generic: Chain, home: tuple[tuple[sp.Symbol, sp.Expr],
 
 
 def _is_oblique(chain: Chain) -> bool:
-    """Tell whether axes are at odd angles to each other, or have odd angles in the table at home.
+    """Return whether the arm has odd angles: twists that are symbols in its structure, or irrational joint offsets.
 
-    As symbols in the place of these angles, they make thousands of terms of what is short in numbers.
+    An offset is irrational if it is not a rational multiple of pi. Symbols instead of these angles would turn short
+    numeric results into thousands of terms.
     """
     odd_twist = any(joint.alpha.free_symbols for joint in structure(chain).chain.joints[:-1])
     turning = [offset for offset, joint in zip(chain.offsets, chain.joints, strict=True) if joint.kind == "R"]
@@ -210,17 +211,17 @@ def _is_oblique(chain: Chain) -> bool:
 
 
 def rotate_back(axis: Axis, angle: sp.Expr, vectors: sp.Matrix) -> sp.Matrix:
-    """Return vectors, 3 x k, rotated back about a direction by an angle, multiplied out."""
+    """Return vectors, 3 x k, rotated by the negative angle about an axis direction, with products expanded."""
     cross = hat(axis.direction)
     turn = sp.eye(3) - sp.sin(angle) * cross + (1 - sp.cos(angle)) * cross**2
     return (turn.applyfunc(sp.expand) * vectors).applyfunc(sp.expand)
 
 
 def _derive_column(chain: Chain, number: int) -> sp.Matrix:
-    """Return a column of the body Jacobian, 6 x 1: its screw at home about P, moved back by the joints behind it.
+    """Return a column of the body Jacobian, 6 x 1: its home screw about P, moved back by the joints after it.
 
-    About a point on the axis of a joint, omega and the velocity of that point are only rotated by it, so that every
-    joint's sine and cosine occurs once in each product.
+    A joint only rotates omega and the velocity of a point on its axis, so each joint's sine and cosine occurs once in
+    each product.
     """
     axes, place = axes_of(chain)
     first = axes[number]
@@ -240,7 +241,7 @@ def _derive_column(chain: Chain, number: int) -> sp.Matrix:
 
 @lru_cache(maxsize=256)
 def _derive_oblique_body(chain: Chain) -> tuple[sp.Matrix, sp.Matrix]:
-    """Return R_sb and the body Jacobian by exponentials of the axes in the arm's own numbers."""
+    """Return R_sb and the body Jacobian by exponentials of the axes, with the arm's own numbers."""
     back = sp.eye(3)
     for axis, q in zip(axes_of(chain)[0], chain.q, strict=True):
         back = rotate_back(axis, q, back) if axis.kind == "R" else back
@@ -257,7 +258,7 @@ def _derive_body(chain: Chain) -> tuple[sp.Matrix, sp.Matrix]:
 
 
 def _fill_body(chain: Chain) -> tuple[sp.Matrix, sp.Matrix, sp.Matrix]:
-    """Return R_sb, the body Jacobian and [P] R_sb out of those of the arm's structure."""
+    """Return R_sb, the body Jacobian and [P] R_sb, computed from those of the arm's structure."""
     generic, home = structure(chain).chain, _find_home_offsets(chain)
     known = {home[q]: offset for q, offset in zip(chain.q, chain.offsets, strict=True) if home[q].is_Symbol}
     fill = derive(chain).fill
@@ -274,18 +275,18 @@ def body_rotation(chain: Chain) -> sp.Matrix:
 
 
 def body_jacobian(chain: Chain) -> sp.Matrix:
-    """Return J_b, 6 x n: the twist (omega, v) of the last link in {b}, v that of P."""
+    """Return J_b, 6 x n, for the twist (omega, v) of the last link in {b}: v is the velocity of P."""
     return _derive_body(chain)[1]
 
 
 def body_pose(chain: Chain) -> sp.Matrix:
-    """Return T_sb, 4 x 4."""
+    """Return the pose T_sb of the body frame, 4 x 4."""
     pose = body_rotation(chain).row_join(derive(chain).position)
     return pose.col_join(sp.Matrix([[0, 0, 0, 1]]))
 
 
 def body_adjoint(chain: Chain) -> sp.Matrix:
-    """Return [Ad T_sb], 6 x 6: the twist (omega, v) in {s} is this times the one in {b}."""
+    """Return [Ad T_sb], 6 x 6, which maps a twist (omega, v) in {b} to the same twist in {s}."""
     if _is_oblique(chain):
         rotation = body_rotation(chain)
         moved = (hat(derive(chain).position) * rotation).applyfunc(sp.expand)
@@ -310,7 +311,7 @@ def _describe_space(chain: Chain, rng: Stream) -> InSpace:
 
 
 def _ask_changed_twist(chain: Chain, rng: Stream) -> Asked | None:
-    """Sample a configuration and rates at which some of the twist in {b} is not zero."""
+    """Sample a configuration and joint rates for which the twist in {b} is not zero."""
     for _ in range(POSES):
         place = Configuration(sample_lengths(chain, rng), sample_pose(chain, rng))
         rates = {rate: sp.Rational(rng.choice([k for k in range(-8, 9) if k]), 10) for rate in chain.rates}
@@ -338,7 +339,7 @@ def _order_twist(chain: Chain) -> Sequence[int]:
 
 
 def _order_adjoint(chain: Chain, adjoint: np.ndarray) -> np.ndarray:
-    """Return an adjoint, (6, 6, …), for twists in the order in which they are presented, or the other way."""
+    """Return an adjoint, (6, 6, …), reordered from (omega, v) to the arm's order of twists, or back."""
     return np.asarray(adjoint[_order_twist(chain)][:, _order_twist(chain)])
 
 

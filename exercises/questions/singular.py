@@ -1,4 +1,4 @@
-"""Singular configurations and their type (6.8; Examples 6.2 and 6.3, with the shoulder that the book leaves out)."""
+"""Singular configurations and their type (6.8; Examples 6.2 and 6.3, including the shoulder omitted in the book)."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
@@ -36,7 +36,7 @@ def _ask_conditions(chain: Chain, rng: Stream) -> Asked:
 
 
 def objection_unless_singular(chain: Chain) -> str | None:
-    """Return the objection to an arm without singular configurations, or with nothing else."""
+    """Return the objection to an arm without singular configurations, or without regular ones."""
     components = singular_set(chain)
     if components is None:
         return "its Jacobian has less than full rank everywhere"
@@ -44,7 +44,7 @@ def objection_unless_singular(chain: Chain) -> str | None:
 
 
 def objection_unless_direction_lost(chain: Chain) -> str | None:
-    """Return the objection to an arm of which no singular configuration can lose one direction out of several."""
+    """Return the objection to an arm whose singular configurations can't lose one direction out of several."""
     m = len(chain.task)
     if refused := objection_unless_singular(chain):
         return refused
@@ -61,9 +61,9 @@ def _object_to_kinds(chain: Chain) -> str | None:
 
 @dataclass(frozen=True)
 class Place:
-    """The configurations that a question speaks of: given joint values, or those that a condition ties together.
+    """The configurations that a question is about: given joint values, or all that satisfy a condition.
 
-    The prompt shows joint values or `words`, never the condition: it is an answer to another question.
+    The prompt shows the joint values or `words`, never the condition, which is the answer to another question.
     """
 
     joints: dict[sp.Symbol, sp.Expr]
@@ -77,7 +77,7 @@ class Place:
 
 
 def find_components_at(chain: Chain, place: Place) -> list[tuple[Component, Component]]:
-    """Return the components that contain a place, each with the part of it that has the place's joint values."""
+    """Return the components that contain the configurations, each with its part that has the given joint values."""
     components = []
     for component in singular_set(chain) or ():
         if place.condition is not None:
@@ -97,12 +97,12 @@ class OfKind(Details):
     type: str
 
     def shown_values(self, chain: Chain) -> dict[str, float]:
-        """Return the joint values of the place."""
+        """Return the given joint values."""
         return by_name(self.place.joints)
 
 
 def _ask_type(chain: Chain, rng: Stream) -> Asked | None:
-    """Choose the right answer first, then a place of that kind; the kind is established by computation."""
+    """Choose the correct answer first, then configurations of that kind; the kind is computed."""
     components = singular_set(chain) or ()
     for kind in rng.permutation(tuple(OPTIONS)):
         place = _sample_place(chain, components, kind, rng)
@@ -131,7 +131,7 @@ def _sample_place(chain: Chain, components: tuple[Component, ...], kind: str, rn
 
 
 def _sample_regular_place(chain: Chain, components: tuple[Component, ...], rng: Stream) -> Place:
-    """Sample a regular pose that an error of a sign or of a right angle makes seem singular."""
+    """Return a random regular configuration that seems singular after a mistake of a sign or a right angle."""
     roots = [
         (joint, values)
         for component in components
@@ -140,7 +140,7 @@ def _sample_regular_place(chain: Chain, components: tuple[Component, ...], rng: 
     ]
     for attempt in range(200):
         joints = sample_pose(chain, rng)
-        if roots and attempt < 150:  # where no error leads far enough from the root, any regular pose will do
+        if roots and attempt < 150:  # if no mistake leads far enough from the root, accept any
             joints |= sample_false_root(roots, {}, rng)
         clear = _is_well_conditioned(chain, joints, rng) and not _may_become_singular(chain, joints)
         if clear and _find_kinds_over_lengths(chain, joints) == {"regular"}:
@@ -149,7 +149,7 @@ def _sample_regular_place(chain: Chain, components: tuple[Component, ...], rng: 
 
 
 def _may_become_singular(chain: Chain, joints: dict[sp.Symbol, sp.Expr]) -> bool:
-    """Tell whether det J may vanish for some lengths: a factor has terms of both signs, whatever the lengths are."""
+    """Return whether det J may be zero for some lengths, as one of its factors has terms of both signs."""
     if len(chain.task) != chain.n or not chain.parameters:
         return False
     for factor in sp.Mul.make_args(derive(chain).determinant.xreplace(joints)):
@@ -166,7 +166,7 @@ def _is_well_conditioned(chain: Chain, joints: dict[sp.Symbol, sp.Expr], rng: St
 
 
 def _sample_poses(chain: Chain, component: Component, rng: Stream) -> Iterator[dict[sp.Symbol, sp.Expr]]:
-    """Yield singular poses of a component: its values, with the other joints sampled anew each time."""
+    """Yield configurations of a component: its joint values, with new random values of the other joints each time."""
     assert component.solutions is not None
     joints = [joint for joint, _ in component.solutions]
     combinations = [
@@ -178,11 +178,11 @@ def _sample_poses(chain: Chain, component: Component, rng: Stream) -> Iterator[d
 
 _TRIED_LENGTHS = (sp.Rational(1, 20), sp.Rational(3, 10), sp.Rational(7, 10), sp.S(2), sp.S(6))
 _MORE_LENGTHS = 20
-"""An answer that holds "for any lengths that are not given" is tried with very different ones."""
+"""Test values of symbolic lengths, and the number of random ones: a kind must hold for very different lengths."""
 
 
 def _try_lengths(chain: Chain) -> Iterator[dict[sp.Symbol, sp.Rational]]:
-    """Yield open lengths: each of the tried ones in turn, then lengths sampled between a twentieth and six."""
+    """Yield values of the symbolic lengths: the tried values in turn, then random values between 0.05 and 6."""
     count = len(_TRIED_LENGTHS) if chain.parameters else 1
     for first in range(count):
         yield {s: _TRIED_LENGTHS[(first + 2 * i) % count] for i, s in enumerate(chain.parameters)}
@@ -192,9 +192,9 @@ def _try_lengths(chain: Chain) -> Iterator[dict[sp.Symbol, sp.Rational]]:
 
 
 def _find_kinds_over_lengths(chain: Chain, joints: dict[sp.Symbol, sp.Expr]) -> frozenset[str | None]:
-    """Return the kinds that a pose has over the tried lengths, each open length taking each of them in turn.
+    """Return the kinds that a configuration has over the tried values of the symbolic lengths.
 
-    It is the pose of the bare arm that counts, and of that not where joint 1 is, if it moves the arm as a whole.
+    The arm is normalized first. Joint 1 is set to zero if it moves the arm as a whole, as it then does not matter.
     """
     values = normalized_values(chain, joints)
     if first_joint_moves_all(chain):
@@ -208,7 +208,7 @@ def _find_kinds(chain: Chain, values: tuple[sp.Expr, ...]) -> frozenset[str | No
     samples = []
     for lengths in _try_lengths(chain):
         places = [known[k] if k in known else sp.N(value.xreplace(lengths)) for k, value in enumerate(values)]
-        if not all(place.is_real for place in places):  # no such pose with these lengths
+        if not all(place.is_real for place in places):  # no such configuration with these lengths
             return frozenset({None})
         arm = NumericChain(chain, {symbol.name: float(value) for symbol, value in lengths.items()})
         samples.append(Sample(arm, np.array([float(place) for place in places])))

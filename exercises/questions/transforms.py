@@ -15,12 +15,12 @@ from qdot.exercises.problem.problem import Details
 from qdot.exercises.questions.base import Question, objection_to_point, objection_to_size, rates_to
 
 MOST_JOINTS = 5
-"""Up to so many joints transforms are multiplied out by hand; of those, up to MOST_TERMS terms."""
+"""Maximum number of joints whose transforms are multiplied by hand; the result also has at most MOST_TERMS terms."""
 
 
 @dataclass(frozen=True)
 class AngleSum:
-    """An entry of T_{w,i} as the product of row and column gives it, and with the angles of parallel joints added."""
+    """An entry of T_{w,i} before and after an angle-sum identity adds the angles of parallel joints."""
 
     number: int
     entry: tuple[int, int]
@@ -41,7 +41,7 @@ class ToolColumn:
 
 @dataclass(frozen=True, kw_only=True)
 class ByTransforms(Details):
-    """About T_{w,n}: the transforms T_{w,0} ... T_{w,n} that lead to it, and where angles first add up in them."""
+    """About T_{w,n}: the transforms T_{w,0} ... T_{w,n}, and the first entry with a sum of joint angles, if any."""
 
     poses: tuple[sp.Matrix, ...]
     sum: AngleSum | None
@@ -49,15 +49,15 @@ class ByTransforms(Details):
 
 @dataclass(frozen=True, kw_only=True)
 class InToolFrame(Details):
-    """About the Jacobian in the last frame: what its columns are made of."""
+    """About the Jacobian in the last frame: the vectors in its columns."""
 
     columns: tuple[ToolColumn, ...]
 
 
 def first_angle_sum(chain: Chain, poses: tuple[sp.Matrix, ...]) -> AngleSum | None:
-    """Return the first entry in which angles of parallel joints add up; `poses` are T_{w,0} ... T_{w,n}.
+    """Return the first entry with a sum of angles of parallel joints, or None; `poses` are T_{w,0} ... T_{w,n}.
 
-    It is looked for in the columns x_i: a row of T_{w,i-1} times the first column of T_{i-1,i}.
+    Only the columns x_i are searched: a row of T_{w,i-1} times the first column of T_{i-1,i}.
     """
     convention = convention_of(chain)
     for i, joint in enumerate(convention.rows[1:], 2):

@@ -1,7 +1,8 @@
-"""The wrist-partitioned problem of six joints: det J = det J11 det J22.
+"""The Jacobian of six joints with a spherical wrist: det J = det J11 det J22.
 
-Where the axes of the last three joints meet in P, these joints do not move P: columns 4 to 6 of J have no linear
-part, and J is block triangular. J11 (3 x 3) is what the arm does to P, J22 what the wrist does to the hand's turn.
+If the axes of the last three joints meet in P, these joints do not move P. Columns 4 to 6 of J then have no linear
+part, and J is block triangular. J11 (3 x 3) maps the arm's joint rates to the velocity of P. J22 maps the wrist's joint
+rates to the angular velocity that the wrist adds.
 """
 
 from dataclasses import dataclass
@@ -26,7 +27,7 @@ from qdot.exercises.questions.base import MOST_TERMS, Question, joint_rates, obj
 
 @lru_cache(maxsize=1024)
 def _write_wrist_axes(generic: Chain) -> sp.Matrix:
-    """Return the axes of joints 4 to 6 of a structure in the coordinates of the frame on the first of them (3 x 3)."""
+    """Return the axes of joints 4 to 6 of a structure in the coordinates of the frame on axis 4 (3 x 3)."""
     axes = [frame_behind(generic.joints[3:i]).rotation * Z for i in (3, 4, 5)]
     for joint in generic.joints[3 : convention_of(generic).frame_on_axis(4)]:  # joint 4, if that frame rotates with it
         axes = [rot_z(-joint.theta) * axis for axis in axes]
@@ -35,7 +36,7 @@ def _write_wrist_axes(generic: Chain) -> sp.Matrix:
 
 @lru_cache(maxsize=1024)
 def _derive_arm_from_frame_1(generic: Chain) -> sp.Matrix:
-    """Return R_1^T J11 of a structure (3 x 3): the arm block as link 1 sees it, with the same determinant."""
+    """Return R_1^T J11 of a structure (3 x 3): the arm block in the coordinates of link 1, with equal determinant."""
     first, turn = generic.joints[0], rot_x(convention_of(generic).from_standard(1)[0])
     point = frame_behind(generic.joints[1:4]).origin
     behind = sp.Matrix([first.a, first.d * sp.sin(first.alpha), first.d * sp.cos(first.alpha)])  # r_1 in frame 1
@@ -58,7 +59,7 @@ def _factor_determinants(generic: Chain) -> tuple[Factored, Factored]:
 
 
 def arm_block(chain: Chain) -> sp.Matrix:
-    """Return J11, the linear rows of joints 1 to 3, world frame (3 x 3)."""
+    """Return J11, the linear rows of joints 1 to 3, in the world frame (3 x 3)."""
     return derive(chain).geometric[:3, :3]
 
 
@@ -75,12 +76,12 @@ def block_determinants(chain: Chain) -> sp.Matrix:
 
 @dataclass(frozen=True)
 class Blocks:
-    """What leads to the determinants: the blocks, how they are expanded, and where they vanish.
+    """The steps to the determinants: the blocks, their expansions, and their zeros.
 
-    `arm_seen` is R_1^T J11, `expanded` det J22 along the first column of J22, before it is simplified; `arm_zeros`
-    are the factors of det J11 in which joints occur, `straight` the values of theta5 at which det J22 vanishes.
-    `in_line` tells whether axes 4 and 6 are on one line there: with twists of 90 degrees, as usual. Otherwise the
-    three axes are in one plane.
+    `arm_seen` is R_1^T J11. `expanded` is det J22 along the first column of J22, before it is simplified. `arm_zeros`
+    are the factors of det J11 that depend on joints. `straight` are the values of theta5 at which det J22 is zero.
+    `in_line` says whether axes 4 and 6 are collinear there, as they are for the usual twists of 90 degrees. Otherwise
+    the three axes are coplanar.
     """
 
     arm: sp.Matrix
@@ -94,16 +95,16 @@ class Blocks:
 
 @dataclass(frozen=True, kw_only=True)
 class ByBlocks(Details):
-    """About the determinants of the blocks, and what leads to them."""
+    """About the determinants of the blocks, with the steps to them."""
 
     blocks: Blocks
 
 
 @dataclass(frozen=True, kw_only=True)
 class WristAxes(Details):
-    """About J22: the rotations between the frames on the three axes, and the axes of joints 5 and 6 in the first.
+    """About J22: the rotations between the frames on the three axes, and axes 5 and 6 in the first of these frames.
 
-    `inner` is the axis of joint 6 in the frame on that of joint 5; `z_4` and `z_5` are called so in a standard table.
+    `inner` is axis 6 in the frame on axis 5. `z_4` and `z_5` are axes 5 and 6, named as in a standard table.
     """
 
     rotations: tuple[sp.Matrix, ...]
@@ -113,7 +114,7 @@ class WristAxes(Details):
 
 
 def blocks(chain: Chain) -> Blocks:
-    """Return the blocks of an arm that falls into them."""
+    """Return the blocks of an arm with a spherical wrist, and the steps to their determinants."""
     known, fill = structure(chain), derive(chain).fill
     wrist = wrist_block(chain)
     factors = (substitute(factor, dict(known.values)) for factor, _ in _factor_determinants(known.chain)[0].factors)
@@ -133,7 +134,7 @@ def _drop_sign(factor: sp.Expr) -> sp.Expr:
 
 
 def _wrap_angle(angle: sp.Expr) -> sp.Expr:
-    """Return a numeric angle in (-pi, pi], and one with symbols in it as it is."""
+    """Return an angle, wrapped to (-pi, pi] if it is numeric, else unchanged."""
     return sp.pi - sp.Mod(sp.pi - angle, 2 * sp.pi) if angle.is_number else angle
 
 
@@ -147,7 +148,7 @@ def _describe_wrist(chain: Chain, rng: Stream) -> WristAxes:
 
 @lru_cache(maxsize=1024)
 def _is_at_wrist_centre(generic: Chain, centre: int) -> bool:
-    """Tell whether P is where the last three axes meet: O_4, or O_5 or O_6 where it is the same place."""
+    """Return whether P is the point where the last three axes meet: O_4, or O_5 or O_6 if that is the same point."""
     if generic.point.frame < centre:
         return False
     frames, point = frames_and_point(generic)
@@ -155,7 +156,7 @@ def _is_at_wrist_centre(generic: Chain, centre: int) -> bool:
 
 
 def objection_unless_partitioned(chain: Chain) -> str | None:
-    """Return the objection to arms whose Jacobian does not fall into blocks at P."""
+    """Return the objection to arms whose Jacobian at P is not block triangular."""
     if chain.n != 6 or chain.task != TASK_ROWS:
         return "it has not six joints for all six rows"
     centre = wrist_centre(chain)
@@ -165,7 +166,7 @@ def objection_unless_partitioned(chain: Chain) -> str | None:
 
 
 def objection_to_long_block(chain: Chain) -> str | None:
-    """Return the objection to arms whose block J11 is too much by hand."""
+    """Return the objection to arms whose block J11 is too long to work out by hand."""
     entries = (sp.expand(entry) for entry in derive(structure(chain).chain).geometric[:3, :3])
     count = sum(len(sp.Add.make_args(entry)) for entry in entries if entry != 0)
     return f"its arm block has {count} terms, too many to be worked out by hand" if count > MOST_TERMS else None
