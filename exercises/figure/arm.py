@@ -53,13 +53,13 @@ class Scene:
         return np.asarray(self.bones.frames[i - 1, :3, 2])
 
     def is_flat(self, i: int) -> bool:
-        """Whether the axis of joint i points at the reader or away, so that the joint is seen end-on."""
+        """Return whether the axis of joint i points at the reader or away, so that the joint is seen end-on."""
         return self.view.is_end_on(self.axis(i))
 
     def is_beside(self, i: int) -> bool:
-        """Whether the glyph of joint i is on the joint's axis but neither on the link nor at the origin."""
-        start, place = self.bones.origins[i - 1], self.places[i - 1]
-        along, reach = float((place - start) @ self.axis(i)), self.bones.corners[i - 1] - start
+        """Return whether the glyph of joint i is on the joint's axis but neither on the link nor at the origin."""
+        start, glyph_position = self.bones.origins[i - 1], self.places[i - 1]
+        along, reach = float((glyph_position - start) @ self.axis(i)), self.bones.corners[i - 1] - start
         share = along / float(reach @ self.axis(i)) if _is_movable(self.bones, i - 1) else np.inf
         return abs(along) > 1e-9 and not 0.0 <= share <= 1.0
 
@@ -90,12 +90,12 @@ def convention_frames(chain: Chain, bones: Skeleton) -> np.ndarray:
 
 
 def _is_movable(bones: Skeleton, i: int) -> bool:
-    """Whether a link runs along the axis of joint i, so that its glyph can be moved along the link."""
+    """Return whether a link runs along the axis of joint i, so that its glyph can be moved along the link."""
     return bool(np.linalg.norm(bones.corners[i] - bones.origins[i]) > 1e-6)
 
 
 def _has_room(chain: Chain) -> bool:
-    """Whether all x axes are drawn even if many start at one point, as for a wrist in modified DH."""
+    """Return whether all x axes are drawn even if many start at one point, as for a wrist in modified DH."""
     return convention_of(chain).has_frames_of_joints and chain.n <= FEW
 
 
@@ -125,12 +125,12 @@ def _free_place(bones: Skeleton, view: View, i: int, taken: list[np.ndarray]) ->
 
 
 def is_point(bones: Skeleton) -> bool:
-    """Whether the arm has no links, like a wrist."""
+    """Return whether the arm has no links, like a wrist."""
     return bool(np.ptp(np.vstack([bones.origins, bones.corners, bones.path]), axis=0).max() < 1e-6)
 
 
 def _shares_origin(bones: Skeleton) -> bool:
-    """Whether joints 1 and 2 have the same origin and neither can be moved along a link."""
+    """Return whether joints 1 and 2 have the same origin and neither can be moved along a link."""
     distance = np.linalg.norm(bones.origins[1] - bones.origins[0])
     return len(bones.corners) > 1 and bool(distance < 1e-6) and not (_is_movable(bones, 0) or _is_movable(bones, 1))
 
@@ -144,8 +144,8 @@ def draw_link(scene: Scene, i: int) -> Drawing:
     if scene.is_beside(i):
         shapes += _bar(scene.view, [scene.places[i - 1], start], "link")
     if joint.kind == "P":
-        place = scene.places[i - 1]
-        shapes += _bar(scene.view, [place, corner], "rod") + _bar(scene.view, [start, place], "link")
+        glyph_position = scene.places[i - 1]
+        shapes += _bar(scene.view, [glyph_position, corner], "rod") + _bar(scene.view, [start, glyph_position], "link")
         shapes += _bar(scene.view, [corner, end], "link")
     else:
         shapes += _bar(scene.view, [start, corner, end], "link")
@@ -187,22 +187,22 @@ def anchors_beside(first: Pair, second: Pair) -> tuple[tuple[Pair, Pair], ...]:
     if (round(up[1], 3), round(up[0], 3)) > (0.0, 0.0):
         up = (-up[0], -up[1])
     down = (-up[0], -up[1])
-    spots = [(first[0] + share * dx, first[1] + share * dy) for share in (0.5, 0.65, 0.35, 0.8, 0.2)]
-    return tuple((spot, side) for spot in spots for side in (up, down))
+    points = [(first[0] + share * dx, first[1] + share * dy) for share in (0.5, 0.65, 0.35, 0.8, 0.2)]
+    return tuple((point, side) for point in points for side in (up, down))
 
 
 def draw_joint(scene: Scene, i: int) -> Drawing:
     """Return the glyph of joint i."""
-    kind, place, z, view = scene.chain.joints[i - 1].kind, scene.places[i - 1], scene.axis(i), scene.view
+    kind, position, z, view = scene.chain.joints[i - 1].kind, scene.places[i - 1], scene.axis(i), scene.view
     shapes: tuple[Polyline | Circle, ...]
     if scene.is_flat(i) and kind == "R":
-        center = view.px(place)
+        center = view.px(position)
         shapes = (Circle(center, JOINT, "joint-face"), *_end_on_mark(center, view.toward(z) > 0))
     elif kind == "R":
-        shapes = cylinder(view, place, z, JOINT, HALF)
+        shapes = cylinder(view, position, z, JOINT, HALF)
     else:
-        half = min(SLEEVE, 0.4 * view.scale * float(np.linalg.norm(scene.bones.corners[i - 1] - place)))
-        shapes = box(view, place, z, max(half, 8.0), 9.0 if scene.is_planar else 8.0)
+        half = min(SLEEVE, 0.4 * view.scale * float(np.linalg.norm(scene.bones.corners[i - 1] - position)))
+        shapes = box(view, position, z, max(half, 8.0), 9.0 if scene.is_planar else 8.0)
     return Drawing((Glyph(i, kind, shapes),))
 
 

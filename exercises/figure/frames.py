@@ -68,13 +68,13 @@ def _joint_axes(scene: Scene) -> Drawing:
     home = entries_of_pose(scene.chain, {q.name: 0.0 for q in scene.chain.q})
     prime = () if np.allclose(scene.bones.entries, home) else roman("′")
     for i, joint in enumerate(scene.chain.joints, 1):
-        name, axis, place = symbol("ω" if joint.kind == "R" else "v", str(i)), scene.axis(i), scene.places[i - 1]
+        name, axis, position = symbol("ω" if joint.kind == "R" else "v", str(i)), scene.axis(i), scene.places[i - 1]
         name = (*name, *prime)
         if not view.is_end_on(axis):
-            part += _axis(view, place, axis, "z", name, AXIS[scene.is_planar])
+            part += _axis(view, position, axis, "z", name, AXIS[scene.is_planar])
             continue
-        spot = view.px(place)
-        anchors = tuple((spot, direction) for direction in ((0.7, -0.7), (-0.7, -0.7), (0.7, 0.7), (-0.7, 0.7)))
+        pixel = view.px(position)
+        anchors = tuple((pixel, direction) for direction in ((0.7, -0.7), (-0.7, -0.7), (0.7, 0.7), (-0.7, 0.7)))
         part += Drawing((), (Request(name, anchors, "z", gap=13.0, rank=2, kind="axis"),))
     return part
 
@@ -103,7 +103,7 @@ def draw_body_frame(scene: Scene) -> Drawing:
 
 
 def has_body_frame(scene: Scene) -> bool:
-    """Whether the body frame is drawn or named: at home, if P is on the last link."""
+    """Return whether the body frame is drawn or named: at home, if P is on the last link."""
     return not convention_of(scene.chain).has_frames and scene.is_home and scene.chain.point.frame == scene.chain.n
 
 
@@ -115,9 +115,9 @@ def draw_origins(scene: Scene) -> Drawing:
     """Return the names of the origins O_0 ... O_n and of P; coincident points share a label."""
     names: list[tuple[np.ndarray, tuple[TextRun, ...]]] = []
     point = scene.bones.path[-1]
-    shown = list(enumerate(scene.frames[:, :3, 3])) if convention_of(scene.chain).has_frames else []
+    origins = list(enumerate(scene.frames[:, :3, 3])) if convention_of(scene.chain).has_frames else []
     body = roman(", {b}") if has_body_frame(scene) else ()
-    marks = [(point, (*symbol("P"), *body))] + [(o, symbol("O", str(i))) for i, o in shown]
+    marks = [(point, (*symbol("P"), *body))] + [(o, symbol("O", str(i))) for i, o in origins]
     for position, pieces in marks:
         for k, (earlier_position, earlier_pieces) in enumerate(names):
             if np.linalg.norm(position - earlier_position) * scene.view.scale < 1.0:
@@ -127,8 +127,8 @@ def draw_origins(scene: Scene) -> Drawing:
             names.append((position, pieces))
     labels = []
     for number, (position, pieces) in enumerate(names):
-        spot = scene.view.px(position)
-        anchors = tuple((spot, direction) for direction in ((0.6, 0.8), (-0.6, 0.8), (0.7, -0.7), (-0.7, -0.7)))
+        pixel = scene.view.px(position)
+        anchors = tuple((pixel, direction) for direction in ((0.6, 0.8), (-0.6, 0.8), (0.7, -0.7), (-0.7, -0.7)))
         labels.append(Request(pieces, anchors, gap=11.0, rank=1 if number == 0 else 3, kind="origin"))
     dot = (Circle(scene.view.px(point), 4.6, "point"),)
     return Drawing(dot, tuple(labels))
@@ -140,15 +140,15 @@ def crowding_cost(scene: Scene) -> tuple[float, float]:
     The second also counts origins on an axis of the world frame. A cost of 0 means that all are apart.
     """
     view, base = scene.view, convention_of(scene.chain).base
-    spots = [view.px(place) for place in _distinct_origins(scene)]
-    arm_cost = sum(_closeness_cost(math.dist(p, q), ROOMY) for p, q in combinations(spots, 2))
+    points = [view.px(origin) for origin in _distinct_origins(scene)]
+    arm_cost = sum(_closeness_cost(math.dist(p, q), ROOMY) for p, q in combinations(points, 2))
     if not any(base.position):
         return arm_cost, 0.0
     world, cost = view.px(np.zeros(3)), 0.0
     for axis in [axis for axis in np.eye(3) if not scene.is_planar or view.lies_flat(axis)]:
         end = view.px(AXIS[scene.is_planar] / view.scale * axis)
-        cost += sum(_closeness_cost(_distance(spot, world, end), TOUCHING) for spot in spots)
-    return arm_cost, cost + sum(_closeness_cost(math.dist(spot, world), ROOMY) for spot in spots)
+        cost += sum(_closeness_cost(_distance(point, world, end), TOUCHING) for point in points)
+    return arm_cost, cost + sum(_closeness_cost(math.dist(point, world), ROOMY) for point in points)
 
 
 def _closeness_cost(distance: float, room: float) -> float:
@@ -180,8 +180,8 @@ def page_normals(scene: Scene) -> Drawing:
         labelled = range(1, n + 1)
     for i in labelled:
         if abs(signs[i]) > 0.9:
-            spot = view.px(scene.frames[i, :3, 3])
-            anchors = tuple((spot, direction) for direction in ((-0.7, -0.7), (0.7, 0.7), (-0.7, 0.7), (0.7, -0.7)))
+            pixel = view.px(scene.frames[i, :3, 3])
+            anchors = tuple((pixel, direction) for direction in ((-0.7, -0.7), (0.7, 0.7), (-0.7, 0.7), (0.7, -0.7)))
             labels.append(Request(symbol("z", str(i)), anchors, "z", gap=11.0, rank=2, kind="axis"))
     return Drawing((), tuple(labels))
 
@@ -211,8 +211,8 @@ def draw_world(scene: Scene) -> Drawing:
             part += Drawing((line,), (Request(magnitude(base.position[k]), anchors, "text", gap=4.0, rank=1),))
         corner = corner + leg
     if is_apart:
-        spot = view.px(np.zeros(3))
-        anchors = ((spot, (-0.7, 0.7)), (spot, (0.7, 0.7)))
+        pixel = view.px(np.zeros(3))
+        anchors = ((pixel, (-0.7, 0.7)), (pixel, (0.7, 0.7)))
         part += Drawing((), (Request(symbol("O", name), anchors, gap=6.0, rank=3, kind="origin"),))
     return part if by_axes else part + _yaw(scene, is_apart)
 
@@ -228,7 +228,7 @@ def _first_length(scene: Scene) -> Drawing:
 
 
 def _is_along_first_link(scene: Scene, k: int) -> bool:
-    """Whether the dashed line along axis k of the world frame ends at O_0 and the first link runs along it."""
+    """Return whether the dashed line along axis k of the world frame ends at O_0 and the first link runs along it."""
     rest, link = convention_of(scene.chain).base.position[k + 1 :], scene.bones.corners[0] - scene.bones.origins[0]
     return not any(rest) and abs(float(link[k])) > 0.99 * float(np.linalg.norm(link)) > 0
 

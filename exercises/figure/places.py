@@ -46,8 +46,8 @@ class Ink:
     def hits(self, box: Box) -> int:
         """Return how many points a box covers."""
         left, top, right, bottom = box
-        inside = (self._left < right) & (self._right > left) & (self._top < bottom) & (self._bottom > top)
-        return int(np.count_nonzero(inside))
+        is_covered = (self._left < right) & (self._right > left) & (self._top < bottom) & (self._bottom > top)
+        return int(np.count_nonzero(is_covered))
 
 
 def samples(shapes: Iterable[Shape]) -> np.ndarray:
@@ -89,7 +89,7 @@ class Line:
         self._low, self._high = (min(x0, x1) - THIN, min(y0, y1) - THIN), (max(x0, x1) + THIN, max(y0, y1) + THIN)
 
     def is_near(self, box: Box) -> bool:
-        """Whether the line may pass through a box."""
+        """Return whether the line may pass through a box."""
         left, top, right, bottom = box
         return right > self._low[0] and left < self._high[0] and bottom > self._low[1] and top < self._high[1]
 
@@ -98,19 +98,19 @@ class Line:
         return self._ink.hits(box)
 
     def is_under(self, box: Box) -> bool:
-        """Whether a box covers points of the line."""
+        """Return whether a box covers points of the line."""
         left, top, right, bottom = box
         return any(left - 1 < x < right + 1 and top - 1 < y < bottom + 1 for x, y in self._points)
 
     def crosses(self, start: Pair, end: Pair) -> bool:
-        """Whether the line crosses another one."""
+        """Return whether the line crosses another one."""
         return _lie_on_both_sides(start, end, self.start, self.end) and _lie_on_both_sides(
             self.start, self.end, start, end
         )
 
 
 def _lie_on_both_sides(start: Pair, end: Pair, first: Pair, second: Pair) -> bool:
-    """Whether two points lie clearly on different sides of a line."""
+    """Return whether two points lie clearly on different sides of a line."""
     first_side, second_side = _side(start, end, first), _side(start, end, second)
     return (first_side < 0 < second_side) or (second_side < 0 < first_side)
 
@@ -127,9 +127,9 @@ def _order(anchors: int) -> tuple[_PlaceEntry, ...]:
     entries: list[_PlaceEntry] = []
     for anchor in range(anchors):
         for further in FURTHER:
-            for turn in map(math.radians, ROUND):
-                cost = round(100 * (1.2 * further + 9.0 * abs(turn) + 1.5 * anchor))
-                entries.append((cost, len(entries), anchor, further, (math.cos(turn), math.sin(turn))))
+            for angle in map(math.radians, ROUND):
+                cost = round(100 * (1.2 * further + 9.0 * abs(angle) + 1.5 * anchor))
+                entries.append((cost, len(entries), anchor, further, (math.cos(angle), math.sin(angle))))
     return tuple(sorted(entries))
 
 
@@ -183,45 +183,45 @@ class Places:
         """
         x0, y0, x1, y1 = self._reach
         taken = [box for box in taken if box[0] < x1 and box[2] > x0 and box[1] < y1 and box[3] > y0]
-        room = [(left - 2, top - 1, right + 2, bottom + 1) for left, top, right, bottom in taken]
-        known = self._known
-        best, least = -1, math.ceil(100 * min(most, 1e9)) + 1
+        padded_boxes = [(left - 2, top - 1, right + 2, bottom + 1) for left, top, right, bottom in taken]
+        known_places = self._known
+        best, least_cost = -1, math.ceil(100 * min(most, 1e9)) + 1
         for base_cost, number, anchor, further, turn in _order(len(self._anchors)):
-            if base_cost > least or (base_cost == least and number > best):
+            if base_cost > least_cost or (base_cost == least_cost and number > best):
                 break
-            place = known.get(number)
+            place = known_places.get(number)
             if place is None:
-                place = known[number] = self._place(base_cost, anchor, further, turn)
-            if place.least > least:
+                place = known_places[number] = self._place(base_cost, anchor, further, turn)
+            if place.least > least_cost:
                 continue
             left, top, right, bottom = place.box
             overlap_cost = 0
-            for x0, y0, x1, y1 in room:
+            for x0, y0, x1, y1 in padded_boxes:
                 if left < x1 and right > x0 and top < y1 and bottom > y0:
                     overlap_cost += BOX_COST
-            if overlap_cost + place.least > least:
+            if overlap_cost + place.least > least_cost:
                 continue
             cost = overlap_cost + self._cost_with_lines(place, lines)
-            if cost <= least:
+            if cost <= least_cost:
                 if place.leader < 0:
                     self._evaluate_leader(place)
                 cost += place.leader
-                if place.leader and cost <= least and _is_crossed(place.box, place.end, taken, lines):
+                if place.leader and cost <= least_cost and _is_crossed(place.box, place.end, taken, lines):
                     cost += CROSSED_COST
-                if cost < least or (cost == least and number < best):
-                    best, least = number, cost
-        return (known[best].box, least / 100) if best >= 0 else None
+                if cost < least_cost or (cost == least_cost and number < best):
+                    best, least_cost = number, cost
+        return (known_places[best].box, least_cost / 100) if best >= 0 else None
 
     def _place(self, base_cost: int, anchor: int, further: float, turn: _Turn) -> _Place:
         """Return the place whose box touches a circle of radius gap + further around the anchor from outside."""
         (w, h), (x, y, u, v), (cos, sin) = self._half, self._anchors[anchor], turn
         c, s = u * cos - v * sin, v * cos + u * sin
-        aside, above = abs(c), abs(s)
-        reach = self._gap + further + (w / aside if w * above < h * aside else h / above)
+        horizontal, vertical = abs(c), abs(s)
+        reach = self._gap + further + (w / horizontal if w * vertical < h * horizontal else h / vertical)
         x, y = x + c * reach, y + s * reach
         box = left, top, right, bottom = x - w, y - h, x + w, y + h
-        inside = left >= EDGE and top >= EDGE and right <= self._right and bottom <= self._bottom
-        return _Place(box, base_cost if inside else base_cost + OUTSIDE_COST)
+        is_inside = left >= EDGE and top >= EDGE and right <= self._right and bottom <= self._bottom
+        return _Place(box, base_cost if is_inside else base_cost + OUTSIDE_COST)
 
     def _cost_with_lines(self, place: _Place, lines: Sequence[Line]) -> int:
         """Return the cost of a place with the lines that it covers, including other labels' leaders."""
@@ -250,7 +250,7 @@ class Places:
         return distance, self._spots[gaps.index(distance)]
 
     def _is_confused(self, box: Box, distance: float) -> bool:
-        """Whether another thing of the kind is not clearly further away than the label's own thing."""
+        """Return whether another thing of the kind is not clearly further away than the label's own thing."""
         for rival in _points_near(box, self._rivals, distance + CLEARLY):
             gap = _gap(box, rival)
             if distance > gap - CLEARLY and (gap < self._far or self._is_around(rival)):
@@ -258,7 +258,7 @@ class Places:
         return False
 
     def _is_around(self, rival: Pair) -> bool:
-        """Whether a point is near any place; a point far from all of them causes no confusion."""
+        """Return whether a point is near any place; a point far from all of them causes no confusion."""
         (x, y), far = rival, self._far
         left, top, right, bottom = self._bounding_box()
         return left - far < x < right + far and top - far < y < bottom + far
@@ -276,7 +276,7 @@ class Places:
         return self._all
 
     def needs_leader(self, box: Box) -> bool:
-        """Whether a label in a box is far from its own thing, or nearer to another thing of the kind."""
+        """Return whether a label in a box is far from its own thing, or nearer to another thing of the kind."""
         distance, _ = self.nearest(box)
         return distance > self._far or any(
             _gap(box, rival) < distance for rival in _points_near(box, self._rivals, distance)
@@ -285,8 +285,8 @@ class Places:
 
 def _unit(wish: Pair) -> Pair:
     """Return the unit vector along a direction; an arbitrary one for the zero vector of a link seen end-on."""
-    turn = math.atan2(wish[1], wish[0])
-    return math.cos(turn), math.sin(turn)
+    angle = math.atan2(wish[1], wish[0])
+    return math.cos(angle), math.sin(angle)
 
 
 def _ink_cost(hits: int) -> int:
@@ -314,7 +314,7 @@ def leader_start(box: Box, spot: Pair) -> Pair:
 
 
 def _is_crossed(box: Box, spot: Pair, taken: Sequence[Box], lines: Sequence[Line]) -> bool:
-    """Whether the segment from a box to a point crosses other boxes or leaders."""
+    """Return whether the segment from a box to a point crosses other boxes or leaders."""
     (x, y), (u, v) = start, _ = leader_start(box, spot), spot
     x0, x1, y0, y1 = min(x, u), max(x, u), min(y, v), max(y, v)
     for left, top, right, bottom in taken:

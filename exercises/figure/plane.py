@@ -40,7 +40,7 @@ def camera(chain: Chain) -> np.ndarray:
 
 
 def is_flat(chain: Chain) -> bool:
-    """Whether the arm is drawn flat: it never leaves a plane of two axes of the world."""
+    """Return whether the arm is drawn flat: it never leaves a plane of two axes of the world."""
     return plane(chain) is not None
 
 

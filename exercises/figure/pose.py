@@ -47,7 +47,7 @@ USUAL = 0.3
 class Skeleton:
     """The arm in a pose, world frame, metres: frames (n+1 x 4 x 4), corners (n x 3), table entries (n), path to P.
 
-    Corner i-1 is O_{i-1} + d_i z_{i-1}, where link i bends from z_{i-1} to x_i; `path` leads from O_k to P.
+    Corner i-1 is O_{i-1} + d_i z_{i-1}, the point at which link i bends from z_{i-1} to x_i. `path` is from O_k to P.
     """
 
     frames: np.ndarray
@@ -226,9 +226,9 @@ def _score_without_clearance(
     score = 1.5 * np.minimum(lengths.min(axis=1) / 85, 1)
     score = score + 0.3 * np.minimum(lengths.mean(axis=1) / 150, 1) + _angle_score(chain, frames, entries, view)
     up = frames[:, 0, :3, 1 if abs(view[2] @ frames[0, 0, :3, 2]) > 0.999 else 2]
-    above = np.einsum("kspx,kx->ksp", pieces - frames[:, 0, None, None, :3, 3], up).reshape(len(entries), -1)
-    score = score + 3.0 * np.minimum(above.min(axis=1) * scale / 40, 0).clip(-1)
-    score = score + 0.4 * np.minimum((above[:, -1] * scale) / 60, 1)
+    heights = np.einsum("kspx,kx->ksp", pieces - frames[:, 0, None, None, :3, 3], up).reshape(len(entries), -1)
+    score = score + 3.0 * np.minimum(heights.min(axis=1) * scale / 40, 0).clip(-1)
+    score = score + 0.4 * np.minimum((heights[:, -1] * scale) / 60, 1)
     if not is_flat(chain):
         z_axes = np.linalg.norm(frames[:, :, :3, 2] @ view[:2].T, axis=2)
         score = score + 0.8 * np.minimum(z_axes.min(axis=1) / 0.6, 1) + 0.9 * _axes_apart(frames, view)
@@ -257,16 +257,16 @@ def clearance(flat: np.ndarray, axes: int) -> np.ndarray:
     """
     shares = np.linspace(0.0, 1.0, 6)[:, None]
     points = flat[:, :, None, 0] * (1 - shares) + flat[:, :, None, 1] * shares
-    least, link = np.full(len(flat), np.inf), flat.shape[1] - axes - 1
+    distances, link = np.full(len(flat), np.inf), flat.shape[1] - axes - 1
     for i, j in itertools.combinations(range(flat.shape[1]), 2):
-        near = j == i + 1 or i >= link
-        first, second = (points[:, i, :4], points[:, j, 2:]) if near else (points[:, i], points[:, j])
+        is_adjacent = j == i + 1 or i >= link
+        first, second = (points[:, i, :4], points[:, j, 2:]) if is_adjacent else (points[:, i], points[:, j])
         x, y = (first[:, :, None, k] - second[:, None, :, k] for k in range(2))
         gaps = np.sqrt((x * x + y * y).reshape(len(flat), -1).min(axis=1))
-        least = np.minimum(least, gaps * (1.3 if near else 1.0))
-        if not near:
-            least = np.where(_cross(flat[:, i], flat[:, j]), -np.inf, least)
-    return np.where(least == np.inf, 1.0, least)
+        distances = np.minimum(distances, gaps * (1.3 if is_adjacent else 1.0))
+        if not is_adjacent:
+            distances = np.where(_cross(flat[:, i], flat[:, j]), -np.inf, distances)
+    return np.where(distances == np.inf, 1.0, distances)
 
 
 def _cross(first: np.ndarray, second: np.ndarray) -> np.ndarray:
@@ -311,7 +311,7 @@ def _angle_score(chain: Chain, frames: np.ndarray, entries: np.ndarray, view: np
 
 
 def _count_crowded(frames: np.ndarray, view: np.ndarray, scale: np.ndarray) -> np.ndarray:
-    """Return a weighted count of origins and tips of axes, where labels stand, that are drawn close together (k).
+    """Return a weighted count of origins and tips of axes (positions of labels) that are drawn close together (k).
 
     Pairs that coincide in every pose don't count.
     """
@@ -321,8 +321,10 @@ def _count_crowded(frames: np.ndarray, view: np.ndarray, scale: np.ndarray) -> n
     total = np.zeros(len(frames))
     for i in range(points.shape[1] - 1):
         others = np.arange(i + 1, points.shape[1])
-        near = np.abs(points[0, others] - points[0, i]).max(axis=1) <= 1e-6
-        coincident = others[near][np.abs(points[:, others[near]] - points[:, [i]]).max(axis=(0, 2)) <= 1e-6]
+        is_coincident = np.abs(points[0, others] - points[0, i]).max(axis=1) <= 1e-6
+        coincident = others[is_coincident][
+            np.abs(points[:, others[is_coincident]] - points[:, [i]]).max(axis=(0, 2)) <= 1e-6
+        ]
         differences = flat[np.setdiff1d(others, coincident)] - flat[i]
         gaps = np.sqrt(differences[:, 0] * differences[:, 0] + differences[:, 1] * differences[:, 1])
         total += np.maximum(0.0, 1.0 - gaps / CLOSE).sum(axis=0)

@@ -102,7 +102,7 @@ def _draw_cached(
 
 
 def _hides_hand(drawn: Chain) -> bool:
-    """Whether the last link is too short to show the direction of its z axis, which the previous joint rotates."""
+    """Return whether the last link is too short to show its z axis, whose direction the previous joint changes."""
     sizes = [max(abs(float(v)) for v in (joint.a, joint.d) if v.is_number) for joint in drawn.joints]
     wrist = drawn.n > 1 and drawn.joints[-1].kind == "R" and drawn.joints[-2].alpha not in (0, sp.pi, -sp.pi)
     return wrist and not is_flat(drawn) and sizes[-1] < SHORT * max(sizes)
@@ -183,10 +183,12 @@ def singular_panel(chain: Chain, language: str = ENGLISH) -> Panel:
             for caption, entries in _configurations(chain, scaled_arm, component, regular, words)
             if (lost := _lost_directions(chain, scaled_arm, entries)) is not None
         ]
-        shown = configurations[: max(1, MOST // len(components))]
-        letters = ascii_lowercase if len(shown) > 1 else ("",)
-        drawings += [(f"{number}{letters[k]}. {caption}", figure) for k, (caption, figure) in enumerate(shown)]
-        omitted_count += len(configurations) - len(shown)
+        shown_configurations = configurations[: max(1, MOST // len(components))]
+        letters = ascii_lowercase if len(shown_configurations) > 1 else ("",)
+        drawings += [
+            (f"{number}{letters[k]}. {caption}", figure) for k, (caption, figure) in enumerate(shown_configurations)
+        ]
+        omitted_count += len(configurations) - len(shown_configurations)
     if len(drawings) == 1:
         return Panel()
     remark = (
@@ -252,8 +254,8 @@ def _configurations(
     if component.solutions is None:
         entries = _best_on_condition(chain, scaled, component)
         conjunction = words.pgettext("between two conditions", "and")
-        shown = f" {conjunction} ".join(f"{_text(condition, chain)} = 0" for condition in component.conditions)
-        return [] if entries is None else [(_fit_caption(shown, words), entries)]
+        condition_text = f" {conjunction} ".join(f"{_text(condition, chain)} = 0" for condition in component.conditions)
+        return [] if entries is None else [(_fit_caption(condition_text, words), entries)]
     configurations = []
     joints = [joint for joint, _ in component.solutions]
     for values in itertools.product(*(values for _, values in component.solutions)):
@@ -266,8 +268,8 @@ def _configurations(
             entries[i] = number.real + scaled.offsets[i]
             entries[i] /= scaled.unit if chain.joints[i].kind == "P" else 1.0
         kinds = [chain.joints[chain.q.index(joint)].kind for joint in joints]
-        solved = zip(joints, values, kinds, strict=True)
-        caption = ", ".join(f"{_text(q, chain)} = {_value(value, kind, chain)}" for q, value, kind in solved)
+        joint_values = zip(joints, values, kinds, strict=True)
+        caption = ", ".join(f"{_text(q, chain)} = {_value(value, kind, chain)}" for q, value, kind in joint_values)
         configurations.append((_fit_caption(caption, words), entries))
     return configurations
 

@@ -138,6 +138,6 @@ def _to_latex(text: str, italic: bool) -> str:
     ('$\\theta$', '\\textit{a}', '$-$ 30$^\\circ$')
     """
     pieces = re.split(f"([{''.join(_GREEK)}])", text)
-    plain = "".join(rf"$\{_GREEK[piece]}$" if piece in _GREEK else latex_escaped(piece) for piece in pieces)
-    plain = re.sub(f"[{_LOW}]+", lambda match: f"$_{{{match[0].translate(_DIGITS)}}}$", plain.replace("°", r"$^\circ$"))
-    return rf"\textit{{{plain}}}" if italic and not any(piece in _GREEK for piece in pieces) else plain
+    latex = "".join(rf"$\{_GREEK[piece]}$" if piece in _GREEK else latex_escaped(piece) for piece in pieces)
+    latex = re.sub(f"[{_LOW}]+", lambda match: f"$_{{{match[0].translate(_DIGITS)}}}$", latex.replace("°", r"$^\circ$"))
+    return rf"\textit{{{latex}}}" if italic and not any(piece in _GREEK for piece in pieces) else latex

@@ -67,11 +67,11 @@ class View:
         return float(dx * x + dy * y + dz * z)
 
     def lies_flat(self, vector: np.ndarray) -> bool:
-        """Whether a unit vector (3) lies almost in the plane of the drawing."""
+        """Return whether a unit vector (3) lies almost in the plane of the drawing."""
         return abs(self.toward(vector)) < 0.2
 
     def is_end_on(self, vector: np.ndarray) -> bool:
-        """Whether a unit vector (3) points at the reader or away."""
+        """Return whether a unit vector (3) points at the reader or away."""
         return abs(self.toward(vector)) > 0.999
 
 

@@ -31,7 +31,7 @@ def panels_title(chain: Chain, words: Catalogue) -> str:
 def alt_text(chain: Chain, posed: bool = False) -> str:
     """Return a description of the arm: its joints, the lengths of its links, its base, and the position of P.
 
-    An arm given by its axes is described at home, even if it is drawn in another configuration (`posed`).
+    An arm that is described by its axes is described at home, even if it is drawn in another configuration (`posed`).
     """
     chain = exact(chain)
     count = NUMBER_WORDS[chain.n] if chain.n < len(NUMBER_WORDS) else str(chain.n)
@@ -141,9 +141,9 @@ def _sum(value: sp.Expr, unit: str) -> str:
         number, letters = term.as_independent(*term.free_symbols, as_Add=False)
         size = f"{abs(float(number)):.3g}"
         name = str(letters) if letters != 1 else ""
-        shown = f"{size} {name}" if name and size != "1" else name or f"{size}{unit}"
+        term_text = f"{size} {name}" if name and size != "1" else name or f"{size}{unit}"
         sign = "minus " if number < 0 else "plus " if words else ""
-        words += f"{' ' if words else ''}{sign}{shown}"
+        words += f"{' ' if words else ''}{sign}{term_text}"
     return words
 
 
@@ -187,7 +187,7 @@ def _twist(chain: Chain, i: int) -> str:
 def _point(chain: Chain) -> str:
     point = convention_of(chain).point
     frame = point.frame
-    last = ", the last frame" if frame == chain.n else ""
+    last_frame_clause = ", the last frame" if frame == chain.n else ""
     if point.is_origin:
-        return f"The point P is O{frame}, the origin of frame {frame}{last}."
-    return f"The point P is at {_triple(point.offset)} in frame {frame}{last}."
+        return f"The point P is O{frame}, the origin of frame {frame}{last_frame_clause}."
+    return f"The point P is at {_triple(point.offset)} in frame {frame}{last_frame_clause}."

@@ -46,8 +46,8 @@ def solution_notebook(
 
     If the notebook `handed_out` is given, statements and prompts with their figures are copied from it.
     """
-    written = {cell.id: cell.source for cell in handed_out.cells} if handed_out is not None else {}
-    return _notebook("solution", title, key, student, problems, hinted, written)
+    existing_texts = {cell.id: cell.source for cell in handed_out.cells} if handed_out is not None else {}
+    return _notebook("solution", title, key, student, problems, hinted, existing_texts)
 
 
 def notebook_text(notebook: "NotebookNode") -> str:
@@ -136,7 +136,7 @@ def _problem_cells(
     statement_id = f"{slot}-statement"
     opening = written.get(statement_id) or statement(problem, f"{number} {problem.title}", figure_image(problem, slot))
     yield _markdown(statement_id, opening)
-    solved = worked_solutions(problem) if kind == "solution" else {}
+    solutions = worked_solutions(problem) if kind == "solution" else {}
     for index, part in enumerate(problem.parts, 1):
         label = f"{number}.{index}"
         question_id = f"{slot}-{part.name}-question"
@@ -147,10 +147,10 @@ def _problem_cells(
             part.answer.placeholder(start_length) if kind == "student" else answer_code(problem, part, start_length)
         )
         code = _code(f"{slot}-{part.name}", source, {"qdot": {"part": f"{slot}.{part.name}"}})
-        if part.name in solved:  # the typeset answer comes before its code
+        if part.name in solutions:  # the typeset answer comes before its code
             svg = solution_figure(problem, part, f"{slot}-{part.name}")
             figure = _image(svg, "The arm in a regular and in its singular configurations") if svg else ""
-            text = render("notebook/solution.md.j2", number=label, solution=solved[part.name], figure=figure)
+            text = render("notebook/solution.md.j2", number=label, solution=solutions[part.name], figure=figure)
             yield _markdown(f"{slot}-{part.name}-solution", text)
         yield code
         if check := check_cell(slot, problem, part.name):

@@ -206,7 +206,9 @@ def check_cell(slot: str, problem: Problem, part: str) -> str:
     if not relations:
         return ""
     parts, omega_first = _by_kind(problem), convention_of(problem.chain).is_omega_first
-    words: dict[str, object] = {kind.replace("-", "_"): variable(slot, each.name) for kind, each in parts.items()}
+    words: dict[str, object] = {
+        kind.replace("-", "_"): variable(slot, part_of_kind.name) for kind, part_of_kind in parts.items()
+    }
     words |= {
         "linear_half": "3:" if omega_first else ":3",
         "angular_half": ":3" if omega_first else "3:",
@@ -225,10 +227,10 @@ def check_cell(slot: str, problem: Problem, part: str) -> str:
 
 def function_cell(problems: Problems) -> str:
     """Return the cell with the function that the checks call, or "" if no problem has any checks."""
-    known = [
+    checked_problems = [
         (slot, _roles(problem), _given_values(problem)) for slot, problem in problems if any(_find_relations(problem))
     ]
-    return render("notebook/self-check.py.j2", problems=known).strip() if known else ""
+    return render("notebook/self-check.py.j2", problems=checked_problems).strip() if checked_problems else ""
 
 
 def _roles(problem: Problem) -> list[tuple[str, list[str]]]:

@@ -40,8 +40,10 @@ class AngleNames:
         """
         if isinstance(expression, sp.MatrixBase):
             return expression.applyfunc(self.rename)
-        plain = use_plain_angles(expression)
-        return gather_sums(plain.xreplace({trig: self._rename_angle(trig) for trig in plain.atoms(sp.sin, sp.cos)}))
+        expanded = use_plain_angles(expression)
+        return gather_sums(
+            expanded.xreplace({trig: self._rename_angle(trig) for trig in expanded.atoms(sp.sin, sp.cos)})
+        )
 
     def shorten(self, expression: sp.Expr | sp.Matrix) -> sp.Expr | sp.Matrix:
         """Return a result shortened by sin^2 + cos^2 = 1 and by angle-sum identities if the sum can be written."""
@@ -98,9 +100,9 @@ def _find_name(angle: sp.Expr, meanings: Mapping[sp.Symbol, sp.Expr]) -> sp.Expr
     """Return an angle as ±1 or ±2 times a named angle plus a multiple of 90 degrees, or None if that is impossible."""
     for name, meaning in meanings.items():
         for factor in (1, -1, 2, -2):
-            rest = sp.expand(angle - factor * meaning)
-            if (2 * rest / sp.pi).is_Integer:
-                return factor * name + rest
+            difference = sp.expand(angle - factor * meaning)
+            if (2 * difference / sp.pi).is_Integer:
+                return factor * name + difference
     return None
 
 
@@ -152,5 +154,5 @@ def _reduce(angle: sp.Expr) -> sp.Expr:
 
 def _orient(angle: sp.Expr) -> sp.Expr:
     """Return an angle or its negative, so that the first joint variable has a positive sign."""
-    first = min(angle.free_symbols, key=lambda symbol: symbol.name, default=sp.S.One)
-    return _reduce(-angle) if angle.coeff(first) == -1 else angle
+    first_joint = min(angle.free_symbols, key=lambda symbol: symbol.name, default=sp.S.One)
+    return _reduce(-angle) if angle.coeff(first_joint) == -1 else angle

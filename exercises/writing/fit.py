@@ -55,12 +55,12 @@ def width(formula: Layout, size: float = 1.0) -> float:
 
 
 def breaks_lines(formula: Layout, room: float) -> bool:
-    """Whether an inline formula has a piece, such as a fraction, that is too wide for lines of `room` (em)."""
+    """Return whether an inline formula has a piece, such as a fraction, that is too wide for lines of `room` (em)."""
     return any(width(piece) > WHOLE * room for piece in formula.inner)
 
 
 def is_high(formula: Layout) -> bool:
-    """Whether a formula is higher than a line of text because it has a fraction, a root or tall brackets."""
+    """Return whether a formula is higher than a line of text because it has a fraction, a root or tall brackets."""
     return formula.kind in ("fraction", "fenced", "root") or any(map(is_high, formula.inner))
 
 
@@ -83,8 +83,8 @@ def fit_formula(formula: Layout, room: float) -> Layout:
     if width(formula) <= room:
         return formula
     rows = _split_equations(formula, room)
-    beside = max(_total_width(left) for left, _ in rows)  # the right sides are aligned
-    lines = [line for left, right in rows for line in _break_equation(left, right, room - beside)]
+    left_width = max(_total_width(left) for left, _ in rows)  # the right sides are aligned
+    lines = [line for left, right in rows for line in _break_equation(left, right, room - left_width)]
     cells = tuple(row(row(*left), row(*right)) for left, right in lines)
     return row(Layout("aligned", "apart" if len(lines) > 1 else "", cells))
 
@@ -124,9 +124,9 @@ def _break_equation(left: Pieces, right: Pieces, room: float) -> Rows:
     space = room - 2.0 if sign else room - 1.0
     lines: Rows = []
     for number, part in enumerate(layout.split(right[1:], layout.EQUALS) if sign else [right]):
-        shown = _break_side(part, space)
-        lines.append((() if number else left, (*sign, *shown[0])))
-        lines += [((), (layout.QUAD, *line)) for line in shown[1:]]
+        broken_lines = _break_side(part, space)
+        lines.append((() if number else left, (*sign, *broken_lines[0])))
+        lines += [((), (layout.QUAD, *line)) for line in broken_lines[1:]]
     return lines
 
 
@@ -226,12 +226,12 @@ def _name_entries(part: Pieces, room: float) -> Lines:
     if not names:
         return []
     named_matrix = layout.matrix([[names.get(entry, entry) for entry in cells] for cells in rows])
-    shown = (
+    named_piece = (
         named_matrix
         if matrix_piece.kind == "matrix"
         else matrix_piece._replace(inner=(named_matrix, *matrix_piece.inner[1:]))
     )
-    lines = _break_side((*part[:index], shown, *part[index + 1 :]), room)
+    lines = _break_side((*part[:index], named_piece, *part[index + 1 :]), room)
     for entry, name in names.items():
         first, *others = _break_side(entry, room - 4.0)
         lines += [(*name, layout.EQUALS, *first), *((layout.QUAD, *line) for line in others)]

@@ -64,8 +64,8 @@ class _Signed:
 
 
 def _sum(signed: Sequence[_Signed]) -> Pieces:
-    shown = tuple(piece for term in signed for piece in (layout.MINUS if term.negative else layout.PLUS, *term.body))
-    return shown if signed[0].negative else shown[1:]
+    pieces = tuple(piece for term in signed for piece in (layout.MINUS if term.negative else layout.PLUS, *term.body))
+    return pieces if signed[0].negative else pieces[1:]
 
 
 class _Setter:
@@ -94,10 +94,10 @@ class _Setter:
         up, down = self.coefficient(laid_out.number, rest, bool(below))
         numerator = up + self.factors(above, flips, alone=not up and len(above) == 1 and bool(below or down))
         denominator = down + self.factors(below, flips, alone=not down and len(below) == 1)
-        shown = numerator or number("1")
+        numerator_or_one = numerator or number("1")
         if not denominator:
-            return _Signed(laid_out.negative, shown)
-        return _Signed(laid_out.negative, (layout.fraction(shown, denominator, rest.is_number),))
+            return _Signed(laid_out.negative, numerator_or_one)
+        return _Signed(laid_out.negative, (layout.fraction(numerator_or_one, denominator, rest.is_number),))
 
     def factors(self, factors: Sequence[sp.Expr], flips: frozenset[sp.Expr], alone: bool) -> Pieces:
         """Return the factors side by side; a sum is bracketed unless it is the whole numerator or denominator."""
@@ -129,13 +129,13 @@ class _Setter:
             return (Layout("root", "sqrt", (row(*self.pieces(base)),)),)
         if exponent.could_extract_minus_sign():
             return self.product(sp.Pow(base, exponent)).body
-        above = row(*self.pieces(exponent))
+        exponent_layout = row(*self.pieces(exponent))
         if isinstance(base, (sp.sin, sp.cos, sp.tan)):
-            return self.call(base, above)
-        shown = self.factor(base)
+            return self.call(base, exponent_layout)
+        base_pieces = self.factor(base)
         if not (base.is_Add or base.is_Symbol or (base.is_Integer and base > 0)):
-            shown = layout.bracket(shown, _TALL)
-        return layout.raise_to(shown, above)
+            base_pieces = layout.bracket(base_pieces, _TALL)
+        return layout.raise_to(base_pieces, exponent_layout)
 
     def call(self, expression: sp.Expr, above: Layout) -> Pieces:
         word, argument = _FUNCTIONS[expression.func], expression.args[0]
@@ -147,8 +147,8 @@ class _Setter:
             if NAMED_ANGLE.fullmatch(str(argument)):
                 return (called, *parse_latex(argument.name).inner)
             return (called, *layout.bracket(self.angle(argument), _TALL))
-        inside = layout.join((layout.COMMA,), map(self.pieces, expression.args))
-        return (called, *layout.bracket(inside, _TALL))
+        arguments = layout.join((layout.COMMA,), map(self.pieces, expression.args))
+        return (called, *layout.bracket(arguments, _TALL))
 
     def angle(self, value: sp.Expr) -> Pieces:
         """Return an angle with its constant in degrees if that is a short decimal: theta_1 + 30, but 30 - theta_1."""
@@ -159,10 +159,10 @@ class _Setter:
         degrees = script(Layout("number", digits), above=layout.DEGREE)
         if rest == 0:
             return (layout.MINUS, degrees) if constant < 0 else (degrees,)
-        shown = self.pieces(rest)
-        if constant < 0 or shown[0] != layout.MINUS:
-            return (*shown, layout.MINUS if constant < 0 else layout.PLUS, degrees)
-        return (degrees, *shown)
+        rest_pieces = self.pieces(rest)
+        if constant < 0 or rest_pieces[0] != layout.MINUS:
+            return (*rest_pieces, layout.MINUS if constant < 0 else layout.PLUS, degrees)
+        return (degrees, *rest_pieces)
 
     def number(self, value: sp.Expr) -> _Signed:
         negative, size = bool(value.is_negative), abs(value)

@@ -87,8 +87,8 @@ def to_html(
 def _mathml(latex: str, block: bool, room: float) -> str:
     if not block:
         return "".join(mathml(parse_latex(equation)) + separator for equation, separator in _split_equations(latex))
-    shown = fit_formula(parse_latex(latex), room)
-    return mathml(shown, True, min(100, int(100 * room / width(shown))))
+    fitted = fit_formula(parse_latex(latex), room)
+    return mathml(fitted, True, min(100, int(100 * room / width(fitted))))
 
 
 MANY = 3
@@ -116,8 +116,8 @@ def _split_equations(latex: str) -> list[tuple[str, str]]:
 def fit_latex(latex: str, room: float) -> str:
     """Return a displayed formula, broken into lines only if it is wider than `room` (em)."""
     laid_out = parse_latex(latex)
-    shown = fit_formula(laid_out, room)
-    return latex if shown is laid_out else latex_of(shown)
+    fitted = fit_formula(laid_out, room)
+    return latex if fitted is laid_out else latex_of(fitted)
 
 
 def to_html_for_mathjax(text: str) -> str:
@@ -203,18 +203,18 @@ def to_latex(text: str, share: float = 1.0) -> str:
 
 def _write_display(latex: str, room: float, point: str = "") -> str:
     """Return a displayed formula that fits into `room` (em), followed by the punctuation `point`."""
-    shown = fit_latex(latex, room)
-    laid_out = parse_latex(shown)
+    fitted = fit_latex(latex, room)
+    laid_out = parse_latex(fitted)
     if _has_many_lines(laid_out):
-        rows = shown.removeprefix(_ALIGNED[0]).removesuffix(_ALIGNED[1])
+        rows = fitted.removeprefix(_ALIGNED[0]).removesuffix(_ALIGNED[1])
         return f"{{\\allowdisplaybreaks\n\\begin{{align*}}\n{rows.strip()}{point}\n\\end{{align*}}\n}}"
     if width(laid_out) <= room:
-        return f"\\[\n{shown}{point}\n\\]"
-    return f"\\[\n{_SHRUNK}\n$\\displaystyle {shown}{point}$}}\n\\]"  # widths are estimates
+        return f"\\[\n{fitted}{point}\n\\]"
+    return f"\\[\n{_SHRUNK}\n$\\displaystyle {fitted}{point}$}}\n\\]"  # widths are estimates
 
 
 def _has_many_lines(formula: Layout) -> bool:
-    """Whether a formula has so many lines that a page may break between them."""
+    """Return whether a formula has so many lines that a page may break between them."""
     return len(formula.inner) == 1 and formula.inner[0].kind == "aligned" and len(formula.inner[0].inner) > MOST_LINES
 
 
@@ -269,8 +269,8 @@ def to_text(text: str) -> str:
 
     def formula(match: re.Match[str]) -> str:
         latex, block = formulas[int(match.group(1))]
-        shown = unicode_math(parse_latex(latex))
-        return f"\n\n{textwrap.indent(shown, '    ')}\n\n" if block else shown.strip()
+        formula_text = unicode_math(parse_latex(latex))
+        return f"\n\n{textwrap.indent(formula_text, '    ')}\n\n" if block else formula_text.strip()
 
     def show(inline: "SyntaxTreeNode") -> str:
         breaks = {"softbreak": " ", "hardbreak": "\n"}

@@ -42,8 +42,9 @@ EXTENSIONS = (MessageLines, "jinja2.ext.i18n")
 class TemplateCache(jinja2.FileSystemBytecodeCache):
     """Stores compiled templates in a __pycache__ folder beside them, because compiling takes 10 ms each.
 
-    Nothing is stored if that folder can't be written, or if Python is told not to write bytecode. The file names have
-    a digest of everything else on which the code depends; Jinja checks the template itself.
+    Nothing is stored if that folder can't be written, or if Python is configured not to write bytecode. The files
+    contain digests of the template and of Python; their names include a digest of everything else on which the code
+    depends.
     """
 
     def __init__(self, folder: Path) -> None:

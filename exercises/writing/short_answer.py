@@ -96,8 +96,8 @@ def _unit(unit: str) -> str:
     '\\,\\text{m}^{2}\\text{/s}'
     """
     pieces = re.split(r"\^(\d)", unit)
-    shown = "".join(rf"^{{{piece}}}" if k % 2 else rf"\text{{{piece}}}" for k, piece in enumerate(pieces) if piece)
-    return rf"\,{shown}" if unit else ""
+    latex = "".join(rf"^{{{piece}}}" if k % 2 else rf"\text{{{piece}}}" for k, piece in enumerate(pieces) if piece)
+    return rf"\,{latex}" if unit else ""
 
 
 def _is_tall(part: Part, index: int) -> bool:

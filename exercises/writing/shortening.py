@@ -57,7 +57,7 @@ def replace_squares(expression: sp.Expr) -> sp.Expr:
 
 
 def _join_squares(total: sp.Expr) -> sp.Expr | None:
-    """Return a sum with two of its terms combined by sin^2 + cos^2 = 1, or None if there are no such terms."""
+    """Return a sum with two of its terms combined by sin^2 + cos^2 = 1, or None if that is impossible."""
     terms = set(total.args)
     for term in total.args:
         for square in sp.Mul.make_args(term):
@@ -82,8 +82,8 @@ def multiply_numbers(expression: sp.Expr) -> sp.Expr:
     if not expression.args or expression.is_Function:
         return expression
     if expression.is_number:
-        plain = sp.expand(expression)
-        return plain if sp.count_ops(plain) < sp.count_ops(expression) else expression
+        expanded = sp.expand(expression)
+        return expanded if sp.count_ops(expanded) < sp.count_ops(expression) else expression
     if expression.is_Add:
         number = sp.Add(*(term for term in expression.args if term.is_number))
         others = (multiply_numbers(term) for term in expression.args if not term.is_number)
@@ -155,10 +155,10 @@ def _pairs_of_terms(total: sp.Expr) -> Iterator[tuple[tuple[sp.Expr, sp.Expr], s
         trigs = [factor for factor in factors if isinstance(factor, (sp.sin, sp.cos)) and factor.free_symbols]
         for first, second in combinations(trigs, 2):
             functions = {first.args[0]: first.func, second.args[0]: second.func}
-            rest = sp.Mul(*(factor for factor in factors if factor not in (first, second)))
+            other_factors = sp.Mul(*(factor for factor in factors if factor not in (first, second)))
             if len(functions) == 2:
-                products.setdefault((frozenset(functions), rest), []).append((term, number, functions))
-    for (angles, rest), terms in products.items():
+                products.setdefault((frozenset(functions), other_factors), []).append((term, number, functions))
+    for (angles, other_factors), terms in products.items():
         alpha, beta = sorted(angles, key=sp.default_sort_key)
         for (term, number, functions), (second_term, second_number, second_functions) in combinations(terms, 2):
             if any(functions[angle] is second_functions[angle] for angle in angles):
@@ -171,7 +171,7 @@ def _pairs_of_terms(total: sp.Expr) -> Iterator[tuple[tuple[sp.Expr, sp.Expr], s
             leading = number if functions[alpha] is function else second_number
             factor, trig = function(alpha - beta if is_difference else alpha + beta).as_coeff_Mul()
             if trig.free_symbols:
-                yield (term, second_term), leading * factor * rest, trig
+                yield (term, second_term), leading * factor * other_factors, trig
 
 
 @lru_cache(maxsize=4096)

@@ -106,8 +106,8 @@ class SolutionSteps:
         """Short names for the angles that can't be written like c_{12}; the same in all results of the arm."""
         # If the twists before and after a prismatic joint cancel, the angles add up only in simplified rotations.
         last_rotation = [self._fill(derive(self._structure).rotations[-1])] if "P" in self.kinds else []
-        shown = (self.d.position, self.d.geometric, self.d.p_star, *self.d.rotations, *last_rotation)
-        return angle_names(arm_angles(self.chain), *shown)
+        matrices = (self.d.position, self.d.geometric, self.d.p_star, *self.d.rotations, *last_rotation)
+        return angle_names(arm_angles(self.chain), *matrices)
 
     @cached_property
     def hint_context(self) -> HintContext:
@@ -432,11 +432,11 @@ class SolutionSteps:
 
     def as_shown(self, condition: sp.Expr) -> sp.Expr:
         """Return a condition without its numeric factor, and a sum with the signs that it has in the shown det J."""
-        plain = without_factor(condition)
-        if not plain.is_Add or not self.d.is_square:
-            return plain
-        opposite = f"({tex(-plain, self.chain, self.angles)})"
-        return -plain if opposite in tex(self.d.determinant, self.chain, self.angles) else plain
+        without_number = without_factor(condition)
+        if not without_number.is_Add or not self.d.is_square:
+            return without_number
+        opposite = f"({tex(-without_number, self.chain, self.angles)})"
+        return -without_number if opposite in tex(self.d.determinant, self.chain, self.angles) else without_number
 
     def _cases(self, component: Component, kind: Kind) -> tuple[tuple[Values, Kind], ...]:
         cases = [

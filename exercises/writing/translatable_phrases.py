@@ -117,7 +117,7 @@ PHRASES = (
     "millimetres",
     ", and the constant of a joint to be left out",
     "one that depends on the joints",
-    "In your answer",  # begins the sentence on a slip in finished formulas
+    "In your answer",  # begins the sentence on a mistake in finished formulas
     "a length",
     " (with {names} in it)",
     "row {n}",

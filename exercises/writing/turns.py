@@ -30,9 +30,9 @@ def turns_of(chain: Chain) -> tuple[sp.Expr, ...]:
     """Return the constant angles of an arm's table and base in their order, reduced to at most 90 degrees."""
     constants = [*_constants(chain), chain.base.yaw, chain.base.tilt]
     reduced_angles = (
-        abs(sp.Mod(turn + sp.pi / 2, sp.pi) - sp.pi / 2) for turn in constants if (turn / sp.pi).is_Rational
+        abs(sp.Mod(angle + sp.pi / 2, sp.pi) - sp.pi / 2) for angle in constants if (angle / sp.pi).is_Rational
     )
-    return tuple(dict.fromkeys(turn for turn in reduced_angles if turn != 0))
+    return tuple(dict.fromkeys(angle for angle in reduced_angles if angle != 0))
 
 
 def _constants(chain: Chain) -> Iterator[sp.Expr]:

@@ -79,8 +79,8 @@ class _Setter:
         if not self.units or rows is None or len(rows) * len(rows[0]) != len(self.units):
             return self.set(node).shown
         units = iter((layout.THIN, Layout("text", unit)) if unit else () for unit in self.units)
-        shown = [[(*self.set(entry).shown, *next(units)) for entry in entries] for entries in rows]
-        return shown[0][0] if len(self.units) == 1 else (layout.matrix(shown),)
+        entry_rows = [[(*self.set(entry).shown, *next(units)) for entry in entries] for entries in rows]
+        return entry_rows[0][0] if len(self.units) == 1 else (layout.matrix(entry_rows),)
 
     def set(self, node: Node) -> _Set:
         self.depth += 1
@@ -148,18 +148,18 @@ class _Setter:
         """Return factors side by side; a single factor needs no brackets if it is `alone`."""
         if len(factors) == 1 and alone:
             return self.set(factors[0]).shown
-        shown = [self.set(factor).at(_FACTOR) for factor in factors]
-        out = list(shown[0])
-        for before, factor in pairwise(shown):
+        factor_pieces = [self.set(factor).at(_FACTOR) for factor in factors]
+        out = list(factor_pieces[0])
+        for before, factor in pairwise(factor_pieces):
             out += (*_between(before, factor[0]), *factor)
         return tuple(out)
 
     def power(self, base: Node, exponent: Node) -> _Set:
-        above = row(*self.exponent(exponent))
-        is_whole = len(above.inner) == 1 and above.inner[0].text.isdigit()
+        exponent_layout = row(*self.exponent(exponent))
+        is_whole = len(exponent_layout.inner) == 1 and exponent_layout.inner[0].text.isdigit()
         if base.kind == "call" and base.value in ("sin", "cos", "tan") and is_whole:
-            return self.call(base, above)
-        return _Set(layout.raise_to(self.set(base).at(_ATOM), above), _FACTOR)
+            return self.call(base, exponent_layout)
+        return _Set(layout.raise_to(self.set(base).at(_ATOM), exponent_layout), _FACTOR)
 
     def exponent(self, node: Node) -> Pieces:
         if node.kind == "/" and all(arg.kind == "number" for arg in node.args):

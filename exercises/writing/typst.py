@@ -58,12 +58,12 @@ def to_typst(text: str, share: float = 1.0) -> str:
         words = typst_string(speak(laid_out))
         if not block and not breaks_lines(laid_out, share * ROOM):
             return f"#formula({words}, ${typst_math(laid_out)}$){match.group(2) or ''}"
-        shown = fit_formula(laid_out, share * ROOM)
-        size = min(100, int(100 * share * ROOM / width(shown)))
+        fitted = fit_formula(laid_out, share * ROOM)
+        size = min(100, int(100 * share * ROOM / width(fitted)))
         if block:
-            return f"#formulas({words}, $ {typst_math(shown)} $, {size}%){match.group(2) or ''}"
+            return f"#formulas({words}, $ {typst_math(fitted)} $, {size}%){match.group(2) or ''}"
         punctuation = f' "{match.group(2)[1:]}"' if match.group(2) else ""
-        return f"#formulas({words}, $ {typst_math(shown)}{punctuation} $, {size}%)"
+        return f"#formulas({words}, $ {typst_math(fitted)}{punctuation} $, {size}%)"
 
     special: Special = {**_SPECIAL, "table_open": partial(_open_table, formulas=formulas)}
     markup = write_tokens(tokens, _FIXED, special)
@@ -71,7 +71,7 @@ def to_typst(text: str, share: float = 1.0) -> str:
 
 
 def _has_high_rows(tokens: Sequence[Token], formulas: Formulas) -> bool:
-    """Whether the table with which the tokens begin contains a formula that is higher than a line."""
+    """Return whether the table with which the tokens begin contains a formula that is higher than a line."""
     table_tokens = takewhile(lambda token: token.type != "table_close", tokens)
     formula_numbers = (number for token in table_tokens for number in HOLDER.findall(token.content))
     return any(is_high(parse_latex(formulas[int(number)][0])) for number in formula_numbers)
