@@ -1,6 +1,6 @@
-"""The mistakes that people make in these derivations: one catalogue for diagnosis, quizzes and verification.
+"""The mistakes that students make in these derivations: one catalogue for diagnosis, quizzes and verification.
 
-Beside the mistakes, whose modules stand in `catalogue.SECTIONS`:
+The modules with mistakes are listed in `catalogue.SECTIONS`. The others are:
 
     base            what a mistake is: a change to a derivation, or to an answer
     configurations  the configurations at which an answer is evaluated

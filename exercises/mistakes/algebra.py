@@ -93,9 +93,11 @@ def _variant_without_factor(stage: str, chain: Chain, factor: sp.Expr, divisor: 
     The stage is divided by `divisor`, which is the factor or its absolute value.
     """
     symbols = {str(symbol) for symbol in factor.free_symbols}
-    moving = symbols & set(map(str, chain.q))
-    kind = "one that depends on the joints" if moving else "a length"
-    return MistakeVariant({stage: _divide_by(divisor)}, {"factor": kind}, missing=", ".join(sorted(moving or symbols)))
+    joint_symbols = symbols & set(map(str, chain.q))
+    kind = "one that depends on the joints" if joint_symbols else "a length"
+    return MistakeVariant(
+        {stage: _divide_by(divisor)}, {"factor": kind}, missing=", ".join(sorted(joint_symbols or symbols))
+    )
 
 
 def _divide_by(factor: sp.Expr) -> Change:

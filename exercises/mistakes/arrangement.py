@@ -11,11 +11,11 @@ from qdot.exercises.arm.derivation_graph import RESULT, Change, Working
 from qdot.exercises.mistakes.base import Mistake, MistakeVariant, Shape, Variants, always, exchange, scale_at
 
 PLANAR_ROWS = ("vx", "vy", "wz")
-"""How a planar arm can move: its other rows are zero."""
+"""The components of velocity that a planar arm can have: the other rows of its Jacobian are zero."""
 
 
 def _exchange_two(stage: str, count: Callable[[Chain, Shape], int], axis: int = 0) -> Variants:
-    """Return the variants that exchange any two of the `count` rows (axis 0) or columns (axis 1) of a stage."""
+    """Return a function that yields variants with any two of `count` rows (axis 0) or columns (axis 1) exchanged."""
     return lambda chain, shape: (
         MistakeVariant({stage: exchange(i, j, axis)}, {"one": i + 1, "other": j + 1})
         for i, j in combinations(range(count(chain, shape)), 2)
@@ -23,7 +23,7 @@ def _exchange_two(stage: str, count: Callable[[Chain, Shape], int], axis: int = 
 
 
 def _flip_one(axis: int) -> Variants:
-    """Return the variants in which one of several rows (axis 0) or columns (axis 1) has the wrong sign."""
+    """Return a function that yields variants with one of several rows (axis 0) or columns (axis 1) negated."""
 
     def variants(chain: Chain, shape: Shape) -> Iterator[MistakeVariant]:
         for i in range(shape[axis]) if shape[axis] > 1 else ():
@@ -35,7 +35,7 @@ def _flip_one(axis: int) -> Variants:
 def _change_result(
     change: Callable[[Working, np.ndarray], np.ndarray], suits: Callable[[Chain, Shape], bool]
 ) -> Variants:
-    """Return the variant that changes the finished result if its shape suits."""
+    """Return a function that yields the variant with the finished result changed, if its shape suits."""
     return lambda chain, shape: iter([MistakeVariant({RESULT: change})] if suits(chain, shape) else [])
 
 
@@ -47,24 +47,27 @@ def _select_rows(chosen: list[int], of_answer: bool) -> Change:
 
 
 def _take_other_rows(chain: Chain, shape: Shape) -> Iterator[MistakeVariant]:
-    """Take all six rows, or the three of one kind, instead of the task's; or only some if all six are expected."""
-    six = convention_of(chain).velocities
-    expected_rows = {(6, chain.n): six, (len(chain.task), chain.n): chain.task}.get(shape)
+    """Yield variants with all six rows, or the three of one kind, instead of the task's rows.
+
+    If all six are expected, yield variants with only some of them.
+    """
+    all_rows = convention_of(chain).velocities
+    expected_rows = {(6, chain.n): all_rows, (len(chain.task), chain.n): chain.task}.get(shape)
     if expected_rows is None:
         return
     of_answer = len(expected_rows) == 6
     kinds: list[tuple[str, Sequence[str]]] = [
-        ("all six", six), ("the linear", TASK_ROWS[:3]), ("the angular", TASK_ROWS[3:]),
+        ("all six", all_rows), ("the linear", TASK_ROWS[:3]), ("the angular", TASK_ROWS[3:]),
     ]  # fmt: skip
     if of_answer:
         kinds += [("only some", chain.task), ("only some", PLANAR_ROWS)]
-    if of_answer and six != TASK_ROWS and len(chain.task) == 6:  # the task's six rows have the other order
+    if of_answer and all_rows != TASK_ROWS and len(chain.task) == 6:  # the task's six rows have the other order
         kinds = []
-    order = six if of_answer else TASK_ROWS
+    order = all_rows if of_answer else TASK_ROWS
     for words, rows in kinds:
         if tuple(rows) != tuple(expected_rows):
-            chosen = [order.index(row) for row in rows]
-            yield MistakeVariant({RESULT: _select_rows(chosen, of_answer=of_answer)}, {"rows": words})
+            row_indices = [order.index(row) for row in rows]
+            yield MistakeVariant({RESULT: _select_rows(row_indices, of_answer=of_answer)}, {"rows": words})
 
 
 MISTAKES = (

@@ -1,4 +1,4 @@
-"""What a mistake is: a change to a derivation, or to an answer, and the message to the student."""
+"""Define a mistake: a change to a derivation, or to an answer, and the message to the student."""
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from collections.abc import Set as AbstractSet
@@ -19,11 +19,13 @@ Shape = tuple[int, int]
 
 @dataclass(frozen=True)
 class MistakeVariant:
-    """One way to make a mistake on an arm: the stages that change, and the words for the sentence.
+    """One variant of a mistake on an arm: the stages that change, and the words for the sentence.
 
-    `missing` are the symbols of what is left out. The sentence can't name them: it is part of quizzes, whose ids must
-    always give the same text. `places` are the joints, from 0, of a variant that can be made at each of several or at
-    all of them, and `at` makes it at some of these.
+    `missing` has the symbols of a factor that is left out. The sentence can't name them: it is part of quizzes, whose
+    ids must always give the same text.
+
+    If the variant can be made at several joints, `places` are the joints (from 0) at which it is made. `at` returns the
+    variant at given joints.
     """
 
     changes: Mapping[str, Change]
@@ -33,24 +35,28 @@ class MistakeVariant:
     at: "Callable[[Sequence[int]], MistakeVariant] | None" = None
 
     def but_at(self, idle: AbstractSet[int]) -> "MistakeVariant | None":
-        """Return a variant without the places where it changes nothing; None if fewer than two are left."""
-        places = [place for place in self.places if place not in idle]
-        return replace(self.at(places), places=tuple(places)) if self.at and len(places) > 1 else None
+        """Return the variant without the joints at which it changes nothing; None if fewer than two joints remain."""
+        remaining_joints = [joint for joint in self.places if joint not in idle]
+        return (
+            replace(self.at(remaining_joints), places=tuple(remaining_joints))
+            if self.at and len(remaining_joints) > 1
+            else None
+        )
 
 
 @dataclass(frozen=True)
 class MistakenAnswer:
-    """One way to mistake an answer that no derivation gives: the answer that is given instead."""
+    """One variant of a mistake in an answer without a derivation: the wrong answer that it gives."""
 
     answer: Answer
     words: Mapping[str, object] = field(default_factory=dict)
 
 
 Variants = Callable[[Chain, Shape], Iterator[MistakeVariant]]
-"""The ways to make a mistake on an arm; the shape is that of the answer in which it shows."""
+"""Yields the variants of a mistake on an arm; the shape is that of the answer."""
 
 Answers = Callable[[Chain, Part], Iterator[MistakenAnswer]]
-"""The ways to make a mistake with the answer to a part."""
+"""Yields the mistaken answers to a part."""
 
 
 @dataclass(frozen=True)
@@ -58,8 +64,8 @@ class Mistake:
     """A kind of mistake.
 
     `says` is the sentence to the student: what seems to have happened and where to look, with the words of the variant
-    in braces; it gives no answer away. `source` is the place in the chapter. A rare mistake is named only if no other
-    one gives the same answer.
+    in braces; it gives no answer away. `source` is the section or equation in the chapter. A rare mistake is named only
+    if no other one gives the same answer.
     """
 
     name: str
@@ -71,25 +77,28 @@ class Mistake:
     rare: bool = False
 
     def sentence(self, words: Mapping[str, object]) -> str:
-        """Return the message to the student, and where to look."""
+        """Return the message to the student, with a reference to the chapter."""
         return f"{self.says.format(**words)} See {self.where}."
 
     @property
     def where(self) -> str:
-        """The place in the chapter, as words after "See"; numbers are those of formulas."""
+        """The reference to the chapter, as words after "See"; numbers are those of equations."""
         return f"({self.source})" if self.source[0].isdigit() else self.source
 
 
-# --- which arms a mistake is made on ---
+# --- restriction of mistakes to some arms ---
 
 MISREADINGS = frozenset().union(*(each.misreadings for each in REGISTRY.values()))
-"""The mistakes of those who read an arm in another convention than its own."""
+"""The mistakes that come from reading an arm in another convention than its own."""
 
 
 def only_if_described_by(
     feature: str, mistakes: Iterable[Mistake], names: AbstractSet[str] | None = None
 ) -> tuple[Mistake, ...]:
-    """Restrict mistakes, all or those with these `names`, to arms whose convention has a feature such as frames."""
+    """Return the mistakes, restricted to arms whose convention has a feature such as frames.
+
+    If `names` are given, only the mistakes with these names are restricted.
+    """
 
     def restrict(mistake: Mistake) -> Mistake:
         def is_possible(chain: Chain) -> bool:
@@ -108,15 +117,18 @@ def only_if_described_by(
 
 
 def only_for_tables(mistakes: Iterable[Mistake], names: AbstractSet[str] | None = None) -> tuple[Mistake, ...]:
-    """Restrict mistakes to arms with a table: an arm described by its axes has no frames on its links."""
+    """Return the mistakes, all or those with the given names restricted to arms with a table.
+
+    An arm described by its axes has no frames on its links.
+    """
     return only_if_described_by(FRAMES, mistakes, names)
 
 
-# --- how variants are made ---
+# --- helpers for variants ---
 
 
 def always(changes: Mapping[str, Change], words: Mapping[str, object] | None = None) -> Variants:
-    """Return the variants of a mistake that is made in one way on all arms."""
+    """Return a function that yields one variant, the same on all arms."""
     return lambda chain, shape: iter([MistakeVariant(changes, words or {})])
 
 
@@ -126,9 +138,9 @@ def by_propagation(changes: Mapping[str, Change], words: Mapping[str, object] | 
 
 
 def at_each_and_all(places: Sequence[int], at: Callable[[Sequence[int]], MistakeVariant]) -> Iterator[MistakeVariant]:
-    """Yield a variant made at each of some places alone, and then at all of them, if they are several."""
-    for place in places:
-        yield replace(at([place]), places=(place,))
+    """Yield a variant made at each of the given joints alone, and then at all of them if there are several."""
+    for joint in places:
+        yield replace(at([joint]), places=(joint,))
     if len(places) > 1:
         yield replace(at(places), places=tuple(places), at=at)
 

@@ -1,4 +1,4 @@
-"""The catalogue: every kind of mistake, and the wrong answers that each leads to."""
+"""The catalogue: every kind of mistake, and the wrong answers that it leads to."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -35,7 +35,7 @@ SECTIONS: dict[str, ModuleType] = {
 _ALL: list[Mistake] = [mistake for module in SECTIONS.values() for mistake in module.MISTAKES]
 
 CATALOGUE: dict[str, Mistake] = {mistake.name: mistake for mistake in sorted(_ALL, key=lambda mistake: mistake.rare)}
-"""By name, the more likely ones first: if two give the same answer, the first is named."""
+"""Every mistake by name, the more likely ones first: if two give the same answer, the first is named."""
 
 _LAST_STEPS = {mistake.name for module in (algebra, arrangement) for mistake in module.MISTAKES}
 
@@ -44,7 +44,7 @@ _IN_NUMBERS = [mistake.name for mistake in numeric.MISTAKES]
 ONE_NUMBER = frozenset(
     {*_IN_NUMBERS, "all-relative-angles", "degrees", "determinant-sign", "sign", "square-lost"} - {"value-sign"}
 )
-"""The mistakes considered for a wrong answer of a single number, which many others would match by chance."""
+"""The mistakes considered for a wrong answer of a single number; many others would match it by chance."""
 
 PRIORS: dict[str, float] = {
     "point-forgotten": 2.0, "link-left-out": 1.5, "joint-left-out": 1.0, "row-misread": 0.1, "cross-order": 0.1,
@@ -59,7 +59,7 @@ PRIORS: dict[str, float] = {
 """How often a mistake is made, relative to others that give the same answer: 1 for most, RARE for rare ones."""
 RARE = 0.3
 BY_PROPAGATION = 0.5
-"""The factor for a mistake in adding up the links if the columns are not differentiated from the sum."""
+"""The factor for a mistake in adding up the links if the columns are propagated instead of differentiated."""
 
 ALIKE: dict[str, tuple[str, ...]] = {
     "prismatic-as-revolute": ("joint-left-out",),
@@ -78,7 +78,7 @@ _POSITIONS = frozenset({"table", "rotations", "own links", "links"})
 
 @dataclass(frozen=True)
 class Wrong:
-    """A variant of a mistake, and the wrong answer that it gives: (rows, columns, …) in the working's arithmetic."""
+    """A variant of a mistake, and the wrong answer that it gives, (rows, columns, …) in the working's arithmetic."""
 
     mistake: Mistake
     variant: MistakeVariant
@@ -97,7 +97,7 @@ def mistake_frequency(mistake: Mistake) -> float:
 
 
 def variant_frequency(wrong: Wrong) -> float:
-    """Return how often a mistake is made in this way, relative to others that give the same answer."""
+    """Return how often this variant of a mistake is made, relative to others that give the same answer."""
     frequency = mistake_frequency(wrong.mistake)
     propagates = any(stage == "linear" for stage, _ in wrong.working.changes)
     if "linear" in wrong.variant.changes:  # a propagated quantity such as p* may itself be the answer
@@ -108,8 +108,8 @@ def variant_frequency(wrong: Wrong) -> float:
 def likely_mistakes(part: Part, precise: bool = False) -> list[Mistake]:
     """Return the mistakes to consider for a wrong answer to a part, the more likely ones first.
 
-    Mistakes in the last step come before mistakes on the way to J. For a single number, all are considered only if it
-    is `precise`.
+    Mistakes in the last step come before mistakes in the derivation of J. For a single number, all are considered only
+    if it is `precise`.
     """
     ordered = list(CATALOGUE.values())
     if is_made_of_jacobian(part):
@@ -120,37 +120,39 @@ def likely_mistakes(part: Part, precise: bool = False) -> list[Mistake]:
 
 
 def wrong_answers(w: Working, part: Part, precise: bool = False) -> Iterator[Wrong]:
-    """Yield the answer that each mistake in the derivation gives to a part, including those that change nothing."""
+    """Yield the answers to a part that mistakes in the derivation give, including those that change nothing."""
     if is_derived(part):
-        right = _result(w, part)
+        reference = _result(w, part)
         for mistake in likely_mistakes(part, precise):
-            yield from make_mistake(mistake, w, part, right)
+            yield from make_mistake(mistake, w, part, reference)
 
 
 def make_mistake(mistake: Mistake, w: Working, part: Part, right: np.ndarray | None = None) -> Iterator[Wrong]:
     """Yield the answers that the variants of one mistake give to a part.
 
-    A mistake in adding up the links is continued by differentiation first, then by propagation. One that is made at
-    several joints is made, and told of, at those only at which it changes the answer.
+    A mistake in adding up the links is continued by differentiation first, then by propagation. A mistake at several
+    joints is made, and described, only at those joints at which it changes the answer.
     """
     right = _result(w, part) if right is None else right
     if right is None:
         return
-    idle = set[int]()
+    idle_joints = set[int]()
     for variant in mistake.variants(w.chain, (right.shape[0], right.shape[1])):
-        made = variant if variant.at is None else variant.but_at(idle)
+        effective_variant = variant if variant.at is None else variant.but_at(idle_joints)
         if variant.at is not None:
-            idle = set()
-        if made is None:
+            idle_joints = set()
+        if effective_variant is None:
             continue
-        ways: list[dict[str, Change]] = [dict(made.changes)]
-        if _POSITIONS & set(made.changes) and "linear" not in made.changes:
-            ways.append({**made.changes, "linear": propagate_linear_rows})
-        answers = [(working, _result(working, part)) for working in map(w.with_mistakes, ways)]
-        wrongs = [Wrong(mistake, made, working, answer) for working, answer in answers if answer is not None]
-        yield from wrongs
-        if all(_is_same(wrong.answer, right) for wrong in wrongs):
-            idle.update(made.places)
+        change_sets: list[dict[str, Change]] = [dict(effective_variant.changes)]
+        if _POSITIONS & set(effective_variant.changes) and "linear" not in effective_variant.changes:
+            change_sets.append({**effective_variant.changes, "linear": propagate_linear_rows})
+        answers = [(working, _result(working, part)) for working in map(w.with_mistakes, change_sets)]
+        wrong_variants = [
+            Wrong(mistake, effective_variant, working, answer) for working, answer in answers if answer is not None
+        ]
+        yield from wrong_variants
+        if all(_is_same(wrong.answer, right) for wrong in wrong_variants):
+            idle_joints.update(effective_variant.places)
 
 
 def _is_same(answer: np.ndarray, right: np.ndarray) -> bool:
@@ -165,12 +167,12 @@ def _result(working: Working, part: Part) -> np.ndarray | None:
     try:
         with np.errstate(all="ignore"):  # J may have lost rank
             return result(working, part)
-    except IndexError:  # a joint after the frame of the question
+    except IndexError:  # the mistake is at a joint after the frame of the question
         return None
 
 
 def mistaken_answers(chain: Chain, part: Part) -> Iterator[tuple[Mistake, MistakenAnswer]]:
-    """Yield the mistaken answers to a part that come from no derivation."""
+    """Yield the mistaken answers to a part that do not come from a derivation."""
     for mistake in CATALOGUE.values():
         for mistaken in mistake.answers(chain, part):
             yield mistake, mistaken

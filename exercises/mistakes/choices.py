@@ -1,4 +1,4 @@
-"""Mistakes behind wrong options, and behind counts: the size of J, its rank."""
+"""Mistakes behind wrong options and wrong counts, such as the size of J and its rank."""
 
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from dataclasses import replace
@@ -16,31 +16,37 @@ from qdot.exercises.questions.singular import OPTIONS
 
 
 def _choose(kind: str, is_chosen: Callable[[Part, int, int], bool]) -> Answers:
-    """Return the answers that choose a wrong option; `is_chosen` compares it with the right one, by their indices."""
+    """Return a function that yields answers with a wrong option.
+
+    `is_chosen` compares a wrong option with the correct one, by their indices.
+    """
 
     def answers(chain: Chain, part: Part) -> Iterator[MistakenAnswer]:
         if part.kind == kind and isinstance(part.answer, Choice):
-            right = part.answer.correct
+            correct_index = part.answer.correct
             for index in range(len(part.answer.options)):
-                if index != right and is_chosen(part, index, right):
+                if index != correct_index and is_chosen(part, index, correct_index):
                     yield MistakenAnswer(replace(part.answer, correct=index))
 
     return answers
 
 
 def _confuse_meanings(kind: str, texts: Mapping[str, str], pairs: Collection[tuple[str, str]]) -> Answers:
-    """Return the answers that take one meaning for another; `pairs` are (right, chosen)."""
-    names = {text: name for name, text in texts.items()}
+    """Return a function that yields answers with one meaning instead of another; `pairs` are (correct, chosen)."""
+    meanings_by_text = {text: name for name, text in texts.items()}
 
     def is_chosen(part: Part, index: int, right: int) -> bool:
         options = part.of(Choice).options
-        return (names[options[right]], names[options[index]]) in pairs
+        return (meanings_by_text[options[right]], meanings_by_text[options[index]]) in pairs
 
     return _choose(kind, is_chosen)
 
 
 def _choose_statement(is_same_meaning: bool) -> Answers:
-    """Return the answers that choose the right meaning of a singularity with another kind, or another meaning."""
+    """Return a function that yields answers with another kind of singularity or another geometric cause.
+
+    `is_same_meaning` says whether the geometric cause is the correct one.
+    """
 
     def is_chosen(part: Part, index: int, right: int) -> bool:
         offered = part.about(OfMeaning).asked.offered
@@ -54,7 +60,7 @@ def _combine(*all_answers: Answers) -> Answers:
 
 
 def _give_numbers(kind: str, numbers: Callable[[Chain, Part], Iterable[list[int]]]) -> Answers:
-    """Return the answers with other whole numbers than the right ones."""
+    """Return a function that yields answers with other integers than the correct ones."""
 
     def answers(chain: Chain, part: Part) -> Iterator[MistakenAnswer]:
         if part.kind == kind and isinstance(part.answer, Number):
@@ -78,7 +84,7 @@ def _rank(part: Part) -> int:
 
 
 def _count_kinds(chain: Chain, part: Part) -> Iterator[list[int]]:
-    """Count the orientation as one component, or the position."""
+    """Yield the size of J with the orientation or the position counted as one component."""
     linear = sum(row[0] == "v" for row in part.about(ForTask).task)
     angular = _task_size(part) - linear
     yield [linear + min(angular, 1), chain.n]

@@ -38,7 +38,10 @@ from qdot.exercises.mistakes.position import link_words, moving_links, run_start
 
 
 def _scale_term(factor: int, least_terms: int) -> Variants:
-    """Return the variants in which the part of one link in a column, of at least so many, is times a factor."""
+    """Return a function that yields variants with one link's contribution to one column multiplied by a factor.
+
+    The column must have contributions from at least `least_terms` links.
+    """
 
     def variants(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
         for joint in range(chain.n):
@@ -62,7 +65,10 @@ def _keep_last_link(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
 
 
 def _mirror_effects(w: Working, joint: int) -> np.ndarray:
-    """Return the effects of a joint on the links if the angles of its run have the opposite sign, (n + 1, 3, …)."""
+    """Return the effects of a joint on the links, (n + 1, 3, …), if the angles of its run have the opposite sign.
+
+    The run consists of the consecutive parallel joints that the joint belongs to.
+    """
     run = [i for i in range(w.n) if run_start(w.chain, i) == run_start(w.chain, joint) and w["kinds"][i] == "R"]
 
     def mirror(_: Working, table: Table) -> Table:
@@ -74,8 +80,8 @@ def _mirror_effects(w: Working, joint: int) -> np.ndarray:
 
 def _flip_derivative(sign: int) -> Variants:
     def apply_change(w: Working, effects: np.ndarray) -> np.ndarray:
-        turning = [i for i in range(w.n) if w["kinds"][i] == "R"]
-        return np.stack([sign * _mirror_effects(w, i) if i in turning else effects[i] for i in range(w.n)])
+        revolute = [i for i in range(w.n) if w["kinds"][i] == "R"]
+        return np.stack([sign * _mirror_effects(w, i) if i in revolute else effects[i] for i in range(w.n)])
 
     return lambda chain, shape: iter(
         [MistakeVariant({"effects": apply_change})] if any(joint.kind == "R" for joint in chain.joints) else []
@@ -83,19 +89,22 @@ def _flip_derivative(sign: int) -> Variants:
 
 
 def _skip_differentiation(w: Working, effects: np.ndarray) -> np.ndarray:
-    out, links = np.array(effects), w.arithmetic.value(np.stack(w["links"]))
+    skipped, links = np.array(effects), w.arithmetic.value(np.stack(w["links"]))
     for joint in range(w.n):
         if w["kinds"][joint] == "R":
-            behind = [k for k in links_to_point(w.chain) if k >= joint]
-            out[joint, behind] = links[behind]
-    return out
+            later_links = [k for k in links_to_point(w.chain) if k >= joint]
+            skipped[joint, later_links] = links[later_links]
+    return skipped
 
 
 # --- propagation ---
 
 
 def _propagate(changes: Mapping[str, Change], has_words: bool = False) -> Variants:
-    """Return the variants made in one way before propagation; `has_words` if the sentence names frame i and axis i."""
+    """Return a function that yields one variant, in which the linear rows are propagated after the changes.
+
+    `has_words` says that the sentence names frame i and axis i.
+    """
 
     def variants(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
         yield by_propagation(changes, _axis_words(chain) if has_words else {})
@@ -104,7 +113,7 @@ def _propagate(changes: Mapping[str, Change], has_words: bool = False) -> Varian
 
 
 def _axis_words(chain: Chain) -> dict[str, object]:
-    """Return the names of the frame on the axis of joint i, and of this axis, in the arm's convention."""
+    """Return the names of the axis of joint i and the frame on it, in the arm's convention."""
     convention = convention_of(chain)
     return {"frame": convention.frame_index, "axis": convention.plain_axis}
 
@@ -158,7 +167,7 @@ def _treat_as(treated_kind: str, kind: str) -> Variants:
 
 
 def _rotate_slides(joints: Sequence[int]) -> MistakeVariant:
-    """Return the variant that gives prismatic joints an angular part."""
+    """Return the variant that gives prismatic joints an angular velocity."""
 
     def apply_change(w: Working, angular: np.ndarray) -> np.ndarray:
         return np.stack([w["axes"][i] if i in joints else angular[:, i] for i in range(w.n)], axis=1)
@@ -172,9 +181,9 @@ def _rotate_slide(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
 
 
 def _rotate_all_slides(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
-    slides = _joints_of_kind(chain, "P")
-    if len(slides) > 1:
-        yield _rotate_slides(slides)
+    prismatic = _joints_of_kind(chain, "P")
+    if len(prismatic) > 1:
+        yield _rotate_slides(prismatic)
 
 
 def _drop_angular(joints: Sequence[int]) -> MistakeVariant:
@@ -202,20 +211,20 @@ def _use_tool_frame(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
         rotation = w["last rotation"].swapaxes(0, 1)
         return np.stack([apply_matrix(rotation, vectors[:, i]) for i in range(vectors.shape[1])], axis=1)
 
-    # In questions about that frame, they need not be rotated again.
+    # In questions about the last frame, the vectors need not be rotated again.
     yield MistakeVariant({"linear": rotate, "angular": rotate, "tool jacobian": _leave_in_base(slice(0, 6))})
     axes: Change = lambda w, axes: rotate(w, axes.swapaxes(0, 1)).swapaxes(0, 1)  # noqa: E731
     yield MistakeVariant({"axes": axes, "tool jacobian": _leave_in_base(slice(3, 6))})
 
 
 def _use_local_axes(w: Working, axes: np.ndarray) -> np.ndarray:
-    """Take every axis for (0, 0, 1), its coordinates in its own frame."""
-    up = np.stack([w.arithmetic.number(sp.Integer(value)) for value in (0, 0, 1)])
-    return np.stack([up] * len(axes))
+    """Return (0, 0, 1) for every axis, its coordinates in its own frame."""
+    local_axis = np.stack([w.arithmetic.number(sp.Integer(value)) for value in (0, 0, 1)])
+    return np.stack([local_axis] * len(axes))
 
 
 def _rotations_on_axes(w: Working) -> list[np.ndarray]:
-    """Return the rotations of the frames on the joint axes, repeating the last one if there is no next."""
+    """Return the rotations of the frames on the joint axes; the last one is repeated if there is no next frame."""
     numbers = [convention_of(w.chain).frame_on_axis(joint) for joint in range(1, w.n + 2)]
     return [convention_rotation(w, min(number, w.n)) for number in numbers]
 
@@ -244,7 +253,7 @@ def _flip_axis(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
 
 
 def _drop_joint(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
-    """Treat a joint as fixed: its contribution to the velocities is missing."""
+    """Yield variants that treat a joint as fixed: its contribution to the velocities is missing."""
     for i in range(chain.n) if chain.n > 1 else ():
         drop = scale_at((slice(None), i), 0)
         yield MistakeVariant({"linear": drop, "angular": drop}, {"joint": i + 1})
@@ -256,19 +265,19 @@ def _exchange_arms(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
 
 
 def _leave_vectors_in_base(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
-    """Leave vectors in the base frame where another frame is asked for: all of them, or one kind of rows."""
+    """Yield variants that leave vectors in the base frame if another frame is asked for: all, or one kind of rows."""
     for words, rows in (("vectors", slice(0, 6)), ("angular vectors", slice(3, 6)), ("linear vectors", slice(0, 3))):
         yield MistakeVariant({"tool jacobian": _leave_in_base(rows)}, {"vectors": words})
     yield MistakeVariant({"wrist block": lambda w, _: np.moveaxis(w["axes"][3:6], 0, 1)}, {"vectors": "vectors"})
 
 
 def _leave_in_base(rows: slice) -> Change:
-    """Return the change of the Jacobian in the last frame that leaves some rows in the base frame."""
+    """Return the change that leaves some rows of the Jacobian in the last frame in the base frame."""
 
     def apply_change(w: Working, rotated: np.ndarray) -> np.ndarray:
-        out = np.array(rotated)
-        out[rows] = w["geometric"][rows]
-        return out
+        result = np.array(rotated)
+        result[rows] = w["geometric"][rows]
+        return result
 
     return apply_change
 
@@ -282,7 +291,7 @@ def _use_earlier_frame(chain: Chain, shape: Shape) -> Iterator[MistakeVariant]:
 
 
 def _use_other_velocity(chain: Chain, shape: Shape) -> Iterator[MistakeVariant]:
-    """Take the velocity of another frame, or that of P summed up to another joint."""
+    """Yield variants with the velocity of another frame, or with that of P summed up to another joint."""
 
     def of_frame(w: Working, velocity: np.ndarray, k: int) -> np.ndarray:
         if not w.depends_on("joint rates"):
@@ -291,7 +300,7 @@ def _use_other_velocity(chain: Chain, shape: Shape) -> Iterator[MistakeVariant]:
             inner = w if k == w.n else w.up_to(k)
             stage = "tool jacobian" if w.depends_on("tool jacobian") else "geometric"
             return apply_matrix(inner[stage], w["joint rates"][:k])[:, None]
-        except IndexError:  # a joint after the frame
+        except IndexError:  # the question is about an earlier frame
             return velocity
 
     def of_point(w: Working, velocity: np.ndarray, k: int) -> np.ndarray:
@@ -299,9 +308,9 @@ def _use_other_velocity(chain: Chain, shape: Shape) -> Iterator[MistakeVariant]:
             return velocity
         return apply_matrix(w["geometric"][:, :k], w["joint rates"][:k])[:, None]
 
-    last = "the last frame" if convention_of(chain).point.is_origin else "the point"
+    last_frame_words = "the last frame" if convention_of(chain).point.is_origin else "the point"
     for frame in range(1, chain.n + 1) if shape == (6, 1) else ():
-        words = {"frame": "another frame" if frame < chain.n else last}
+        words = {"frame": "another frame" if frame < chain.n else last_frame_words}
         yield MistakeVariant({RESULT: partial(of_frame, k=frame)}, words)
         if frame < chain.n:
             yield MistakeVariant({RESULT: partial(of_point, k=frame)}, {"frame": "the point"})
@@ -434,5 +443,7 @@ OF_FRAMES = frozenset({
     "wrong-axis-of-joint", "row-of-rotation", "velocity-of-other-frame", "arms-exchanged", "rows-not-turned",
     "turned-the-wrong-way", "frame-before", "blocks-exchanged",
 })  # fmt: skip
-"""The mistakes about frames on the links, or vectors from their origins; of screws, `screws` says what is above."""
+"""The mistakes about frames on the links, or vectors from their origins.
+
+The mistakes with screws are in `screws`."""
 MISTAKES = only_for_tables(_ALL, OF_FRAMES)

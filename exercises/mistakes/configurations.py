@@ -1,4 +1,4 @@
-"""The configurations at which an answer is evaluated: those of the question, else random ones."""
+"""Sample the configurations at which an answer is evaluated: those of the question, otherwise random ones."""
 
 import numpy as np
 
@@ -13,7 +13,10 @@ Values = dict[str, np.ndarray]
 
 
 def sample_values(domain: Domain, count: int, stream: Stream) -> Values:
-    """Return random values of all symbols, (N,) each, without the first ones, which are rounded or may be singular."""
+    """Return random values of all symbols, (N,) each.
+
+    The first samples are left out, because they are rounded and may be singular.
+    """
     sampled = domain.sample(set(domain.roles), READABLE + count, stream)
     return {name: value[READABLE:] for name, value in sampled.items()}
 
@@ -29,7 +32,7 @@ def sample_configurations(chain: Chain, part: Part, domain: Domain, count: int, 
 
 
 def fix_given_joints(part: Part, values: Values) -> Values:
-    """Return values of symbols with the joint values that a part fixes."""
+    """Return the values of symbols, with the joint values that a part fixes inserted."""
     count = len(next(iter(values.values())))
     fixed = part.details.given_joints.items()
     return values | {q.name: evaluate(program_of(value), values, count)[0][0].real for q, value in fixed}

@@ -1,7 +1,7 @@
-"""Mistakes in finished formulas: one place of an entry that was simplified, copied or typed wrongly.
+"""Mistakes in finished formulas: an entry was simplified, copied or typed with one error.
 
 An entry is decomposed as it is written and as a sum of products, and rebuilt with one change: a sign, a term, a factor,
-a sine for a cosine, an angle. A change of every angle alike is made throughout.
+a sine instead of a cosine, or an angle. A mistake that changes every angle alike is made in all entries.
 """
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -15,13 +15,13 @@ from qdot.exercises.formula.trees import Node, names, node_text, size_of
 from qdot.exercises.mistakes.base import Mistake
 
 LONGEST = 400
-"""Nodes of an entry that is edited at most."""
+"""Maximum number of nodes of an entry that is edited."""
 MOST_TERMS = 40
-"""Terms of an entry that is expanded into a sum of products at most."""
+"""Maximum number of terms of an entry that is expanded into a sum of products."""
 
 WAVES = ("sin", "cos")
 OF_DERIVATIVES = frozenset({"wave-derived", "wave-not-derived"})
-"""Slips in what is differentiated."""
+"""The mistakes that occur only in entries that are differentiated."""
 
 
 @dataclass(frozen=True)
@@ -34,7 +34,7 @@ class Edit:
 
     @property
     def which(self) -> str:
-        """The missing part in words: by the lengths, rates and numbers in it, else by its joints."""
+        """The missing part in words: its lengths, rates and numbers, or its joints if it has none of these."""
         parts = [] if self.missing is None else [*dict.fromkeys(_factors_in(self.missing))]
         if self.missing is not None and not parts:
             parts = sorted(name for name in names(self.missing) if name != "pi")
@@ -42,7 +42,7 @@ class Edit:
 
 
 def _factors_in(node: Node) -> Iterator[str]:
-    """Yield the names and decimals of a term outside its angles."""
+    """Yield the names and decimals of a term, except those in its angles."""
     if node.kind == "decimal" or (node.kind == "name" and node.value != "pi"):
         yield node_text(node)
     elif not _is_wave(node):
@@ -54,11 +54,11 @@ def _is_wave(node: Node) -> bool:
     return node.kind == "call" and node.value in WAVES
 
 
-# --- one place ---
+# --- one mistake in an entry ---
 
 
 def edits(entry: Node, symbols: Iterable[str] = ()) -> Iterator[Edit]:
-    """Yield an entry with one mistake, in every way; one of the `symbols` can be typed for a similar one."""
+    """Yield all edits of an entry with one mistake, such as one of the `symbols` typed for a similar one."""
     if size_of(entry) > LONGEST:
         return
     yield from _edit_each_node(entry, partial(_mistype_symbol, sorted(symbols)))
@@ -72,36 +72,36 @@ def edits(entry: Node, symbols: Iterable[str] = ()) -> Iterator[Edit]:
     yield from exchange_symbols(entry, symbols)
     yield from _edit_each_node(entry, partial(_add_joint_to_angle, sorted(symbols)))
     for angle in dict.fromkeys(_angles_in(entry)):
-        for new in _edit_angle(angle):
-            yield Edit("angle-typed", _map_waves(entry, partial(_replace_angle, {angle: new})))
+        for new_angle in _edit_angle(angle):
+            yield Edit("angle-typed", _map_waves(entry, partial(_replace_angle, {angle: new_angle})))
     terms = terms_of(entry, MOST_TERMS)
     yield Edit("term-sign-typed" if terms is not None and len(terms) == 1 else "entry-sign", negative(entry))
     if terms is not None and len(terms) > 1:
         for k, term in enumerate(terms):
-            rest = [*terms[:k], *terms[k + 1 :]]
-            yield Edit("term-sign-typed", _sum([*rest, negative(term)]))
-            yield Edit("term-missing", _sum(rest), term)
+            other_terms = [*terms[:k], *terms[k + 1 :]]
+            yield Edit("term-sign-typed", _sum([*other_terms, negative(term)]))
+            yield Edit("term-missing", _sum(other_terms), term)
 
 
 def _edit_every_wave(entry: Node) -> Iterator[Edit]:
-    """Yield an entry of several sines and cosines with the same mistake in all of them."""
+    """Yield edits of an entry with the same mistake in all of its sines and cosines, if there are several."""
     angles = list(_angles_in(entry))
     if len(angles) > 1:
         yield Edit("waves-typed", _map_waves(entry, _swap_wave))
     sums = [angle for angle in dict.fromkeys(angles) if len(addends(angle)) > 1]
     for keep in (True, False):
-        changed = {angle: _keep_last_angle(keep)(angle) for angle in sums}
-        if sum(new != angle for angle, new in changed.items()) > 1:
-            yield Edit("angles-typed", _map_waves(entry, partial(_replace_angle, changed)))
+        new_angles = {angle: _keep_last_angle(keep)(angle) for angle in sums}
+        if sum(new_angle != angle for angle, new_angle in new_angles.items()) > 1:
+            yield Edit("angles-typed", _map_waves(entry, partial(_replace_angle, new_angles)))
 
 
 def _edit_each_node(node: Node, edit_node: Callable[[Node], Iterator[Edit]]) -> Iterator[Edit]:
-    """Yield a tree with one of its nodes edited."""
+    """Yield edits of a tree with one of its nodes edited."""
     yield from edit_node(node)
     for k, arg in enumerate(node.args):
         for edit in _edit_each_node(arg, edit_node):
-            changed = Node(node.kind, (*node.args[:k], edit.entry, *node.args[k + 1 :]), node.value)
-            yield Edit(edit.mistake, changed, edit.missing)
+            edited = Node(node.kind, (*node.args[:k], edit.entry, *node.args[k + 1 :]), node.value)
+            yield Edit(edit.mistake, edited, edit.missing)
 
 
 def _edit_node(node: Node) -> Iterator[Edit]:
@@ -119,55 +119,62 @@ def _edit_node(node: Node) -> Iterator[Edit]:
 
 
 def _edit_sum(node: Node) -> Iterator[Edit]:
-    left, right = node.args
+    first_term, second_term = node.args
     yield Edit("term-sign-typed", Node("-" if node.kind == "+" else "+", node.args))
-    yield Edit("term-sign-typed", Node(node.kind, (negative(left), right)))
-    yield Edit("term-missing", left, right)
-    yield Edit("term-missing", right if node.kind == "+" else negative(right), left)
+    yield Edit("term-sign-typed", Node(node.kind, (negative(first_term), second_term)))
+    yield Edit("term-missing", first_term, second_term)
+    yield Edit("term-missing", second_term if node.kind == "+" else negative(second_term), first_term)
     yield Edit("sum-multiplied", _product(addends(node)))
     yield from _add_unlike_terms(node)
-    if right.kind == "*" and node.kind == "-":  # without a bracket, the minus applies to the first term only
-        for edit in _edit_product(right):
+    if second_term.kind == "*" and node.kind == "-":  # without a bracket, the minus applies to the first term only
+        for edit in _edit_product(second_term):
             if edit.mistake == "bracket-missing":
-                first, second = edit.entry.args
-                yield Edit("bracket-missing", Node(edit.entry.kind, (minus(left, first), second)))
+                first_factor, second_factor = edit.entry.args
+                yield Edit("bracket-missing", Node(edit.entry.kind, (minus(first_term, first_factor), second_factor)))
 
 
 def _add_unlike_terms(node: Node) -> Iterator[Edit]:
-    """Yield a number that was added to the coefficient of an unlike term: 0.2 + 0.4 x as 0.6 x."""
+    """Yield edits with a number added to the coefficient of an unlike term: 0.6 x instead of 0.2 + 0.4 x."""
     for constant, term in (node.args, node.args[::-1]):
         if constant.kind in ("number", "decimal") and names(term):
-            share = _coefficient(constant) / _coefficient(term) if _coefficient(term) else Fraction(0)
-            first, second = (term, times(number(share), term))
-            yield Edit("unlike-terms-added", plus(first, second) if node.kind == "+" else minus(first, second))
+            ratio = _coefficient(constant) / _coefficient(term) if _coefficient(term) else Fraction(0)
+            kept_term, scaled_term = (term, times(number(ratio), term))
+            yield Edit(
+                "unlike-terms-added",
+                plus(kept_term, scaled_term) if node.kind == "+" else minus(kept_term, scaled_term),
+            )
 
 
 def _edit_product(node: Node) -> Iterator[Edit]:
-    left, right = node.args
-    yield from _drop_denominator_bracket(left, right)
-    if right.kind == "call" and right.value in WAVES and len(addends(right.args[0])) > 1:
-        first, *rest = _waves(right)  # s12 for s1 + s2, and that without its bracket
-        yield Edit("sum-of-angles-split", plus(times(left, first), _sum(rest)))
-    for lost, kept in ((left, right), (right, left)):
-        yield Edit("factor-missing", kept, lost)
-        if lost.kind in ("+", "-"):  # the factor multiplies one of the terms only
-            add = plus if lost.kind == "+" else minus
-            yield Edit("waves-in-factor", times(_map_waves(lost, _swap_wave), kept))
-            yield Edit("bracket-missing", add(lost.args[0], times(lost.args[1], kept)))
-            yield Edit("bracket-missing", add(times(kept, lost.args[0]), lost.args[1]))
+    first_factor, second_factor = node.args
+    yield from _drop_denominator_bracket(first_factor, second_factor)
+    if second_factor.kind == "call" and second_factor.value in WAVES and len(addends(second_factor.args[0])) > 1:
+        first, *rest = _waves(second_factor)  # s1 + s2 instead of s12, without a bracket
+        yield Edit("sum-of-angles-split", plus(times(first_factor, first), _sum(rest)))
+    for missing, kept in ((first_factor, second_factor), (second_factor, first_factor)):
+        yield Edit("factor-missing", kept, missing)
+        if missing.kind in ("+", "-"):  # the factor multiplies one of the terms only
+            add = plus if missing.kind == "+" else minus
+            yield Edit("waves-in-factor", times(_map_waves(missing, _swap_wave), kept))
+            yield Edit("bracket-missing", add(missing.args[0], times(missing.args[1], kept)))
+            yield Edit("bracket-missing", add(times(kept, missing.args[0]), missing.args[1]))
 
 
 def _edit_quotient(node: Node) -> Iterator[Edit]:
-    above, below = node.args
-    terms = addends(above)
-    for k in range(len(terms)) if 1 < len(terms) <= MOST_TERMS else ():  # one term alone is divided, or left undivided
-        yield Edit("bracket-missing", _sum([over(term, below) if i == k else term for i, term in enumerate(terms)]))
-        yield Edit("bracket-missing", _sum([term if i == k else over(term, below) for i, term in enumerate(terms)]))
-    if below.kind in ("+", "-", "*"):  # only the first part is used as the divisor
-        for first, second in (below.args, below.args[::-1]):
-            yield Edit("bracket-missing", Node(below.kind, (over(above, first), second)))
-    yield Edit("factor-missing", above, below)
-    yield Edit("factor-missing", times(above, below))
+    numerator, denominator = node.args
+    terms = addends(numerator)
+    for k in range(len(terms)) if 1 < len(terms) <= MOST_TERMS else ():  # only one term is divided, or all but one
+        yield Edit(
+            "bracket-missing", _sum([over(term, denominator) if i == k else term for i, term in enumerate(terms)])
+        )
+        yield Edit(
+            "bracket-missing", _sum([term if i == k else over(term, denominator) for i, term in enumerate(terms)])
+        )
+    if denominator.kind in ("+", "-", "*"):  # only the first part is used as the divisor
+        for divisor, remainder in (denominator.args, denominator.args[::-1]):
+            yield Edit("bracket-missing", Node(denominator.kind, (over(numerator, divisor), remainder)))
+    yield Edit("factor-missing", numerator, denominator)
+    yield Edit("factor-missing", times(numerator, denominator))
 
 
 def _edit_power(node: Node) -> Iterator[Edit]:
@@ -181,15 +188,18 @@ def _edit_negative(node: Node) -> Iterator[Edit]:
     yield Edit("term-sign-typed", inside)
     yield from _drop_denominator_bracket(number(-1), inside)
     terms = addends(inside.args[0]) if inside.kind == "/" else []
-    if 1 < len(terms) <= MOST_TERMS:  # minus at the first term only, division of the last one only
+    if 1 < len(terms) <= MOST_TERMS:  # minus applies to the first term only, division to the last one only
         yield Edit("bracket-missing", _sum([negative(terms[0]), *terms[1:-1], over(terms[-1], inside.args[1])]))
 
 
 def _drop_denominator_bracket(factor: Node, quotient: Node) -> Iterator[Edit]:
-    """Yield a factor times a quotient whose denominator has no bracket."""
+    """Yield the edit of a factor times a quotient in which the denominator has lost its bracket."""
     if quotient.kind == "/" and quotient.args[1].kind in ("+", "-"):
-        above, below = quotient.args
-        yield Edit("bracket-missing", Node(below.kind, (over(times(factor, above), below.args[0]), below.args[1])))
+        numerator, denominator = quotient.args
+        yield Edit(
+            "bracket-missing",
+            Node(denominator.kind, (over(times(factor, numerator), denominator.args[0]), denominator.args[1])),
+        )
 
 
 _OPERATIONS: dict[str, Callable[[Node], Iterator[Edit]]] = {
@@ -204,20 +214,20 @@ def _coefficient(node: Node) -> Fraction:
     if node.kind == "neg":
         return -_coefficient(node.args[0])
     if node.kind in ("*", "/"):
-        left, right = map(_coefficient, node.args)
-        return left * right if node.kind == "*" else left / right if right else Fraction(0)
+        first, second = map(_coefficient, node.args)
+        return first * second if node.kind == "*" else first / second if second else Fraction(0)
     return Fraction(1)
 
 
 def _mistype_symbol(symbols: Sequence[str], node: Node) -> Iterator[Edit]:
-    """Yield the name at a node typed for a similar one."""
+    """Yield edits of a node with its name replaced by a similar one."""
     for symbol in symbols if node.kind == "name" else ():
         if symbol != node.value and _stem(symbol) == _stem(str(node.value)):
             yield Edit("symbol-typed", Node("name", value=symbol))
 
 
 def exchange_symbols(entry: Node, symbols: Iterable[str]) -> Iterator[Edit]:
-    """Yield an entry with two similar names exchanged."""
+    """Yield edits of an entry with two similar names exchanged."""
     present = sorted(names(entry) & set(symbols))
     for first, second in combinations(present, 2):
         if _stem(first) == _stem(second):
@@ -226,38 +236,43 @@ def exchange_symbols(entry: Node, symbols: Iterable[str]) -> Iterator[Edit]:
 
 
 def _add_joint_to_angle(symbols: Sequence[str], node: Node) -> Iterator[Edit]:
-    """Yield a sine or cosine with an extra joint in its angle, or with a joint of another sign."""
+    """Yield edits of a sine or cosine with an extra joint in its angle, or with the opposite sign of a joint."""
     for joint in (Node("name", value=name) for name in symbols if _is_wave(node) and name.startswith("theta")):
-        alone = names(node.args[0]) == {joint.value}  # with the opposite sign it would not be a mistaken sum
-        for more in (joint, negative(joint), times(TWO, joint), *(() if alone else (negative(times(TWO, joint)),))):
-            yield Edit("angle-typed", Node("call", (plus(node.args[0], more),), node.value))
+        is_single_angle = names(node.args[0]) == {joint.value}  # with the opposite sign it would not be a mistaken sum
+        for added in (
+            joint,
+            negative(joint),
+            times(TWO, joint),
+            *(() if is_single_angle else (negative(times(TWO, joint)),)),
+        ):
+            yield Edit("angle-typed", Node("call", (plus(node.args[0], added),), node.value))
 
 
 def replace_each_wave(entry: Node, new: Callable[[Node], Node]) -> list[Node]:
-    """Return an entry with another tree for one of its sines and cosines, for each of these."""
+    """Return a list of entries, each with one of the sines and cosines replaced by another tree."""
     replaced = _edit_each_node(entry, lambda node: iter([Edit("", new(node))] if _is_wave(node) else []))
     return [edit.entry for edit in replaced]
 
 
 def turn_wave(node: Node) -> Node:
-    """Return a sine or cosine a quarter turn ahead."""
+    """Return a sine or cosine with a quarter turn added to its angle."""
     return _swap_wave(node) if node.value == "sin" else negative(_swap_wave(node))
 
 
 def _stem(name: str) -> str:
-    """Return the common stem of similar names, as of theta1 and theta2, or fy and fz."""
+    """Return the common stem of similar names such as theta1 and theta2, or fy and fz."""
     return name[:-1] if len(name) == 2 and name[-1] in "xyz" else name.rstrip("0123456789")
 
 
 def _is_angle(node: Node) -> bool:
-    """Tell whether a tree belongs to an angle: it contains pi or a joint angle outside of function calls."""
+    """Return whether a tree is an angle: it contains pi or a joint angle outside of function calls."""
     if node.kind == "name":
         return node.value == "pi" or node.value.startswith("theta")
     return any(map(_is_angle, node.args)) and node.kind != "call"
 
 
 def _split_wave(node: Node) -> Iterator[Edit]:
-    """Yield the sine or cosine of a sum split into those of its terms, added or multiplied."""
+    """Yield edits of the sine or cosine of a sum, split into those of its terms, added or multiplied."""
     parts = addends(node.args[0])
     if len(parts) > 1:
         yield Edit("sum-of-angles-split", _sum(_waves(node)))
@@ -285,46 +300,46 @@ def _product(factors: Sequence[Node]) -> Node:
 
 
 def _edit_angle(angle: Node) -> Iterator[Node]:
-    """Yield an angle with a term left out, with a negative term, or with a constant of another size."""
+    """Yield an angle with a term left out or negated, or with a constant scaled."""
     parts = addends(angle)
-    turning = [part for part in parts if names(part)]
+    joint_terms = [part for part in parts if names(part)]
     for k, part in enumerate(parts):
-        rest = [*parts[:k], *parts[k + 1 :]]
-        if rest:
-            yield _sum(rest)
-            if len(turning) > 1 or not names(part):  # a single angle with the opposite sign is not a mistaken sum
-                yield _sum([*rest, negative(part)])
+        other_terms = [*parts[:k], *parts[k + 1 :]]
+        if other_terms:
+            yield _sum(other_terms)
+            if len(joint_terms) > 1 or not names(part):  # a single angle with the opposite sign is not a mistaken sum
+                yield _sum([*other_terms, negative(part)])
         if not names(part):
             for factor in (number(2), number(Fraction(1, 2)), over(number(180), Node("name", value="pi"))):
-                yield _sum([*rest, times(factor, part)])
-    if len(turning) > 1:
-        yield _sum([_product(turning), *(part for part in parts if not names(part))])
+                yield _sum([*other_terms, times(factor, part)])
+    if len(joint_terms) > 1:
+        yield _sum([_product(joint_terms), *(part for part in parts if not names(part))])
     if len(parts) > 2:
         constants = [part for part in parts if not names(part)]
-        for part in parts:  # a single angle, with and without the constant
+        for part in parts:  # a single angle, without and with the constants
             if names(part):
                 yield part
                 yield _sum([part, *constants])
 
 
-# --- throughout ---
+# --- the same mistake in all entries ---
 
 
 def edits_throughout(rows: Sequence[Sequence[Node]]) -> Iterator[tuple[str, list[list[Node]]]]:
-    """Yield all entries with the same mistake in every angle, or wherever one angle occurs."""
+    """Yield the name of a mistake and all entries, with the mistake in every angle or in every occurrence of one."""
     angles = list(dict.fromkeys(angle for row in rows for entry in row for angle in _angles_in(entry)))
     sums = [angle for angle in angles if len(addends(angle)) > 1]
     for name, change in _SAME_EVERYWHERE:
-        changed = {angle: change(angle) for angle in sums}
-        if any(new != angle for angle, new in changed.items()):
-            yield name, _edit_all_waves(rows, partial(_replace_angle, changed))
+        new_angles = {angle: change(angle) for angle in sums}
+        if any(new_angle != angle for angle, new_angle in new_angles.items()):
+            yield name, _edit_all_waves(rows, partial(_replace_angle, new_angles))
     yield "sum-of-angles-split", _edit_all_waves(rows, lambda node: _product(_waves(node)))
     yield "sum-of-angles-split", _edit_all_waves(rows, lambda node: _sum(_waves(node)))
     for angle in angles:
         yield "wave-throughout", _edit_all_waves(rows, partial(_swap_wave_of, angle))
     for angle in sums:
-        for new in _edit_angle(angle):
-            yield "angle-throughout", _edit_all_waves(rows, partial(_replace_angle, {angle: new}))
+        for new_angle in _edit_angle(angle):
+            yield "angle-throughout", _edit_all_waves(rows, partial(_replace_angle, {angle: new_angle}))
     lengths = sorted({name for row in rows for entry in row for name in names(entry) if is_length(name)})
     if len(lengths) > 1:
         yield "lengths-missing", [[_set_lengths_to_one(entry, lengths) for entry in row] for row in rows]
@@ -333,7 +348,7 @@ def edits_throughout(rows: Sequence[Sequence[Node]]) -> Iterator[tuple[str, list
 
 
 def is_length(name: str) -> bool:
-    """Tell whether a name is that of a length: a1, d3, b2."""
+    """Return whether a name is that of a length, such as a1, d3 or b2."""
     return name[0] in "adb" and name[1:].isdigit()
 
 
@@ -364,13 +379,16 @@ def _map_waves(node: Node, change: Callable[[Node], Node]) -> Node:
 
 
 def map_nodes(node: Node, change: Callable[[Node], Node | None]) -> Node:
-    """Return a tree with the nodes replaced for which there is another; unchanged ones are the same, cached objects."""
-    new = change(node)
-    if new is not None:
-        return new
+    """Return a tree with each node replaced for which `change` gives another.
+
+    Unchanged subtrees are the same objects, so that cached results are found for them.
+    """
+    replacement = change(node)
+    if replacement is not None:
+        return replacement
     args = tuple(map_nodes(arg, change) for arg in node.args)
-    same = all(new is old for new, old in zip(args, node.args, strict=True))
-    return node if same else Node(node.kind, args, node.value)
+    is_unchanged = all(replacement is old for replacement, old in zip(args, node.args, strict=True))
+    return node if is_unchanged else Node(node.kind, args, node.value)
 
 
 def _angles_in(node: Node) -> Iterator[Node]:
@@ -390,15 +408,15 @@ def _scale_constants(factor: Node) -> Callable[[Node], Node]:
 
 
 def _keep_last_angle(keep: bool) -> Callable[[Node], Node]:
-    """Return the edit of a sum of angles to its last angle, with or without its constant."""
+    """Return a function that reduces a sum of angles to its last angle, with or without the constants."""
 
     def changed(angle: Node) -> Node:
         parts = addends(angle)
-        turning = [part for part in parts if names(part)]
-        if len(turning) < 2:
+        joint_terms = [part for part in parts if names(part)]
+        if len(joint_terms) < 2:
             return angle
-        last = max(turning, key=lambda part: sorted(names(part)))
-        return _sum([last, *(part for part in parts if keep and not names(part))])
+        last_angle = max(joint_terms, key=lambda part: sorted(names(part)))
+        return _sum([last_angle, *(part for part in parts if keep and not names(part))])
 
     return changed
 

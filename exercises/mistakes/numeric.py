@@ -1,4 +1,4 @@
-"""Mistakes that only show in numbers: degrees, units, forgotten roots."""
+"""Mistakes that show only in numeric answers: degrees, units, forgotten roots."""
 
 from collections.abc import Callable, Iterator
 from dataclasses import replace
@@ -40,14 +40,21 @@ def _use_degrees(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
 
 
 def _scale_base(w: Working, table: Table) -> Table:
-    """Substitute the angles of the base in degrees."""
+    """Return the table with the angles of the base in degrees."""
     position, yaw, tilt = table.base
-    large = w.arithmetic.table_entry(180 / sp.pi)
-    return replace(table, base=(position, yaw * large, tilt * large if convention_of(w.chain).base.tilt != 0 else tilt))
+    degrees_per_radian = w.arithmetic.table_entry(180 / sp.pi)
+    return replace(
+        table,
+        base=(
+            position,
+            yaw * degrees_per_radian,
+            tilt * degrees_per_radian if convention_of(w.chain).base.tilt != 0 else tilt,
+        ),
+    )
 
 
 def _scale_variables(w: Working, table: Table) -> Table:
-    """Substitute the joint variables in degrees, but constants in radians."""
+    """Return the table with the joint variables in degrees, but constants in radians."""
     for i, (joint, q) in enumerate(zip(w.chain.joints, w.chain.q, strict=True)):
         if joint.kind == "R":
             table = table.with_row(i, theta=table.rows[i].theta + w.arithmetic.table_entry((180 / sp.pi - 1) * q))
@@ -55,7 +62,7 @@ def _scale_variables(w: Working, table: Table) -> Table:
 
 
 def _flip_value(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
-    """Flip the sign of a joint variable's value, but not of the constant that the table adds."""
+    """Yield variants with the sign of a joint variable's value flipped, but not that of the table's constant."""
 
     def flip(w: Working, table: Table, i: int) -> Table:
         entry = "theta" if chain.joints[i].kind == "R" else "d"
@@ -71,7 +78,10 @@ def _scale_result(factor: float) -> Variants:
 
 
 def _scale_revolute(factor: float) -> Variants:
-    """Return the variant that scales the entries of revolute joints, if there is an entry for each joint."""
+    """Return a function that yields a variant with the entries of revolute joints scaled.
+
+    It yields none if the result does not have one entry for each joint.
+    """
 
     def variants(chain: Chain, shape: Shape) -> Iterator[MistakeVariant]:
         if shape == (chain.n, 1):
@@ -84,27 +94,27 @@ def _scale_revolute(factor: float) -> Variants:
 # --- rates along a path ---
 
 Rates = Iterator[tuple[np.ndarray, str]]
-"""Mistaken joint rates, and what the sentence says of them."""
+"""Mistaken joint rates, and the additional words of the sentence."""
 
 
 def _use_path_rates(way: Callable[[Chain, AtDistance], Rates]) -> Answers:
-    """Return the mistaken joint rates along a path, computed in floats."""
+    """Return a function that yields answers with mistaken joint rates along a path, computed in floating point."""
 
     def takes(chain: Chain, part: Part) -> Iterator[MistakenAnswer]:
         if part.kind == "path-rates" and isinstance(part.answer, Number):
-            for rates, more in way(chain, part.about(AtDistance)):
+            for rates, extra_words in way(chain, part.about(AtDistance)):
                 if np.isfinite(rates).all():
                     reference = sp.Matrix([sp.Float(float(rate)) for rate in rates])
-                    yield MistakenAnswer(replace(part.answer, reference=reference), {"more": more})
+                    yield MistakenAnswer(replace(part.answer, reference=reference), {"more": extra_words})
 
     return takes
 
 
 def _rates_at(line: Line, distance: float, speed: float) -> np.ndarray:
-    """Return the joint rates at a distance from A (m); nan if the line can't be followed so far."""
+    """Return the joint rates at a distance (m) from A, or nan if the line can't be followed that far."""
     stations = list(line.follow(distance / max(1, round(distance / 0.02)) if distance else 1.0, 1e-3, distance))
-    reached = bool(stations) and abs(stations[-1].s - distance) < 1e-9
-    return np.array(stations[-1].slopes) * speed if reached else np.array([np.nan])
+    is_reached = bool(stations) and abs(stations[-1].s - distance) < 1e-9
+    return np.array(stations[-1].slopes) * speed if is_reached else np.array([np.nan])
 
 
 def _rates_at_start(chain: Chain, at: AtDistance) -> Rates:
@@ -113,8 +123,8 @@ def _rates_at_start(chain: Chain, at: AtDistance) -> Rates:
 
 def _skip_normalization(chain: Chain, at: AtDistance) -> Rates:
     for line, joint in _lines_without_offsets(chain, at):
-        more = ", and the constant of a joint to be left out" if joint else ""
-        yield _rates_at(line, float(at.distance), float(at.seam.speed) * float(line.length)), more
+        extra_words = ", and the constant of a joint to be left out" if joint else ""
+        yield _rates_at(line, float(at.distance), float(at.seam.speed) * float(line.length)), extra_words
 
 
 def _drop_offset(chain: Chain, at: AtDistance) -> Rates:
@@ -123,7 +133,10 @@ def _drop_offset(chain: Chain, at: AtDistance) -> Rates:
 
 
 def _lines_without_offsets(chain: Chain, at: AtDistance) -> Iterator[tuple[Line, int]]:
-    """Yield the line unchanged (0), and the lines of the arm without the offset of one joint."""
+    """Yield the unchanged line with 0, and each line of the arm without one joint's offset.
+
+    The latter come with the number of the joint.
+    """
     yield at.seam.line(chain), 0
     for i, (joint, offset, q) in enumerate(zip(chain.joints, chain.offsets, chain.q, strict=True)):
         if offset != 0:
@@ -133,9 +146,13 @@ def _lines_without_offsets(chain: Chain, at: AtDistance) -> Iterator[tuple[Line,
 
 def _reverse_path(chain: Chain, at: AtDistance) -> Rates:
     line, distance, speed = at.seam.line(chain), float(at.distance), float(at.seam.speed)
-    behind = [2 * a - b for a, b in zip(line.start, map(float, at.seam.target.values()), strict=True)]
+    opposite_target = [2 * a - b for a, b in zip(line.start, map(float, at.seam.target.values()), strict=True)]
     yield (
-        _rates_at(Line(chain, at.seam.lengths, at.seam.joints, [sp.Float(value) for value in behind]), distance, speed),
+        _rates_at(
+            Line(chain, at.seam.lengths, at.seam.joints, [sp.Float(value) for value in opposite_target]),
+            distance,
+            speed,
+        ),
         "",
     )
     yield -_rates_at(line, distance, speed), _OR_SIGN

@@ -15,7 +15,7 @@ Links = list[np.ndarray]
 
 
 def run_start(chain: Chain, link: int) -> int:
-    """Return the first joint (from 0) of the run of parallel joints that rotate a link (from 0)."""
+    """Return the first of the consecutive parallel joints that rotate a link; joints and links count from 0."""
     start = min(link, chain.n - 1)
     while start > 0 and sp.sin(chain.joints[start - 1].alpha) == 0:
         start -= 1
@@ -23,18 +23,18 @@ def run_start(chain: Chain, link: int) -> int:
 
 
 def before_in_run(chain: Chain, link: int) -> list[int]:
-    """Return the revolute joints before a link's own, parallel to it."""
+    """Return the revolute joints of the same run of parallel joints that come before a link's own joint."""
     return [i for i in range(run_start(chain, link), min(link, chain.n)) if chain.joints[i].kind == "R"]
 
 
 def _rotate_without(w: Working, frame: int, left_out: list[int], constants: bool = False) -> np.ndarray:
-    """Return the rotation of a frame without the angles of some joints, keeping or dropping their constants."""
-    turn = w["base rotation"]
+    """Return the rotation of a frame without the angles of some joints; `constants` keeps their constant offsets."""
+    rotation = w["base rotation"]
     for i, row in enumerate(w["table"].rows[:frame]):
-        rest = row.theta - w.arithmetic.table_entry(w.chain.q[i]) if constants else row.theta * 0
-        theta = rest if i in left_out else row.theta
-        turn = product(turn, product(turn_z(w, theta), turn_x(w, row.alpha)))
-    return turn
+        constant = row.theta - w.arithmetic.table_entry(w.chain.q[i]) if constants else row.theta * 0
+        theta = constant if i in left_out else row.theta
+        rotation = product(rotation, product(turn_z(w, theta), turn_x(w, row.alpha)))
+    return rotation
 
 
 def _relative_link(w: Working, link: int, constants: bool = False) -> np.ndarray:
@@ -43,20 +43,20 @@ def _relative_link(w: Working, link: int, constants: bool = False) -> np.ndarray
 
 
 def moving_links(chain: Chain) -> list[int]:
-    """Return the links with a length on the way to the point."""
+    """Return the links between the base and the point whose length is not zero."""
     lengths = [joint.kind == "P" or (joint.a, joint.d) != (0, 0) for joint in chain.joints]
     return [k for k in links_to_point(chain) if [*lengths, not chain.point.is_origin][k]]
 
 
 def link_words(chain: Chain, link: int) -> dict[str, object]:
-    """Return the number of a link for a sentence, from 1; the last is that on which the point is."""
+    """Return the number of a link for a sentence, from 1; the last is the link that carries the point."""
     return {"link": chain.point.frame if link == chain.n else link + 1}
 
 
 def _change_links(
     change: Callable[[Working, Links, int], np.ndarray], suits: Callable[[Chain, int], bool] = lambda chain, link: True
 ) -> Variants:
-    """Return the variants in which the vector of one link is changed, for each link with a length that suits."""
+    """Return a function that yields variants with the vector of one link changed, for each link that suits."""
 
     def variants(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
         for link in moving_links(chain):
@@ -79,13 +79,13 @@ def _use_relative_angle(chain: Chain, shape: Shape) -> Iterator[MistakeVariant]:
 
 
 def _constant_choices(chain: Chain) -> tuple[bool, ...]:
-    """Return the ways to lose an angle: with the constant that the table adds (False), or without it (True)."""
-    turning = (o for joint, o in zip(chain.joints, chain.offsets, strict=True) if joint.kind == "R")
-    return (False, True) if any(offset != 0 for offset in turning) else (False,)
+    """Return whether a lost angle keeps the constant that the table adds: False and, if there is one, True."""
+    revolute_offsets = (offset for joint, offset in zip(chain.joints, chain.offsets, strict=True) if joint.kind == "R")
+    return (False, True) if any(constant != 0 for constant in revolute_offsets) else (False,)
 
 
 def _use_relative_angles(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
-    """Rotate every frame by its own joint only, within each run of parallel joints."""
+    """Yield variants with every frame rotated by its own joint only, within each run of parallel joints."""
 
     def rotations(w: Working, right: Links, keeps: bool) -> Links:
         return [_rotate_without(w, frame, _inner_joints(w.chain, frame), keeps) for frame in range(len(right))]
@@ -103,16 +103,19 @@ def _use_relative_angles(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
 
 
 def _inner_joints(chain: Chain, frame: int) -> list[int]:
-    """Return the joints that are not the last of their run before a frame."""
+    """Return the revolute joints before a frame that are not the last of their run of parallel joints."""
     revolute = [i for i in range(frame) if chain.joints[i].kind == "R"]
     return [i for i in revolute if any(j > i and run_start(chain, j) <= i for j in revolute)]
 
 
 def _swap_coordinates(w: Working, links: Links, link: int) -> np.ndarray:
-    """Exchange sine and cosine of the absolute angle of a link: the coordinates in the plane of its run."""
-    outer = w["rotations"][run_start(w.chain, link)]
-    inside = apply_matrix(outer.swapaxes(0, 1), links[link])
-    return apply_matrix(outer, inside[[1, 0, 2]])
+    """Return the vector of a link with sine and cosine of its absolute angle exchanged.
+
+    They are the coordinates in the plane of its run of parallel joints.
+    """
+    run_rotation = w["rotations"][run_start(w.chain, link)]
+    local_vector = apply_matrix(run_rotation.swapaxes(0, 1), links[link])
+    return apply_matrix(run_rotation, local_vector[[1, 0, 2]])
 
 
 def _has_angle(chain: Chain, link: int) -> bool:
@@ -134,12 +137,12 @@ def _skip_all_rotations(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
 
 
 def _slide_along_axes_in_order(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
-    """Let the joints of an arm that only slides move along x, y and z of the world frame by their numbers."""
+    """Yield the variant with the joints of a prismatic arm moving along x, y and z of the world frame in order."""
 
     def apply_change(w: Working, links: Links) -> Links:
         rows = enumerate(w["table"].rows)
-        along = [np.stack([row.d if axis == k else 0 * row.d for axis in range(3)]) for k, row in rows]
-        return [*along, links[-1]]
+        slide_vectors = [np.stack([row.d if axis == k else 0 * row.d for axis in range(3)]) for k, row in rows]
+        return [*slide_vectors, links[-1]]
 
     if 1 < chain.n <= 3 and all(joint.kind == "P" for joint in chain.joints):
         joints = ", ".join(str(k + 1) for k in range(chain.n))

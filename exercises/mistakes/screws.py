@@ -28,26 +28,26 @@ SOURCE = "the product of exponentials"
 
 
 def _in_each(change: Change, *stages: str) -> Variants:
-    """Return the variants that make a change in each of some stages."""
+    """Return a function that yields one variant for each of the stages, with the same change."""
     return lambda chain, _: (MistakeVariant({stage: change}) for stage in stages)
 
 
 def _flip_moments(w: Working, columns: np.ndarray) -> np.ndarray:
-    out = np.array(columns)
+    flipped = np.array(columns)
     revolute = [i for i, kind in enumerate(w["kinds"]) if kind == "R"]
-    out[3:, revolute] = -out[3:, revolute]
-    return out
+    flipped[3:, revolute] = -flipped[3:, revolute]
+    return flipped
 
 
 def _replace_velocities(velocity: Callable[[Working, np.ndarray, int, Axis], np.ndarray]) -> Change:
-    """Return the change of the halves v of the screws of revolute joints."""
+    """Return the change that replaces the linear parts v of the screws of revolute joints."""
 
     def replace_halves(w: Working, columns: np.ndarray) -> np.ndarray:
-        out = np.array(columns)
+        replaced = np.array(columns)
         for i, axis in enumerate(axes_of(w.chain)[0]):
             if axis.kind == "R":
-                out[3:, i] = velocity(w, columns, i, axis)
-        return out
+                replaced[3:, i] = velocity(w, columns, i, axis)
+        return replaced
 
     return replace_halves
 
@@ -58,9 +58,9 @@ def _exchange_halves(w: Working, columns: np.ndarray) -> np.ndarray:
 
 def _put_slide_above(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
     def apply_change(w: Working, columns: np.ndarray) -> np.ndarray:
-        out, slides = np.array(columns), [i for i, kind in enumerate(w["kinds"]) if kind == "P"]
-        out[:, slides] = np.roll(columns[:, slides], 3, axis=0)
-        return out
+        exchanged, prismatic = np.array(columns), [i for i, kind in enumerate(w["kinds"]) if kind == "P"]
+        exchanged[:, prismatic] = np.roll(columns[:, prismatic], 3, axis=0)
+        return exchanged
 
     if {joint.kind for joint in chain.joints} == {"R", "P"}:
         yield from (MistakeVariant({stage: apply_change}) for stage in SCREWS)
@@ -69,8 +69,8 @@ def _put_slide_above(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
 def _use_home_screws(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
     def about_the_point(w: Working, _: np.ndarray) -> np.ndarray:
         point, home = _home_point(w), w["home screws"]
-        moved = [home[3:, i] + cross(home[:3, i], point) for i in range(w.n)]
-        return np.concatenate([home[:3], np.stack(moved, axis=1)])
+        linear = [home[3:, i] + cross(home[:3, i], point) for i in range(w.n)]
+        return np.concatenate([home[:3], np.stack(linear, axis=1)])
 
     yield MistakeVariant({"space jacobian": lambda w, _: w["home screws"]})
     yield MistakeVariant({"body jacobian": about_the_point})
@@ -85,7 +85,7 @@ def _use_other_frame(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
 
 
 def _geometric_twists(w: Working) -> np.ndarray:
-    """Return the velocities of P as twists (omega, v), in the space frame."""
+    """Return the columns of the geometric Jacobian, with the velocities of P, in the order (omega, v)."""
     return np.roll(w["geometric"], 3, axis=0)
 
 
@@ -93,7 +93,10 @@ def _geometric_twists(w: Working) -> np.ndarray:
 
 
 def _change_adjoint(build: Callable[[np.ndarray, np.ndarray], np.ndarray]) -> Variants:
-    """Return the variant that builds [Ad T] from the rotation (3, 3, …) and the origin (3, …) in another way."""
+    """Return a function that yields the variant with [Ad T] built by `build`.
+
+    It is built from the rotation (3, 3, …) and the origin (3, …) of the body frame.
+    """
     return always({"body adjoint": lambda w, _: build(w["body rotation"], w["point"])})
 
 
@@ -102,20 +105,20 @@ def _stack_blocks(upper: np.ndarray, right: np.ndarray, left: np.ndarray, lower:
 
 
 def _hat(vector: np.ndarray) -> np.ndarray:
-    """Return the matrix [v], (3, 3, …)."""
+    """Return the skew-symmetric matrix [v], (3, 3, …)."""
     x, y, z = vector
     return np.stack([np.stack([0 * x, -z, y]), np.stack([z, 0 * x, -x]), np.stack([-y, x, 0 * x])])
 
 
 def _invert(turn: np.ndarray, place: np.ndarray) -> np.ndarray:
-    back = turn.swapaxes(0, 1)
-    return adjoint(back, -apply_matrix(back, place))
+    transpose = turn.swapaxes(0, 1)
+    return adjoint(transpose, -apply_matrix(transpose, place))
 
 
 # --- exponentials ---
 
 Motion = tuple[np.ndarray, np.ndarray]
-"""The rotation (3, 3, …) and the shift (3, …) of a rigid motion."""
+"""The rotation (3, 3, …) and the translation (3, …) of a rigid motion."""
 
 
 def _exponential(w: Working, axis: Axis, q: sp.Symbol) -> Motion:
@@ -126,9 +129,9 @@ def _exponential(w: Working, axis: Axis, q: sp.Symbol) -> Motion:
     if axis.kind == "P":
         return identity, w.arithmetic.value(angle)[None] * u
     s, c = w.arithmetic.value(w.arithmetic.sin(angle)), w.arithmetic.value(w.arithmetic.cos(angle))
-    turn = identity + s * _hat(u) + (unit - c) * product(_hat(u), _hat(u))
+    rotation = identity + s * _hat(u) + (unit - c) * product(_hat(u), _hat(u))
     point = constant(w, axis.point)
-    return turn, point - apply_matrix(turn, point)
+    return rotation, point - apply_matrix(rotation, point)
 
 
 def _exponentials(w: Working) -> list[Motion]:
@@ -143,27 +146,27 @@ def _compose(first: Motion, second: Motion) -> Motion:
 def _carry_screws(w: Working, motions: Sequence[Motion], is_reversed: bool = False) -> np.ndarray:
     """Return the screws at home, each moved by the motions of the joints before it, (6, n, …)."""
     home = w["home screws"]
-    carried, motion = [home[:, 0]], motions[0]
+    moved_screws, motion = [home[:, 0]], motions[0]
     for i in range(1, w.n):
         angular, linear = apply_matrix(motion[0], home[:3, i]), apply_matrix(motion[0], home[3:, i])
-        carried.append(np.concatenate([angular, linear + cross(motion[1], angular)]))
+        moved_screws.append(np.concatenate([angular, linear + cross(motion[1], angular)]))
         motion = _compose(motions[i], motion) if is_reversed else _compose(motion, motions[i])
-    return np.stack(carried, axis=1)
+    return np.stack(moved_screws, axis=1)
 
 
 def _carry_home_point(w: Working, motions: Sequence[Motion]) -> np.ndarray:
-    """Return where the product of some motions takes P from home, (3, …)."""
-    turn, shift = reduce(_compose, motions)
-    return apply_matrix(turn, _home_point(w)) + shift
+    """Return the position of P, (3, …), after the product of motions is applied to its home position."""
+    rotation, shift = reduce(_compose, motions)
+    return apply_matrix(rotation, _home_point(w)) + shift
 
 
 def _home_point(w: Working) -> np.ndarray:
-    """Return where P is at home, (3, …)."""
+    """Return the home position of P, (3, …)."""
     return constant(w, axes_of(w.chain)[1])
 
 
 def _reverse_order(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
-    """Multiply the exponentials from the last to the first: in the pose, and before each screw."""
+    """Yield variants with the exponentials in reverse order: in the pose, and before each screw."""
     if chain.n > 1:
         yield MistakeVariant(
             {
@@ -176,10 +179,13 @@ def _reverse_order(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
 
 
 def _drop_shift(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
-    """Leave (I - R) q out of the exponentials of all joints that have it, or of one: they rotate about the origin."""
+    """Yield variants without (I - R) q in the exponentials of all joints that have it, or of one joint.
+
+    These joints then rotate about the origin.
+    """
 
     def motions(w: Working, joints: Sequence[int]) -> list[Motion]:
-        return [(turn, 0 * shift if i in joints else shift) for i, (turn, shift) in enumerate(_exponentials(w))]
+        return [(rotation, 0 * shift if i in joints else shift) for i, (rotation, shift) in enumerate(_exponentials(w))]
 
     def point(w: Working, _: np.ndarray, joints: Sequence[int]) -> np.ndarray:
         return _carry_home_point(w, motions(w, joints))
@@ -187,10 +193,16 @@ def _drop_shift(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
     def columns(w: Working, _: np.ndarray, joints: Sequence[int]) -> np.ndarray:
         return _carry_screws(w, motions(w, joints))
 
-    shifting = [  # of an axis through the origin there is none
+    shifting_joints = [  # an axis through the origin has no such term
         i for i, axis in enumerate(axes_of(chain)[0]) if axis.kind == "R" and any(axis.direction.cross(axis.point))
     ]
-    for joints in [shifting, *([i] for i in shifting)] if len(shifting) > 1 else [shifting] if shifting else []:
+    for joints in (
+        [shifting_joints, *([i] for i in shifting_joints)]
+        if len(shifting_joints) > 1
+        else [shifting_joints]
+        if shifting_joints
+        else []
+    ):
         words = {"joint": " and ".join(str(i + 1) for i in joints)}
         yield MistakeVariant({"point": partial(point, joints=joints)}, words)
         if joints[0] < chain.n - 1:
@@ -198,7 +210,7 @@ def _drop_shift(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
 
 
 def _confuse_degrees(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
-    """Take sines and cosines of degrees, or convert to radians what is in radians already."""
+    """Yield variants with angles in degrees in sines and cosines, or with angles in radians converted again."""
 
     def scale(w: Working, table: Table, factor: sp.Expr) -> Table:
         for i, (q, offset, row) in enumerate(zip(chain.q, chain.offsets, table.rows, strict=False)):

@@ -20,9 +20,9 @@ Values = tuple[sp.Expr, ...]
 CALLED_SINGULAR: tuple[tuple[sp.Expr, ...], ...] = (
     (sp.S.Zero, sp.pi), (sp.S.Zero,), (sp.pi,), (sp.pi / 2, -sp.pi / 2), (sp.pi / 2,), (-sp.pi / 2,),
 )  # fmt: skip
-"""Angles at which joints are called singular."""
+"""Sets of angles at which a joint is falsely called singular."""
 MOST_WAYS = 20
-"""Ways to leave conditions out of several components at once that are tried."""
+"""Maximum number of combinations that are tried of conditions left out of several components at once."""
 
 
 def _components(part: Part) -> Components:
@@ -30,13 +30,13 @@ def _components(part: Part) -> Components:
 
 
 def _count_clause(chain: Chain) -> str:
-    """Return what of J counts, as a clause."""
+    """Return a clause that says which factors or minors count."""
     square = chain.n == len(chain.task)
     return "every factor of det J counts" if square else "every way counts in which all minors are zero"
 
 
 def zero_there(chain: Chain) -> str:
-    """Return the question that a singular configuration answers."""
+    """Return the question to ask of a configuration that may be singular."""
     return "is det J zero there" if chain.n == len(chain.task) else "are all minors zero there"
 
 
@@ -49,14 +49,14 @@ def _replace_component(components: Components, index: int, new: Component) -> Co
 
 
 def _map_solutions(component: Component, change: Callable[[sp.Symbol, Values], Values]) -> Component:
-    """Return a component that gives joint values with these changed, any other unchanged."""
+    """Return a component with its joint values changed; a component without joint values is returned unchanged."""
     if component.solutions is None:
         return component
     return replace(component, solutions=tuple((q, change(q, values)) for q, values in component.solutions))
 
 
 def _keep_one_value(component: Component, index: int, only: sp.Symbol | None = None) -> Component:
-    """Return a component with one value of each joint, or of one joint only."""
+    """Return a component that keeps one value of each joint, or of the joint `only`."""
     return _map_solutions(component, lambda q, values: values[: index + 1][-1:] if only in (None, q) else values)
 
 
@@ -66,20 +66,22 @@ def _with_several_values(components: Components) -> list[int]:
 
 def _keep_one_root(chain: Chain, part: Part) -> Iterator[MistakenAnswer]:
     components = _components(part)
-    several = _with_several_values(components)
+    with_several = _with_several_values(components)
     for index in (0, 1):
-        if len(several) > 1:
-            yield _make_answer([_keep_one_value(c, index) if k in several else c for k, c in enumerate(components)])
-        for k in several:
+        if len(with_several) > 1:
+            yield _make_answer(
+                [_keep_one_value(c, index) if k in with_several else c for k, c in enumerate(components)]
+            )
+        for k in with_several:
             yield _make_answer(_replace_component(components, k, _keep_one_value(components[k], index)))
-        for k in several:  # of one joint where values of several hold together
+        for k in with_several:  # one joint's value, if values of several hold together
             solutions = components[k].solutions or ()
             for joint, _ in solutions if len(solutions) > 1 else ():
                 yield _make_answer(_replace_component(components, k, _keep_one_value(components[k], index, joint)))
 
 
 def missed_mistake(chain: Chain, component: Component) -> tuple[str, dict[str, object]]:
-    """Return the mistake of leaving out a component, and the words for its sentence."""
+    """Return the name of the mistake of leaving out a component, and the words for its sentence."""
     if _is_tied(chain, component):
         return "shoulder-missed", {"every": _count_clause(chain), "instead": ""}
     return "component-missed", {"kind": "values of a joint", "every": _count_clause(chain)}
@@ -97,28 +99,28 @@ def _miss_component(chain: Chain, part: Part) -> Iterator[MistakenAnswer]:
 
 
 def _is_tied(chain: Chain, component: Component) -> bool:
-    """Tell whether a condition of a component depends on several joints."""
+    """Return whether a condition of a component depends on several joints."""
     return any(len(condition.free_symbols & set(chain.q)) > 1 for condition in component.conditions)
 
 
 def _miss_tied(chain: Chain, part: Part) -> Iterator[MistakenAnswer]:
-    """Leave out the shoulder and whatever else ties several joints, or replace it by angles of one joint.
+    """Yield answers without the conditions that tie several joints, such as the shoulder's, or with angles instead.
 
-    The rest shows when looking at one joint at a time.
+    The angles are those of one joint. The remaining conditions can be found by looking at one joint at a time.
     """
     components = _components(part)
-    solved = [component for component in components if not _is_tied(chain, component)]
-    if len(solved) == len(components):
+    untied = [component for component in components if not _is_tied(chain, component)]
+    if len(untied) == len(components):
         return
-    if solved:
-        yield _make_answer(solved, every=_count_clause(chain), instead="")
-    for q, called in _call_singular(chain, components):
-        instead = f", and {q} = {_value_text(called)} is called singular in its place"
-        yield _make_answer((*solved, called), every=_count_clause(chain), instead=instead)
+    if untied:
+        yield _make_answer(untied, every=_count_clause(chain), instead="")
+    for q, singular_component in _call_singular(chain, components):
+        instead = f", and {q} = {_value_text(singular_component)} is called singular in its place"
+        yield _make_answer((*untied, singular_component), every=_count_clause(chain), instead=instead)
 
 
 def _call_singular(chain: Chain, components: Components) -> Iterator[tuple[sp.Symbol, Component]]:
-    """Yield joints falsely called singular, at angles where a sine or a cosine is zero."""
+    """Yield joints that are falsely called singular, with angles at which a sine or a cosine is zero."""
     singular = {q for component in components for q, _ in component.solutions or ()}
     for joint, q in zip(chain.joints, chain.q, strict=True):
         if joint.kind == "R" and q not in singular and components:
@@ -131,25 +133,37 @@ def _value_text(component: Component) -> str:
 
 
 def _keep_part(chain: Chain, part: Part) -> Iterator[MistakenAnswer]:
-    """Give only some of the conditions that must hold together, in one component or in all that have several."""
+    """Yield answers with only some of the conditions that must hold together.
+
+    Conditions are left out of one component, or of all components that have several.
+    """
     components = _components(part)
-    for size in (1, 2):
-        shorter = {k: list(_partial_components(c, size)) for k, c in enumerate(components) if len(c.conditions) > size}
-        for k, ways in shorter.items():
-            for way in ways:
-                yield _make_answer(_replace_component(components, k, way), joint=_joints_of(chain, [way]))
-        if len(shorter) > 1:
-            for every in islice(product(*shorter.values()), MOST_WAYS):
-                new = [dict(zip(shorter, every, strict=True)).get(k, c) for k, c in enumerate(components)]
-                yield _make_answer(new, joint=_joints_of(chain, every))
+    for kept_count in (1, 2):
+        shortened = {
+            k: list(_partial_components(c, kept_count))
+            for k, c in enumerate(components)
+            if len(c.conditions) > kept_count
+        }
+        for k, alternatives in shortened.items():
+            for shortened_component in alternatives:
+                yield _make_answer(
+                    _replace_component(components, k, shortened_component),
+                    joint=_joints_of(chain, [shortened_component]),
+                )
+        if len(shortened) > 1:
+            for combination in islice(product(*shortened.values()), MOST_WAYS):
+                new_components = [
+                    dict(zip(shortened, combination, strict=True)).get(k, c) for k, c in enumerate(components)
+                ]
+                yield _make_answer(new_components, joint=_joints_of(chain, combination))
 
 
 def _partial_components(component: Component, size: int) -> Iterator[Component]:
-    """Yield some of the conditions of a component."""
-    for chosen in combinations(range(len(component.conditions)), size):
-        conditions = tuple(component.conditions[i] for i in chosen)
+    """Yield components with `size` of the conditions of a component."""
+    for indices in combinations(range(len(component.conditions)), size):
+        conditions = tuple(component.conditions[i] for i in indices)
         solutions = component.solutions
-        yield Component(conditions, None if solutions is None else tuple(solutions[i] for i in chosen))
+        yield Component(conditions, None if solutions is None else tuple(solutions[i] for i in indices))
 
 
 def _joints_of(chain: Chain, components: Sequence[Component]) -> str:
@@ -158,20 +172,20 @@ def _joints_of(chain: Chain, components: Sequence[Component]) -> str:
 
 
 def _use_other_joint(chain: Chain, part: Part) -> Iterator[MistakenAnswer]:
-    components = _components(part)
-    for k, component in enumerate(components):
+    all_components = _components(part)
+    for k, component in enumerate(all_components):
         if component.solutions is None or len(component.solutions) > 1:
             continue
         ((singular_joint, values),) = component.solutions
         for joint, q in zip(chain.joints, chain.q, strict=True):
             if q != singular_joint and (joint.kind == "R") == singular_joint.name.startswith("theta"):
                 yield _make_answer(
-                    _replace_component(components, k, replace(component, solutions=((q, values),))), joint=q
+                    _replace_component(all_components, k, replace(component, solutions=((q, values),))), joint=q
                 )
 
 
 def _angles_only(part: Part) -> list[int]:
-    """Return the components that give values of revolute joints only."""
+    """Return the indices of the components that give values of revolute joints only."""
     return [
         k
         for k, component in enumerate(_components(part))
@@ -180,7 +194,7 @@ def _angles_only(part: Part) -> list[int]:
 
 
 def _change_angles(part: Part, change: Callable[[sp.Expr], sp.Expr], which: Collection[int]) -> Components:
-    """Return the components with every value in some of them changed."""
+    """Return all components, with every value changed in those whose indices are in `which`."""
     return tuple(
         _map_solutions(component, lambda _, values: tuple(map(change, values))) if k in which else component
         for k, component in enumerate(_components(part))
@@ -188,16 +202,16 @@ def _change_angles(part: Part, change: Callable[[sp.Expr], sp.Expr], which: Coll
 
 
 def _shift_quarter_turn(chain: Chain, part: Part) -> Iterator[MistakenAnswer]:
-    which = _angles_only(part)
-    for chosen in [*([k] for k in which), *([which] if len(which) > 1 else [])]:
-        yield _make_answer(_change_angles(part, lambda value: value + sp.pi / 2, chosen))
+    angle_indices = _angles_only(part)
+    for chosen_indices in [*([k] for k in angle_indices), *([angle_indices] if len(angle_indices) > 1 else [])]:
+        yield _make_answer(_change_angles(part, lambda value: value + sp.pi / 2, chosen_indices))
 
 
 def _scale_angles(*factors: sp.Expr) -> Answers:
     def answers(chain: Chain, part: Part) -> Iterator[MistakenAnswer]:
-        which = _angles_only(part)
-        for factor in factors if which else ():
-            yield _make_answer(_change_angles(part, partial(mul, factor), which))
+        angle_indices = _angles_only(part)
+        for factor in factors if angle_indices else ():
+            yield _make_answer(_change_angles(part, partial(mul, factor), angle_indices))
 
     return answers
 
@@ -207,28 +221,33 @@ def _straight_joint(q: sp.Symbol) -> Component:
 
 
 def _add_joint(chain: Chain, part: Part) -> Iterator[MistakenAnswer]:
-    """Falsely call a joint singular: the book's own mistake."""
+    """Yield answers in which a joint is falsely called singular: the book's own mistake."""
     components = _components(part)
-    for q, called in _call_singular(chain, components):
-        yield _make_answer((*components, called), joint=q, values=_value_text(called), zero=zero_there(chain))
+    for q, singular_component in _call_singular(chain, components):
+        yield _make_answer(
+            (*components, singular_component), joint=q, values=_value_text(singular_component), zero=zero_there(chain)
+        )
 
 
 def _misuse_offsets(factor: int) -> Answers:
-    """Return the answers with a joint's constant left out of all conditions (1), or with the opposite sign (2)."""
+    """Return a function that yields answers with a joint's constant misused in all conditions.
+
+    The constant is left out (factor 1), or has the opposite sign (factor 2).
+    """
 
     def answers(chain: Chain, part: Part) -> Iterator[MistakenAnswer]:
         components = _components(part)
         prismatic = {q for q, joint in zip(chain.q, chain.joints, strict=True) if joint.kind == "P"}
         for constants in (dict(zip(chain.q, chain.offsets, strict=True)), _constants_in(chain, components)):
-            offsets = {  # half a turn more is mostly the same set
+            offsets = {  # adding half a turn usually gives the same set
                 q: factor * constant
                 for q, constant in constants.items()
                 if constant != 0 and (q in prismatic or sp.sin(factor * constant) != 0)
             }
             for q, offset in offsets.items():
-                moved = tuple(_shift_by_offset(component, {q: offset}) for component in components)
-                if moved != components:
-                    yield _make_answer(moved, joint=str(q))
+                shifted = tuple(_shift_by_offset(component, {q: offset}) for component in components)
+                if shifted != components:
+                    yield _make_answer(shifted, joint=str(q))
             if components and len(offsets) > 1:
                 yield _make_answer([_shift_by_offset(c, offsets) for c in components], joint="the joints")
 
@@ -236,22 +255,25 @@ def _misuse_offsets(factor: int) -> Answers:
 
 
 def _constants_in(chain: Chain, components: Components) -> dict[sp.Symbol, sp.Expr]:
-    """Return the constants that are added to single joints in sines and cosines: the table may have others."""
+    """Return the constants that are added to single joint variables in sines and cosines.
+
+    The table may have other constants.
+    """
     conditions = (condition for component in components for condition in component.conditions)
-    angles = [wave.args[0] for condition in conditions for wave in condition.atoms(sp.sin, sp.cos)]
+    angles = [trig.args[0] for condition in conditions for trig in condition.atoms(sp.sin, sp.cos)]
     constants = {q: angle - q for angle in angles for q in chain.q if q in angle.free_symbols}
     return {q: constant for q, constant in constants.items() if constant.is_number}
 
 
 def _shift_by_offset(component: Component, more: Mapping[sp.Symbol, sp.Expr]) -> Component:
-    """Return a component with q - c in the place of q, so that its conditions on q hold for q plus the constant."""
+    """Return a component with q replaced by q - c, for each joint variable q with a constant c in `more`."""
     conditions = tuple(condition.xreplace({q: q - c for q, c in more.items()}) for condition in component.conditions)
     shifted = _map_solutions(component, lambda q, values: tuple(value + more.get(q, 0) for value in values))
     return replace(shifted, conditions=conditions)
 
 
 def _split_conjunction(chain: Chain, part: Part) -> Iterator[MistakenAnswer]:
-    """Take conditions that must hold together for alternatives."""
+    """Yield answers in which conditions that must hold together are alternatives."""
     components = _components(part)
     for k, component in enumerate(components):
         if len(component.conditions) > 1:
@@ -259,41 +281,46 @@ def _split_conjunction(chain: Chain, part: Part) -> Iterator[MistakenAnswer]:
 
 
 def _keep_one_root_each(chain: Chain, part: Part) -> Iterator[MistakenAnswer]:
-    """Take one value for several, in some of the components."""
+    """Yield answers with one value instead of several, in some of the components."""
     components = _components(part)
-    several = _with_several_values(components)
-    for size in range(2, min(len(several), 4)):
-        for chosen, index in product(combinations(several, size), (0, 1)):
-            yield _make_answer([_keep_one_value(c, index) if k in chosen else c for k, c in enumerate(components)])
+    with_several = _with_several_values(components)
+    for chosen_count in range(2, min(len(with_several), 4)):
+        for chosen_indices, index in product(combinations(with_several, chosen_count), (0, 1)):
+            yield _make_answer(
+                [_keep_one_value(c, index) if k in chosen_indices else c for k, c in enumerate(components)]
+            )
 
 
 def _join_alternatives(chain: Chain, part: Part) -> Iterator[MistakenAnswer]:
-    """Take alternatives for conditions that hold together: two of them, or all with joint values."""
+    """Yield answers in which alternatives are conditions that must hold together.
+
+    Two alternatives are joined, or all that give joint values.
+    """
     components = _components(part)
     solved = [component for component in components if component.solutions is not None]
-    for size in sorted({2, len(solved)} - {0, 1}):
-        for chosen in combinations(solved, size):
-            solutions = tuple(solution for component in chosen for solution in component.solutions or ())
+    for joined_count in sorted({2, len(solved)} - {0, 1}):
+        for joined in combinations(solved, joined_count):
+            solutions = tuple(solution for component in joined for solution in component.solutions or ())
             if len({q for q, _ in solutions}) == len(solutions):
-                conditions = tuple(condition for component in chosen for condition in component.conditions)
-                rest = (component for component in components if component not in chosen)
-                yield _make_answer((*rest, Component(conditions, solutions)))
+                conditions = tuple(condition for component in joined for condition in component.conditions)
+                others = (component for component in components if component not in joined)
+                yield _make_answer((*others, Component(conditions, solutions)))
 
 
 def _add_condition(chain: Chain, part: Part) -> Iterator[MistakenAnswer]:
-    """Add a condition on another joint to one that is sufficient."""
+    """Yield answers with an unnecessary condition on another joint added to a sufficient one."""
     components = _components(part)
     for k, component in enumerate(components):
         singular = {q for q, _ in component.solutions or ()}
         for joint, q in zip(chain.joints, chain.q, strict=True):
             if component.solutions and q not in singular:
                 for value in (sp.S.Zero, sp.pi) if joint.kind == "R" else (sp.S.Zero,):
-                    more = Component((*component.conditions, q), (*component.solutions, (q, (value,))))
-                    yield _make_answer(_replace_component(components, k, more), joint=str(q))
+                    extended = Component((*component.conditions, q), (*component.solutions, (q, (value,))))
+                    yield _make_answer(_replace_component(components, k, extended), joint=str(q))
 
 
 def _invert_tangent(chain: Chain, part: Part) -> Iterator[MistakenAnswer]:
-    """Invert the tangent when solving for an angle."""
+    """Yield the answer with the tangent inverted when solving for an angle."""
     components = _components(part)
     invert = lambda value: value.replace(sp.atan, lambda ratio: sp.atan(1 / ratio))  # noqa: E731
     if (changed := _change_angles(part, invert, range(len(components)))) != components:
@@ -301,16 +328,18 @@ def _invert_tangent(chain: Chain, part: Part) -> Iterator[MistakenAnswer]:
 
 
 def _flip_values(chain: Chain, part: Part) -> Iterator[MistakenAnswer]:
-    """Give one value of a joint, or all of them, the other sign."""
+    """Yield answers with the sign of one value of a joint flipped, or of all its values."""
     components = _components(part)
     for k, component in enumerate(components):
         for index, (q, values) in enumerate(component.solutions or ()):
-            ways = [tuple(-v if v == value else v for v in values) for value in values if value != 0]
-            for new in dict.fromkeys([*ways, tuple(-value for value in values)]):
-                if {sp.expand(value) % (2 * sp.pi) for value in new} == {value % (2 * sp.pi) for value in values}:
-                    continue  # pi/2 and -pi/2 are the same two values then
+            flipped_values = [tuple(-v if v == value else v for v in values) for value in values if value != 0]
+            for new_values in dict.fromkeys([*flipped_values, tuple(-value for value in values)]):
+                if {sp.expand(value) % (2 * sp.pi) for value in new_values} == {
+                    value % (2 * sp.pi) for value in values
+                }:
+                    continue  # the values are the same, such as pi/2 and -pi/2
                 solutions = list(component.solutions or ())
-                solutions[index] = (q, new)
+                solutions[index] = (q, new_values)
                 yield _make_answer(
                     _replace_component(components, k, replace(component, solutions=tuple(solutions))), joint=str(q)
                 )
@@ -323,14 +352,14 @@ def _call_all_singular(chain: Chain, part: Part) -> Iterator[MistakenAnswer]:
 
 
 def _change_tied(change: Callable[[sp.Expr], Iterator[sp.Expr]]) -> Answers:
-    """Return the answers with one of the conditions that tie several joints changed, in each way."""
+    """Return a function that yields answers with one of the conditions that tie several joints changed."""
 
     def answers(chain: Chain, part: Part) -> Iterator[MistakenAnswer]:
         components = _components(part)
         for k, component in enumerate(components):
             for index, condition in enumerate(component.conditions if component.solutions is None else ()):
-                for new in change(condition) if condition.is_Add else ():
-                    conditions = (*component.conditions[:index], new, *component.conditions[index + 1 :])
+                for new_condition in change(condition) if condition.is_Add else ():
+                    conditions = (*component.conditions[:index], new_condition, *component.conditions[index + 1 :])
                     yield _make_answer(_replace_component(components, k, Component(conditions, None)))
 
     return answers
@@ -344,8 +373,8 @@ def _use_relative_angle(condition: sp.Expr) -> Iterator[sp.Expr]:
 
 
 def _exchange_trigs(condition: sp.Expr) -> Iterator[sp.Expr]:
-    waves = condition.atoms(sp.sin, sp.cos)
-    yield condition.xreplace({w: (sp.cos if isinstance(w, sp.sin) else sp.sin)(w.args[0]) for w in waves})
+    trigs = condition.atoms(sp.sin, sp.cos)
+    yield condition.xreplace({trig: (sp.cos if isinstance(trig, sp.sin) else sp.sin)(trig.args[0]) for trig in trigs})
 
 
 _ALL = (
@@ -419,5 +448,5 @@ _ALL = (
 )  # fmt: skip
 
 OF_TABLE = frozenset({"offset-forgotten-in-set", "offset-sign-in-set"})
-"""The mistakes about what a table adds to a variable."""
+"""The mistakes about the constants that a table adds to joint variables."""
 MISTAKES = only_for_tables(_ALL, OF_TABLE)

@@ -23,11 +23,11 @@ from qdot.exercises.mistakes.base import (
 )
 
 MOST_ROWS = 4
-"""Rows up to which any row may be taken for another; in a longer table, only the next."""
+"""Maximum number of rows for which any row may be confused with another; in a longer table, only adjacent rows."""
 
 
 def _change_row(index: int, change: Callable[[Working, TableRow], dict[str, Any]], **words: object) -> MistakeVariant:
-    """Return the variant that changes entries of one row in the arm's convention."""
+    """Return the variant with entries of one row changed, in the arm's convention."""
 
     def apply_change(w: Working, table: Table) -> Table:
         return _with_convention_row(w, table, index, **change(w, _convention_row(w, table, index)))
@@ -36,7 +36,7 @@ def _change_row(index: int, change: Callable[[Working, TableRow], dict[str, Any]
 
 
 def _convention_row(w: Working, table: Table, index: int) -> TableRow:
-    """Return a row in the arm's convention: a modified one has a and alpha of the previous link, or of the base."""
+    """Return a row in the arm's convention: a modified row has a and alpha of the previous link, or of the base."""
     row, link = table.rows[index], _link(w, index)
     if link >= 0:
         return replace(row, a=table.rows[link].a, alpha=table.rows[link].alpha)
@@ -52,19 +52,19 @@ def _with_convention_row(w: Working, table: Table, index: int, **changed: Any) -
     if link >= 0:
         return table.with_row(link, a=a, alpha=alpha)
     position, yaw, _ = table.base
-    along = np.stack([w.arithmetic.cos(yaw), w.arithmetic.sin(yaw), yaw * 0])
-    return replace(table, base=(position + (a - row.a) * along, yaw, alpha))
+    base_x_axis = np.stack([w.arithmetic.cos(yaw), w.arithmetic.sin(yaw), yaw * 0])
+    return replace(table, base=(position + (a - row.a) * base_x_axis, yaw, alpha))
 
 
 def _link(w: Working, index: int) -> int:
-    """Return the standard row whose a and alpha stand in a row of the convention; -1 for the base."""
+    """Return the index of the standard row whose a and alpha are in a row of the convention; -1 for the base."""
     return index - convention_of(w.chain).frame_on_axis(1)
 
 
 def _change_each_row(
     applies: Callable[[Joint], bool], change: Callable[[Working, TableRow], dict[str, Any]]
 ) -> Variants:
-    """Return the variants that change entries of one row, for each row to which the change applies."""
+    """Return a function that yields variants with entries of one row changed, for each row to which this applies."""
     return lambda chain, _: (_change_row(i, change) for i, row in enumerate(convention_of(chain).rows) if applies(row))
 
 
@@ -82,17 +82,17 @@ def _drop_offsets(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
 
 
 def _variable_entry(chain: Chain, joint: int) -> str:
-    """Return the entry of a row that has the joint variable."""
+    """Return the name of the table entry that has the joint variable."""
     return "theta" if chain.joints[joint].kind == "R" else "d"
 
 
 def _joint_numbers(indices: Sequence[int]) -> str:
-    """Return numbers of joints, from 1."""
+    """Return the numbers of joints, from 1, as text."""
     return ", ".join(str(i + 1) for i in indices)
 
 
 def _add_to_variable(more: Callable[[Chain, int], sp.Expr], kind: str) -> Variants:
-    """Return the variants that add something to the variable of a joint of a kind, unless that is zero."""
+    """Return a function that yields variants with `more` added to the variable of a joint, unless that is zero."""
 
     def variants(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
         for i, joint in enumerate(chain.joints):
@@ -107,7 +107,10 @@ def _add_to_row(index: int, entry: str, more: sp.Expr, /, **words: object) -> Mi
 
 
 def _scale_offsets(factors: Sequence[sp.Expr], applies: Callable[[sp.Expr], bool] = lambda offset: True) -> Variants:
-    """Return the variants that multiply the constant of revolute rows by a factor, one by one and then all of them."""
+    """Return a function that yields variants with the constants of revolute rows multiplied by a factor.
+
+    First one constant is multiplied at a time, and then all of them.
+    """
 
     def variants(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
         offsets = {
@@ -133,18 +136,20 @@ def _scale_constants(offsets: Mapping[int, sp.Expr], factor: sp.Expr, joints: Se
 
 
 def _degree_text(angle: sp.Expr) -> str:
-    """Return an angle of the table in degrees."""
+    """Return an angle of the table in degrees, as text."""
     return f"{sp.nsimplify(angle * 180 / sp.pi)}°"
 
 
 def _use_other_row(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
-    """Take the length, distance or twist, or the constant, of another row."""
+    """Yield variants with the length, distance, twist or constant of another row."""
     for (i, row), (j, other_row) in permutations(enumerate(convention_of(chain).rows), 2):
         if chain.n > MOST_ROWS and abs(i - j) > 1:
             continue
         if chain.offsets[i] != chain.offsets[j] and row.kind == other_row.kind:
-            more = chain.offsets[j] - chain.offsets[i]
-            yield _add_to_row(i, _variable_entry(chain, i), more, entry="constant of the joint variable", other=j + 1)
+            difference = chain.offsets[j] - chain.offsets[i]
+            yield _add_to_row(
+                i, _variable_entry(chain, i), difference, entry="constant of the joint variable", other=j + 1
+            )
         for entry in ("a", "d", "alpha"):
             value = getattr(other_row, entry)
             is_variable = entry == "d" and "P" in (row.kind, other_row.kind)
@@ -181,11 +186,11 @@ def _flip_all_twists(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
 
 
 def scale_angles(factor: sp.Expr) -> Change:
-    """Return the change of the table that multiplies the angle of each revolute row by a factor."""
+    """Return the change that multiplies the angle of each revolute row of the table by a factor."""
 
     def scale(w: Working, table: Table) -> Table:
-        part = w.arithmetic.table_entry(factor)
-        rows = (replace(row, theta=row.theta * part) if row.kind == "R" else row for row in table.rows)
+        scale_factor = w.arithmetic.table_entry(factor)
+        rows = (replace(row, theta=row.theta * scale_factor) if row.kind == "R" else row for row in table.rows)
         return replace(table, rows=tuple(rows))
 
     return scale
@@ -208,12 +213,12 @@ def _skip_base_rotation(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
 
 
 def _without_base(chain: Chain, at_origin: bool) -> Change:
-    """Return the change of the table that leaves out the rotation of the base, also its position if `at_origin`."""
+    """Return the change that leaves out the rotation of the base, and also its position if `at_origin`."""
 
     def apply_change(w: Working, table: Table) -> Table:
-        position, yaw, tilt = table.base  # a part of it may be in the first row of a modified table
-        unturned = tilt * 0 if convention_of(chain).base.tilt != 0 else tilt
-        return replace(table, base=(position * 0 if at_origin else position, yaw * 0, unturned))
+        position, yaw, tilt = table.base  # the first row of a modified table may have a part of it
+        zero_tilt = tilt * 0 if convention_of(chain).base.tilt != 0 else tilt
+        return replace(table, base=(position * 0 if at_origin else position, yaw * 0, zero_tilt))
 
     return apply_change
 
@@ -231,7 +236,7 @@ def _move_to_last_origin(w: Working, table: Table) -> Table:
 
 
 def _use_other_origin(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
-    """Take the last origin for the point if that is another one; else the origin before the last."""
+    """Yield the variant with the last origin instead of P, or with the one before it if P is at the last origin."""
     if convention_of(chain).has_frames_of_joints:
         if chain.point.frame == chain.n > 1:
             yield MistakeVariant({"table": _move_to_earlier_origin}, {"frame": chain.n - 1})
@@ -249,9 +254,9 @@ def _use_other_origin(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
 
 
 def _move_to_earlier_origin(w: Working, table: Table) -> Table:
-    """Return a modified table with P at the last origin but one: the later lengths are zero."""
-    last, before = table.rows[-1], table.rows[-2]
-    table = table.with_row(w.n - 1, a=last.a * 0, d=last.d * 0).with_row(w.n - 2, a=before.a * 0)
+    """Return a modified table with P at the second-last origin: the later lengths are zero."""
+    last_row, second_last = table.rows[-1], table.rows[-2]
+    table = table.with_row(w.n - 1, a=last_row.a * 0, d=last_row.d * 0).with_row(w.n - 2, a=second_last.a * 0)
     return replace(table, offset=table.offset * 0)
 
 
@@ -265,7 +270,7 @@ def _effects_up_to(frame: int) -> Callable[[Working, np.ndarray], np.ndarray]:
 
 
 def _use_other_units(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
-    """Give every numeric length in centimetres or millimetres, but symbols in metres."""
+    """Yield variants with every numeric length in centimetres or millimetres, but symbols in metres."""
 
     def scale(w: Working, table: Table, factor: int) -> Table:
         rows = []
@@ -275,8 +280,8 @@ def _use_other_units(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
             a = row.a * factor if joint.a.is_number else row.a
             rows.append(replace(row, a=a, d=(row.d - variable) * factor + variable if has_number else row.d))
         position, yaw, tilt = table.base
-        place = table.offset * factor if all(x.is_number for x in w.chain.point.offset) else table.offset
-        return replace(table, rows=tuple(rows), base=(position * factor, yaw, tilt), offset=place)
+        point_offset = table.offset * factor if all(x.is_number for x in w.chain.point.offset) else table.offset
+        return replace(table, rows=tuple(rows), base=(position * factor, yaw, tilt), offset=point_offset)
 
     if any(joint.a != 0 or joint.d != 0 for joint in chain.joints):
         yield MistakeVariant({"table": partial(scale, factor=100)}, {"unit": "centimetres"})
@@ -284,7 +289,10 @@ def _use_other_units(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
 
 
 def _read_as_modified(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
-    """Rx(alpha_{i-1}) Tx(a_{i-1}) Rz(theta_i) Tz(d_i), the convention of other books, with the table of this one."""
+    """Yield the variant that interprets the table by the modified convention of other books.
+
+    A row is then Rx(alpha_{i-1}) Tx(a_{i-1}) Rz(theta_i) Tz(d_i).
+    """
 
     def rotations(w: Working, right: list[np.ndarray]) -> list[np.ndarray]:
         rotations = [right[0]]
@@ -293,32 +301,33 @@ def _read_as_modified(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
         return rotations
 
     def links(w: Working, right: list[np.ndarray]) -> list[np.ndarray]:
-        vectors, before = [], w["rotations"]
+        vectors, rotations_before = [], w["rotations"]
         for k, row in enumerate(w["table"].rows):
-            along = row.a * before[k][:, 0] + row.d * before[k + 1][:, 2]
-            vectors.append(along)
-        return [*vectors, apply_matrix(before[w.chain.point.frame], w["table"].offset)]
+            link_vector = row.a * rotations_before[k][:, 0] + row.d * rotations_before[k + 1][:, 2]
+            vectors.append(link_vector)
+        return [*vectors, apply_matrix(rotations_before[w.chain.point.frame], w["table"].offset)]
 
     if any(joint.alpha != 0 for joint in chain.joints):
         yield MistakeVariant({"rotations": rotations, "links": links})
 
 
 def _use_next_links(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
-    """Use link i's a and alpha in the order of a modified row: Rx(alpha_i) Tx(a_i) Rz(theta_i) Tz(d_i)."""
+    """Yield the variant with link i's a and alpha in a modified row: Rx(alpha_i) Tx(a_i) Rz(theta_i) Tz(d_i)."""
 
     def shifted(w: Working, table: Table) -> Table:
         point, link = convention_of(w.chain).point, w.chain.point.frame
         offset = np.stack([w.arithmetic.table_entry(value) for value in point.offset])
         for i in range(w.n):
-            behind = convention_of(chain).rows[i + 1] if i + 1 < chain.n else None
+            next_row = convention_of(chain).rows[i + 1] if i + 1 < chain.n else None
             a, alpha = (
-                w.arithmetic.table_entry(value) for value in ((behind.a, behind.alpha) if behind else (zero, zero))
+                w.arithmetic.table_entry(value)
+                for value in ((next_row.a, next_row.alpha) if next_row else (zero, zero))
             )
             table = _with_convention_row(w, table, i, a=a, alpha=alpha)
         if 0 < link < w.n:  # P keeps its coordinates, in the frame before its link
             row = table.rows[link - 1]
-            away = offset - np.stack([row.a, row.a * 0, row.a * 0])
-            table = replace(table, offset=apply_matrix(turn_x(w, -row.alpha), away))
+            moved_offset = offset - np.stack([row.a, row.a * 0, row.a * 0])
+            table = replace(table, offset=apply_matrix(turn_x(w, -row.alpha), moved_offset))
         return table
 
     zero, rows = sp.S.Zero, convention_of(chain).rows
@@ -327,33 +336,35 @@ def _use_next_links(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
 
 
 def _read_as_standard(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
-    """Read a modified table as a standard one: Rz(theta_i) Tz(d_i) Tx(a_{i-1}) Rx(alpha_{i-1})."""
+    """Yield variants that read a modified table as a standard one: Rz(theta_i) Tz(d_i) Tx(a_{i-1}) Rx(alpha_{i-1})."""
 
     def shifted(w: Working, table: Table) -> Table:
-        first, *others = convention_of(w.chain).rows
+        first_row, *others = convention_of(w.chain).rows
         base, point = convention_of(w.chain).base, convention_of(w.chain).point
-        before = [(w.arithmetic.table_entry(first.a), w.arithmetic.table_entry(first.alpha))]
-        before += [(row.a, row.alpha) for row in table.rows[: len(others)]]
-        rows = [replace(row, a=a, alpha=alpha) for row, (a, alpha) in zip(table.rows, before, strict=True)]
-        place = np.stack([w.arithmetic.table_entry(value) for value in base.position])
-        turns = w.arithmetic.table_entry(base.yaw), w.arithmetic.table_entry(base.tilt)
+        link_entries = [(w.arithmetic.table_entry(first_row.a), w.arithmetic.table_entry(first_row.alpha))]
+        link_entries += [(row.a, row.alpha) for row in table.rows[: len(others)]]
+        rows = [replace(row, a=a, alpha=alpha) for row, (a, alpha) in zip(table.rows, link_entries, strict=True)]
+        base_position = np.stack([w.arithmetic.table_entry(value) for value in base.position])
+        base_angles = w.arithmetic.table_entry(base.yaw), w.arithmetic.table_entry(base.tilt)
         offset = np.stack([w.arithmetic.table_entry(value) for value in point.offset])
-        return Table(tuple(rows), (place, *turns), offset)
+        return Table(tuple(rows), (base_position, *base_angles), offset)
 
     if any((row.a, row.alpha) != (0, 0) for row in convention_of(chain).rows):
-        throughout: dict[str, Change] = {
+        standard_changes: dict[str, Change] = {
             "table": shifted,
             "last rotation": lambda w, _: w.arithmetic.value(w["rotations"][-1]),
             "frames on axes": lambda w, _: w["origins"],
         }
-        yield MistakeVariant(throughout)  # frame i-1 for joint i, as that table has it
+        yield MistakeVariant(standard_changes)  # frame i-1 belongs to joint i, as in a standard table
 
         def behind(w: Working, _: np.ndarray) -> np.ndarray:
             axes = [w.arithmetic.value(rotation[:, 2]) for rotation in w["rotations"][1:]]
             return np.stack([*axes, axes[-1]])
 
-        after: Change = lambda w, _: np.concatenate([w["origins"][1:], w["origins"][-1:]])  # noqa: E731
-        yield MistakeVariant({**throughout, "axes": behind, "frames on axes": after, "linear": propagate_linear_rows})
+        next_origins: Change = lambda w, _: np.concatenate([w["origins"][1:], w["origins"][-1:]])  # noqa: E731
+        yield MistakeVariant(
+            {**standard_changes, "axes": behind, "frames on axes": next_origins, "linear": propagate_linear_rows}
+        )
 
 
 _ALL = (
@@ -373,7 +384,7 @@ _ALL = (
         "wrong-radians", "Degrees turned into the wrong radians",
         "The constant {degrees} of the table seems to be turned into another angle: 180° is pi, so that 30° is pi/6, "
         "45° is pi/4, 60° is pi/3 and 90° is pi/2.", "6.1",
-        _scale_offsets([sp.S(2), sp.S.Half]), rare=True,  # 30 degrees as pi/3, 60 as pi/6, 45 as pi/2 or pi/8
+        _scale_offsets([sp.S(2), sp.S.Half]), rare=True,  # 30° becomes pi/3, 60° pi/6, 45° pi/2 or pi/8
     ),
     Mistake("fixed-angle-forgotten", "Constant angle of a prismatic joint left out",
             "Joint {joint} slides, but its row has an angle too, which seems to be left out.", "6.1",

@@ -1,7 +1,7 @@
-"""Test what a worked solution says about singular configurations: by moving joints, at other configurations.
+"""Check what a worked solution says about singular configurations, by moving joints at other configurations.
 
-The sentences are taken as a student reads them: what they say about axes, slides and the point is tested on the poses
-of the arm, independently, and "as far as joint 2 can bring it" by moving joint 2 everywhere.
+The sentences are interpreted as a student reads them. What they say about axes, prismatic joints and the point is
+tested independently on the frames of the arm. "As far as joint 2 can bring it" is tested by moving joint 2 everywhere.
 """
 
 import re
@@ -22,17 +22,17 @@ from qdot.exercises.arm.singularity_kinds import are_one_sided, kinds_at
 from qdot.exercises.verify.numeric_reference import Check, Checks, NumericReference
 
 ARMS, OF_A_PIECE = (4, 20, 80), 8
-"""Choices of lengths, more if fewer give nothing, and the number of configurations of a piece to test."""
+"""Numbers of choices of lengths, each tried if the one before gives nothing, and configurations to test on a piece."""
 
 SAME = 1e-6
-"""What counts as zero, in metres or as a sine: samples are singular to about 1e-9."""
+"""Tolerance for zero, in metres or as a sine: samples are singular to about 1e-9."""
 
 Place = Callable[[np.ndarray], np.ndarray]
-"""The place (..., 3), m, of what a statement is about, in poses (..., n)."""
+"""Returns the position (..., 3), in m, of the subject of a statement, at configurations (..., n)."""
 
 
 def check_singularity_statements(numeric: NumericReference) -> Checks:
-    """Test what the worked solution says about each component, or about each value if they are distinguished."""
+    """Check what the worked solution says about each component, or about each value if it distinguishes them."""
     chain = numeric.chain
     for component in singular_set(chain) or ():
         values = [part for _, part in split_by_value(component, classify(chain, component))]
@@ -41,7 +41,7 @@ def check_singularity_statements(numeric: NumericReference) -> Checks:
 
 
 def check_component_statement(chain: Chain, component: Component) -> Check:
-    """Test what is said about a component of the singular set, or a part of one."""
+    """Check what the worked solution says about a component of the singular set, or about a part of one."""
     return _check_statement(
         normalize_arm(chain), tuple(normalized_pieces(chain, component)), classify(chain, component)
     )
@@ -51,17 +51,23 @@ def check_component_statement(chain: Chain, component: Component) -> Check:
 def _check_statement(chain: Chain, pieces: tuple[str, ...], kind: Kind) -> Check:
     samples = [sample for piece in pieces for sample in _samples(chain, piece)]
     name = f"said of {' or '.join(pieces)}"
-    false = [sample for sample in samples if not holds(chain, kind.meaning, sample)]
-    if false or not samples:
-        where = ", ".join(f"{q} = {value:.4g}" for q, value in zip(chain.q, false[0].q, strict=True)) if false else ""
-        return Check(name, False, f"{kind.meaning}: at {len(false)} of {len(samples)} not so, as at {where}")
+    counterexamples = [sample for sample in samples if not holds(chain, kind.meaning, sample)]
+    if counterexamples or not samples:
+        location = (
+            ", ".join(f"{q} = {value:.4g}" for q, value in zip(chain.q, counterexamples[0].q, strict=True))
+            if counterexamples
+            else ""
+        )
+        return Check(
+            name, False, f"{kind.meaning}: at {len(counterexamples)} of {len(samples)} not so, as at {location}"
+        )
     return Check(name, is_of_kind(chain, kind, samples), f"{kind.meaning}; {kind.kind}, at {len(samples)} places")
 
 
 def side_of_lost_direction(
     chain: Chain, condition: sp.Expr | None, values: tuple[tuple[sp.Symbol, sp.Expr], ...], samples: Sequence[Sample]
 ) -> Check:
-    """Test at other configurations whether one side of the lost direction is out of reach, if a solution says so."""
+    """Check at other configurations that one side of the lost direction is out of reach, if a solution says so."""
     is_said = is_one_sided(chain, condition, values)
     detail = f"one side only is{'' if is_said else ' not'} said, at {len(samples)} configurations"
     return Check("side of the lost direction", not is_said or are_one_sided(chain, samples), detail)
@@ -73,14 +79,17 @@ def places_on(chain: Chain, component: Component) -> list[Sample]:
 
 
 def _samples(chain: Chain, piece: str) -> list[Sample]:
-    """Return configurations on a piece; of more arms if it exists for few lengths, as theta3 = acos(-a2/a3)."""
-    many = ARMS if chain.parameters else (1,)
-    tried = (samples_on(chain, piece, "verify/said", arms, OF_A_PIECE // many[0]) for arms in many)
-    return next((samples for samples in tried if samples), [])
+    """Return configurations on a piece of the singular set.
+
+    More arms are tried if the piece exists for few lengths only, such as theta3 = acos(-a2/a3).
+    """
+    arm_counts = ARMS if chain.parameters else (1,)
+    attempts = (samples_on(chain, piece, "verify/said", arms, OF_A_PIECE // arm_counts[0]) for arms in arm_counts)
+    return next((samples for samples in attempts if samples), [])
 
 
 def is_of_kind(chain: Chain, kind: Kind, samples: Sequence[Sample]) -> bool:
-    """Tell whether all configurations have a kind, if it is said of all."""
+    """Return whether all configurations are of a kind, if the solution says so."""
     if not kind.kind or not kind.uniform:
         return True
     return set(kinds_at(chain, samples)) <= {kind.kind}
@@ -88,7 +97,7 @@ def is_of_kind(chain: Chain, kind: Kind, samples: Sequence[Sample]) -> bool:
 
 @dataclass(frozen=True)
 class _Claim:
-    """A known statement about a configuration; `match` has what it names."""
+    """A recognised statement about a configuration; `match` has the joints and points that it names."""
 
     chain: Chain
     sample: Sample
@@ -101,7 +110,7 @@ class _Claim:
 
 
 def holds(chain: Chain, words: str, sample: Sample) -> bool:
-    """Tell whether a statement holds at a configuration; unknown words hold nowhere."""
+    """Return whether a statement holds at a configuration; unknown words never hold."""
     clauses = re.split(r", and (?=the |joints? \d|all |slide|arm )", words)
     return all(any(_test_words(chain, clause, sample)) for clause in clauses)
 
@@ -114,7 +123,7 @@ def _test_words(chain: Chain, words: str, sample: Sample) -> Iterator[bool]:
 
 
 def _place_of(sample: Sample, words: str) -> Place:
-    """Return the place of the point, the origin of a frame, a joint's axis, or the wrist's centre."""
+    """Return the position of the point, the origin of a frame, a point on a joint's axis, or the wrist centre."""
     if words == "the point":
         return sample.arm.point
     if words == "the wrist centre":
@@ -127,46 +136,46 @@ def _place_of(sample: Sample, words: str) -> Place:
 def _nearest_point_to_axes(frames: np.ndarray) -> np.ndarray:
     """Return the point nearest to the z axes of frames (..., k, 4, 4)."""
     z = frames[..., :3, 2]
-    across = np.eye(3) - z[..., :, None] * z[..., None, :]
-    right_side = np.einsum("...kij,...kj->...i", across, frames[..., :3, 3])
-    return np.linalg.solve(across.sum(axis=-3), right_side[..., None])[..., 0]
+    projections = np.eye(3) - z[..., :, None] * z[..., None, :]
+    moments = np.einsum("...kij,...kj->...i", projections, frames[..., :3, 3])
+    return np.linalg.solve(projections.sum(axis=-3), moments[..., None])[..., 0]
 
 
 def _axis(sample: Sample, joint: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return direction and a point of the axis of a joint."""
+    """Return the direction of a joint's axis and a point on it."""
     frame = sample.frames[joint]
     return frame[:3, 2], frame[:3, 3]
 
 
 def distances_from_axis(sample: Sample, places: np.ndarray, joint: int) -> np.ndarray:
-    """Return the distances of places (k, 3) from a joint's axis, which does not move."""
+    """Return the distances of positions (k, 3) from a joint's axis, which does not move."""
     z, origin = _axis(sample, joint)
     return np.asarray(np.linalg.norm(np.cross(places - origin, z), axis=-1))
 
 
 def _poses_by_joint(sample: Sample, joint: int) -> np.ndarray:
-    """Return the pose itself and the poses that one joint alone can reach, (k, n)."""
-    around = np.linspace(-np.pi, np.pi, 181) if sample.arm.kinds[joint] == "R" else np.linspace(-5, 5, 201)
-    return np.asarray(sample.q + np.concatenate([[0.0], around])[:, None] * np.eye(len(sample.q))[joint])
+    """Return the configuration itself and those that one joint alone can reach, (k, n)."""
+    steps = np.linspace(-np.pi, np.pi, 181) if sample.arm.kinds[joint] == "R" else np.linspace(-5, 5, 201)
+    return np.asarray(sample.q + np.concatenate([[0.0], steps])[:, None] * np.eye(len(sample.q))[joint])
 
 
 def _extreme_name(distances: np.ndarray) -> str:
-    """Tell whether the first distance is the largest, the least, or neither (as if all are the same)."""
-    first, least, largest = distances[0], distances.min(), distances.max()
-    room = min(1e-8, 0.01 * (largest - least))
-    if room < 1e-12:
+    """Return "far" if the first distance is the largest, "near" if it is the smallest, or "" if it is neither."""
+    first, smallest, largest = distances[0], distances.min(), distances.max()
+    tolerance = min(1e-8, 0.01 * (largest - smallest))
+    if tolerance < 1e-12:
         return ""
-    return "far" if first > largest - room else "near" if first < least + room else ""
+    return "far" if first > largest - tolerance else "near" if first < smallest + tolerance else ""
 
 
 def _is_on_axes(claim: _Claim) -> bool:
     sample = claim.sample
-    place = _place_of(sample, claim.match["what"])
-    at = place(sample.q)
+    position = _place_of(sample, claim.match["what"])
+    point = position(sample.q)
     return all(
-        np.linalg.norm(place(sample.q + 0.7 * np.eye(len(sample.q))[joint]) - at) < SAME
+        np.linalg.norm(position(sample.q + 0.7 * np.eye(len(sample.q))[joint]) - point) < SAME
         if sample.arm.kinds[joint] == "R" and claim.match["what"] == "the point"
-        else distances_from_axis(sample, at[None], joint)[0] < SAME
+        else distances_from_axis(sample, point[None], joint)[0] < SAME
         for joint in claim.joints
     )
 
@@ -179,58 +188,69 @@ def _are_collinear(claim: _Claim) -> bool:
 
 
 def _is_extreme(claim: _Claim) -> bool:
-    """Move the point everywhere that the joint can bring it, and compare distances."""
+    """Return whether the distance of the point is extreme, by moving the joint everywhere."""
     sample = claim.sample
-    poses = _poses_by_joint(sample, int(claim.match["by"]) - 1)
-    distances = distances_from_axis(sample, _place_of(sample, claim.match["what"])(poses), int(claim.match["axis"]) - 1)
+    configurations = _poses_by_joint(sample, int(claim.match["by"]) - 1)
+    distances = distances_from_axis(
+        sample, _place_of(sample, claim.match["what"])(configurations), int(claim.match["axis"]) - 1
+    )
     return _extreme_name(distances) in re.findall("far|near", claim.match["how"])
 
 
 def _is_extreme_aside(claim: _Claim) -> bool:
-    """Look along the slide: the joint moves the place on a circle, seen as an ellipse, to one of its sides."""
+    """Return whether the joint has moved the point as far as possible to one side of the prismatic joint.
+
+    Along that axis, the circle on which the joint moves the point is seen as an ellipse.
+    """
     sample = claim.sample
-    places = _place_of(sample, claim.match["what"])(_poses_by_joint(sample, int(claim.match["by"]) - 1))
+    positions = _place_of(sample, claim.match["what"])(_poses_by_joint(sample, int(claim.match["by"]) - 1))
     z, origin = _axis(sample, int(claim.match["slide"]) - 1)
-    seen = (places - origin) - ((places - origin) @ z)[:, None] * z
-    side = seen[0] / max(float(np.linalg.norm(seen[0])), 1e-12)
-    return _extreme_name(seen @ side) in ("far", "near") or _turns_back(seen)
+    projected = (positions - origin) - ((positions - origin) @ z)[:, None] * z
+    side_direction = projected[0] / max(float(np.linalg.norm(projected[0])), 1e-12)
+    return _extreme_name(projected @ side_direction) in ("far", "near") or _turns_back(projected)
 
 
 def _turns_back(seen: np.ndarray) -> bool:
-    """Tell whether the first place is a turning point of the line on which the places move to and fro."""
-    spread = np.linalg.svd(seen - seen.mean(axis=0))[2][0]
-    return _extreme_name((seen - seen.mean(axis=0)) @ spread) in ("far", "near")
+    """Return whether the first position is a turning point, if the positions move to and fro on a line."""
+    direction = np.linalg.svd(seen - seen.mean(axis=0))[2][0]
+    return _extreme_name((seen - seen.mean(axis=0)) @ direction) in ("far", "near")
 
 
 def _is_stretched(claim: _Claim) -> bool:
-    """Look for an axis from which the later parallel joints bring the point no farther, or some of them no nearer.
+    """Return whether the arm is stretched out or folded back after one of its revolute joints.
 
-    An arm with a wrist is also tested without it, and one whose last joint rotates the hand without that joint.
+    The later parallel joints can then bring the point no farther from the axis, or some of them no nearer. An arm with
+    a wrist is also tested without the wrist, and an arm whose last joint rotates the hand without that joint.
     """
     sample, stated = claim.sample, set(re.findall("stretched out|folded back", claim.match[0]))
-    turning = [i for i, kind in enumerate(sample.arm.kinds) if kind == "R"]
-    places: list[Place] = [sample.arm.point]
+    revolute = [i for i, kind in enumerate(sample.arm.kinds) if kind == "R"]
+    positions: list[Place] = [sample.arm.point]
     if any(row[0] == "w" for row in claim.chain.task):
-        places.append(_place_of(sample, f"the axis of joint {len(sample.q)}"))
-        places += [_place_of(sample, "the wrist centre")] if len(sample.q) == 6 else []
-    return any(_stretch_words(sample, place, turning[i:]) in stated for place in places for i in range(len(turning)))
+        positions.append(_place_of(sample, f"the axis of joint {len(sample.q)}"))
+        positions += [_place_of(sample, "the wrist centre")] if len(sample.q) == 6 else []
+    return any(
+        _stretch_words(sample, position, revolute[i:]) in stated for position in positions for i in range(len(revolute))
+    )
 
 
 def _stretch_words(sample: Sample, place: Place, turning: Sequence[int]) -> str:
-    """Tell how an arm lies after the first of some joints; nothing if another joint is bent, or not parallel.
+    """Return whether an arm is "stretched out" or "folded back" after the first of some joints, or "".
 
-    It is stretched out if all of its links, seen along the axes, point the same way.
+    It is neither if another joint is bent or not parallel. It is stretched out if all of its links, seen along the
+    axes, point in the same direction.
     """
-    axis, *later = turning
-    moving = {joint: distances_from_axis(sample, place(_poses_by_joint(sample, joint)), axis) for joint in later}
-    movers = [joint for joint, distances in moving.items() if np.ptp(distances) > SAME]
+    axis, *later_joints = turning
+    distances_by_joint = {
+        joint: distances_from_axis(sample, place(_poses_by_joint(sample, joint)), axis) for joint in later_joints
+    }
+    movers = [joint for joint, distances in distances_by_joint.items() if np.ptp(distances) > SAME]
     z = _axis(sample, axis)[0]
-    if not movers or any(_extreme_name(moving[joint]) == "" for joint in movers):
+    if not movers or any(_extreme_name(distances_by_joint[joint]) == "" for joint in movers):
         return ""
     if any(abs(z @ _axis(sample, joint)[0]) < 1 - SAME for joint in movers):
         return ""
-    stops = [_axis(sample, joint)[1] for joint in (axis, *movers)] + [place(sample.q[None])[0]]
-    links = np.diff([stop - (stop @ z) * z for stop in stops], axis=0)
+    points = [_axis(sample, joint)[1] for joint in (axis, *movers)] + [place(sample.q[None])[0]]
+    links = np.diff([point - (point @ z) * z for point in points], axis=0)
     return "stretched out" if np.all(links @ links.T > -SAME) else "folded back"
 
 
@@ -247,25 +267,30 @@ def _are_parallel_to_plane(claim: _Claim) -> bool:
 
 
 def _are_coplanar(claim: _Claim) -> bool:
-    """Look for the plane of parallel axes, with their direction and the lines from the first to the others."""
+    """Return whether parallel axes lie in one plane.
+
+    The plane contains their direction and the lines from the first axis to the others.
+    """
     sample = claim.sample
     axes = [_axis(sample, joint) for joint in claim.joints]
     (z, origin), others = axes[0], axes[1:]
-    across = [np.cross(z, place - origin) for _, place in others]
-    return _are_parallel(claim) and bool(np.linalg.svd(np.array([*across]), compute_uv=False)[1] < SAME)
+    normals = [np.cross(z, point - origin) for _, point in others]
+    return _are_parallel(claim) and bool(np.linalg.svd(np.array([*normals]), compute_uv=False)[1] < SAME)
 
 
 def _slide_has_direction(claim: _Claim) -> bool:
     sample = claim.sample
-    slide, (z, start), (_, end) = (_axis(sample, int(claim.match[name]) - 1) for name in ("slide", "first", "second"))
+    prismatic_axis, (z, start), (_, end) = (
+        _axis(sample, int(claim.match[name]) - 1) for name in ("slide", "first", "second")
+    )
     line = (end - start) - ((end - start) @ z) * z
     if np.linalg.norm(line) < SAME:
         return False
     line /= np.linalg.norm(line)
-    seen = slide[0] - (slide[0] @ z) * z
+    projected = prismatic_axis[0] - (prismatic_axis[0] @ z) * z
     if claim.match["how"] == "along":
-        return bool(np.linalg.norm(np.cross(seen, line)) < SAME)
-    return bool(abs(seen @ line) < SAME)
+        return bool(np.linalg.norm(np.cross(projected, line)) < SAME)
+    return bool(abs(projected @ line) < SAME)
 
 
 def _move_along_one_line(claim: _Claim) -> bool:
@@ -276,7 +301,7 @@ def _move_along_one_line(claim: _Claim) -> bool:
 
 
 def _move_nothing(claim: _Claim) -> bool:
-    """Test that the columns of joints are dependent, and what stays at rest in the motion that they can make."""
+    """Return whether joints have dependent columns, and can move while the stated point or link is at rest."""
     sample = claim.sample
     joints = claim.joints or list(range(len(sample.q)))
     jacobian = sample.arm.jacobian(sample.q)[:, joints]
@@ -285,9 +310,9 @@ def _move_nothing(claim: _Claim) -> bool:
     count = min(len(rows), len(joints))
     if len(joints) <= len(rows) and sigma[count - 1] > SAME * max(float(sigma[0]), 1e-3):
         return False
-    moved = np.abs(jacobian @ motions[-1])
-    resting = {"leave the point at rest": moved[:3], f"leave link {len(sample.q)} at rest": moved}
-    return bool(resting.get(claim.match["rests"] or "", moved[rows]).max() < SAME)
+    velocities = np.abs(jacobian @ motions[-1])
+    resting = {"leave the point at rest": velocities[:3], f"leave link {len(sample.q)} at rest": velocities}
+    return bool(resting.get(claim.match["rests"] or "", velocities[rows]).max() < SAME)
 
 
 def _move_point_along(claim: _Claim) -> bool:
@@ -297,10 +322,10 @@ def _move_point_along(claim: _Claim) -> bool:
 
 
 def _move_point_along_as_seen(claim: _Claim) -> bool:
-    """Look along an axis of the world: every joint moves the point along the same line, or nothing at all."""
-    across = "xyz".index(claim.match["axis"])
-    seen = np.delete(claim.sample.arm.jacobian(claim.sample.q)[:3], across, axis=0)
-    return bool(np.linalg.svd(seen, compute_uv=False)[1] < SAME)
+    """Return whether all joints move the point along one line, as seen along an axis of the world frame."""
+    axis_index = "xyz".index(claim.match["axis"])
+    projected = np.delete(claim.sample.arm.jacobian(claim.sample.q)[:3], axis_index, axis=0)
+    return bool(np.linalg.svd(projected, compute_uv=False)[1] < SAME)
 
 
 def _no_joint_moves(claim: _Claim) -> bool:

@@ -64,7 +64,7 @@ def certify(problem: Problem) -> ProblemCertificate:
         checks.append(_check_readable(numeric, part))
         if checks[-1].passed:
             check = CHECKS.get(part.kind) or _check_unknown("CHECKS", "kind of question")
-            checks += [Check(f"{part.name}: {name}", held, detail) for name, held, detail in check(numeric, part)]
+            checks += [Check(f"{part.name}: {name}", passed, detail) for name, passed, detail in check(numeric, part)]
     return ProblemCertificate(problem.id, problem.id.engine, tuple(checks), digests(problem))
 
 

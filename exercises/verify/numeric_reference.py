@@ -91,7 +91,10 @@ class NumericReference:
         return np.concatenate([modified_frames(self.chain, lengths, q) for lengths, q in pairs])
 
     def _sample_values(self, poses: list[np.ndarray]) -> dict[str, np.ndarray]:
-        values = {q.name: np.concatenate([pose[:, i] for pose in poses]) for i, q in enumerate(self.chain.q)}
+        values = {
+            q.name: np.concatenate([configurations[:, i] for configurations in poses])
+            for i, q in enumerate(self.chain.q)
+        }
         for name in (*(rate.name for rate in self.chain.rates), *TASK_ROWS):
             values[name] = np.array([self.stream.uniform(-2, 2) for _ in range(self.points)])
         for symbol in self.chain.parameters:
@@ -187,8 +190,8 @@ def sample_distinct_lengths(chain: Chain, sample: Callable[[], dict[str, float]]
         open_lengths = [value for name, value in values.items() if roles[name] == "length"]
         subsets = (
             subset
-            for size in (2, 3)
-            for subset in combinations([*open_lengths, *fixed_lengths], size)
+            for subset_size in (2, 3)
+            for subset in combinations([*open_lengths, *fixed_lengths], subset_size)
             if subset[0] in open_lengths
         )
         if not any(map(_nearly_cancel, subsets)):
@@ -220,8 +223,8 @@ def modified_frames(chain: Chain, lengths: Mapping[str, float], q: np.ndarray) -
     for i, (row, variable) in enumerate(zip(convention_of(chain).rows, chain.q, strict=True)):
         theta, d = (number(entry.xreplace({variable: sp.S.Zero})) for entry in (row.theta, row.d))
         theta, d = (theta + q[:, i], d) if row.kind == "R" else (theta, d + q[:, i])
-        before = _rotations(0, number(row.alpha)) @ _translations(0, number(row.a))
-        frames.append(frames[-1] @ before @ _rotations(2, theta) @ _translations(2, d))
+        link_transform = _rotations(0, number(row.alpha)) @ _translations(0, number(row.a))
+        frames.append(frames[-1] @ link_transform @ _rotations(2, theta) @ _translations(2, d))
     return np.stack(frames, axis=1)
 
 
@@ -255,14 +258,14 @@ def _differences(arm: NumericChain, q: np.ndarray) -> tuple[np.ndarray, np.ndarr
     """
     nudge = _H * np.eye(q.shape[1])
     ahead, behind = (arm.frames(q[:, None, :] + side * nudge) for side in (1, -1))
-    moved = (arm.point_of(ahead) - arm.point_of(behind)) / (2 * _H)
-    return _velocities(ahead, behind, arm.frames(q)), moved
+    point_velocities = (arm.point_of(ahead) - arm.point_of(behind)) / (2 * _H)
+    return _velocities(ahead, behind, arm.frames(q)), point_velocities
 
 
 def _velocities(ahead: np.ndarray, behind: np.ndarray, frames: np.ndarray) -> np.ndarray:
     """Return the velocity of each frame's origin and link, (…, n, n + 1, 6).
 
-    `ahead` and `behind` are the frames after a small step of each joint either way; `frames` are (…, n + 1, 4, 4).
+    `ahead` and `behind` are the frames after small steps of each joint; `frames` are (…, n + 1, 4, 4).
     """
     derivative = (ahead - behind) / (2 * _H)
     angular_matrix = derivative[..., :3, :3] @ frames[:, None, :, :3, :3].swapaxes(-1, -2)
@@ -317,14 +320,14 @@ def exponential_jacobian(arm: NumericChain, q: np.ndarray) -> np.ndarray:
     home = arm.frames(np.zeros(q.shape[-1]))
     z, origins, point = home[:-1, :3, 2], home[:-1, :3, 3], arm.point_of(home)
     revolute = np.array([[kind == "R"] for kind in arm.kinds])
-    spins, slides = np.where(revolute, z, 0 * z), np.where(revolute, np.cross(origins, z), z)
+    omegas, linear_parts = np.where(revolute, z, 0 * z), np.where(revolute, np.cross(origins, z), z)
     pose, screws = np.broadcast_to(np.eye(4), (*q.shape[:-1], 4, 4)), []
-    for i, (spin, slide) in enumerate(zip(spins, slides, strict=True)):
+    for i, (omega, v) in enumerate(zip(omegas, linear_parts, strict=True)):
         if i == arm.point_frame:
             point = transform_point(pose, point)
-        angular = pose[..., :3, :3] @ spin
-        screws.append((angular, pose[..., :3, :3] @ slide + cross(pose[..., :3, 3], angular)))
-        pose = pose @ exponential(spin, slide, q[..., i])
+        angular = pose[..., :3, :3] @ omega
+        screws.append((angular, pose[..., :3, :3] @ v + cross(pose[..., :3, 3], angular)))
+        pose = pose @ exponential(omega, v, q[..., i])
     if arm.point_frame == q.shape[-1]:
         point = transform_point(pose, point)
     columns = [

@@ -261,8 +261,8 @@ def _holds(meaning: Meaning, sample: Sample) -> bool:
         return bool(np.linalg.svd(np.vstack([points[1:] - points[0], frames[0, :3, 2]]), compute_uv=False)[-1] < 1e-6)
     if meaning.kind == "one way":
         turned = 1e-4 * np.eye(len(sample.q))[[first, last]]
-        moved = (sample.arm.point(sample.q + turned) - sample.arm.point(sample.q - turned)) / 2e-4
-        return bool(np.linalg.norm(np.cross(*(moved / np.linalg.norm(moved, axis=1, keepdims=True)))) < 1e-6)
+        velocities = (sample.arm.point(sample.q + turned) - sample.arm.point(sample.q - turned)) / 2e-4
+        return bool(np.linalg.norm(np.cross(*(velocities / np.linalg.norm(velocities, axis=1, keepdims=True)))) < 1e-6)
     if meaning.kind in ("straight", "doubled"):
         a, b, c = (frames[meaning.joints[0] + k, :3, 3] for k in (-1, 0, 1))
         legs, distance = (np.linalg.norm(a - b), np.linalg.norm(b - c)), np.linalg.norm(a - c)

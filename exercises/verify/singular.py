@@ -129,8 +129,8 @@ def _check_completeness(numeric: NumericReference, claimed: list[Any], joints: l
         count += len(q)
         for uncovered in outside(q):
             starts = uncovered + AROUND * random_poses(chain, numeric.stream, STARTS)
-            found = singular_configurations(arm, starts, numeric.task)
-            if 2 * len(outside(found)) >= len(found):
+            nearby_results = singular_configurations(arm, starts, numeric.task)
+            if 2 * len(outside(nearby_results)) >= len(nearby_results):
                 location = ", ".join(
                     f"{name} = {value:.4g}" for name, value in [*zip(joints, uncovered, strict=True), *lengths.items()]
                 )

@@ -131,10 +131,10 @@ def _find_factor(answer: np.ndarray, expected: np.ndarray, room: float) -> Itera
         return
     if len(ratios) == 1:  # any single number differs by some factor
         room = PRECISE
-    for known, words in FACTORS.items():
-        for size, known_factor in (("large", known), ("small", 1 / known)):
+    for candidate, words in FACTORS.items():
+        for size_word, known_factor in (("large", candidate), ("small", 1 / candidate)):
             if abs(factor / known_factor - 1) < room:
-                yield f"All numbers are too {size} {words}."
+                yield f"All numbers are too {size_word} {words}."
     if len(ratios) > 1 and np.ptp(expected[counted].real) > SAME:
         yield (
             "Everything is wrong by one and the same factor: look for a unit, a root or a square, a common factor, or "
@@ -169,10 +169,10 @@ def _find_pose(pair: _AnswerAndReference, values: Values) -> Iterator[str]:
         yield "Work the numbers out again step by step, and put the result back into the equation that it comes from."
         return
     revolute = [q for q, joint in zip(pair.chain.q, pair.chain.joints, strict=True) if joint.kind == "R"]
-    first = {name: value[:1] for name, value in values.items()}
+    first_values = {name: value[:1] for name, value in values.items()}
     for angles in islice(product(EASY, repeat=len(revolute)), MOST_POSES):
         pose = dict(zip(revolute, angles, strict=True))
-        answer, expected = pair.evaluate(first | {q.name: np.array([angle]) for q, angle in pose.items()})
+        answer, expected = pair.evaluate(first_values | {q.name: np.array([angle]) for q, angle in pose.items()})
         wrong_entries = np.flatnonzero(~(np.abs(answer - expected)[:, 0] <= SAME * (1 + np.abs(expected)[:, 0])))
         if len(wrong_entries) and np.isfinite(expected).all():
             pose_text = ", ".join(f"{q} = {round(np.degrees(angle))}°" for q, angle in pose.items())

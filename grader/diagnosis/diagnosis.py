@@ -211,13 +211,13 @@ def _evaluate_entries(part: Part, parsed_answer: ParsedAnswer, values: Values) -
         return None
     filled = [Node("name", value="pi") if blank else entry for entry, blank in zip(entries, blanks, strict=True)]
     count = len(next(iter(values.values())))
-    evaluated, size = evaluate(compile_program(filled), values, count)
+    evaluated, term_size = evaluate(compile_program(filled), values, count)
     evaluated[blanks] = np.nan
     shape, is_direction = (
         (len(parsed_answer.rows), len(parsed_answer.rows[0]), count),
         part.answer.counts_up_to_a_factor,
     )
-    return InNumbers(evaluated.reshape(shape), size.reshape(shape), _room(part, filled), is_direction)
+    return InNumbers(evaluated.reshape(shape), term_size.reshape(shape), _room(part, filled), is_direction)
 
 
 def _room(part: Part, entries: Sequence[Node]) -> tuple[float, float]:
@@ -353,8 +353,8 @@ def _explain_formulas(answer: WrongAnswer, any_number: bool = False) -> Diagnosi
         shape = answer.right.shape[:2]
         rows = form if (len(form), len(form[0])) == shape else _transpose(form)
         if (len(rows), len(rows[0])) == shape:
-            both = Compared(rows, answer.derivatives, answer.rows)
-            diagnoses.append(explain_formulas(both, answer.values, answer.in_numbers, answer.right, any_number))
+            compared = Compared(rows, answer.derivatives, answer.rows)
+            diagnoses.append(explain_formulas(compared, answer.values, answer.in_numbers, answer.right, any_number))
     return min(filter(None, diagnoses), key=lambda each: (len(each.known_by) > 0, not each.is_one), default=None)
 
 
@@ -366,8 +366,8 @@ def _reference_forms(problem: Problem, part: Part) -> Iterator[Rows]:
     """Yield the entries of the reference, first as in the worked solution, then as they are compared."""
     if not part.answer.is_in_numbers and part.answer.entries() and part.type != "number":
         roles = problem.domain().roles
-        shown, compared = as_matrix(read(answer_code(problem, part), roles)), part.answer.trees(roles)
-        if shown is not None:
-            yield shown
-        if compared != shown:
-            yield compared
+        worked_form, compared_form = as_matrix(read(answer_code(problem, part), roles)), part.answer.trees(roles)
+        if worked_form is not None:
+            yield worked_form
+        if compared_form != worked_form:
+            yield compared_form

@@ -2,7 +2,7 @@
 
 The parts of a problem build on one another (`Part.needs`). A wrong earlier answer replaces the reference, and the later
 answer is judged against the result that follows from it: by trees, exactly as against a reference. An unanswered part
-between them is worked out in the same way.
+between them is derived by the same method.
 
 Nothing follows from an answer that makes the later part easier than it is. An answer does so in these cases:
 

@@ -76,18 +76,18 @@ def explain_formulas(
     if answer.values.shape != right.shape:
         return None
     is_wrong = ~answer.like(right) & ~np.isnan(answer.values).any(axis=-1)
-    places = [(int(i), int(j)) for i, j in np.argwhere(is_wrong)]
-    if not places:
+    wrong_entries = [(int(i), int(j)) for i, j in np.argwhere(is_wrong)]
+    if not wrong_entries:
         return None
-    if not len(places) == 1 < is_wrong.size:
+    if not len(wrong_entries) == 1 < is_wrong.size:
         diagnosis = (
-            _find_exchange(answer, right, places)
+            _find_exchange(answer, right, wrong_entries)
             or _find_throughout(formulas.reference, values, answer)
             or _find_other_lengths(formulas, values, answer, right)
         )
-        if diagnosis is not None or len(places) > MOST_ENTRIES:
+        if diagnosis is not None or len(wrong_entries) > MOST_ENTRIES:
             return diagnosis
-    return _find_in_places(formulas, values, answer, right, places, any_number)
+    return _find_in_places(formulas, values, answer, right, wrong_entries, any_number)
 
 
 def in_words(places: Sequence[Place], shape: tuple[int, ...]) -> str:
@@ -101,10 +101,10 @@ def in_words(places: Sequence[Place], shape: tuple[int, ...]) -> str:
     if shape[:2] == (1, 1):
         return "In your answer"
     if 1 in shape[:2]:
-        *others, last = [str(max(place) + 1) for place in places]
-        return f"In entries {', '.join(others)} and {last}" if others else f"In entry {last}"
-    *others, last = [f"row {i + 1}, column {j + 1}" for i, j in places]
-    return f"In {', '.join(others)}, and {last}," if others else f"In {last},"
+        *others, last_entry = [str(max(index) + 1) for index in places]
+        return f"In entries {', '.join(others)} and {last_entry}" if others else f"In entry {last_entry}"
+    *others, last_entry = [f"row {i + 1}, column {j + 1}" for i, j in places]
+    return f"In {', '.join(others)}, and {last_entry}," if others else f"In {last_entry},"
 
 
 def _find_exchange(answer: InNumbers, right: np.ndarray, places: Sequence[Place]) -> Diagnosis | None:
@@ -156,8 +156,8 @@ def _find_other_lengths(formulas: Compared, values: Values, answer: InNumbers, r
     expected, size = right[..., :FEW_POINTS], answer.size[..., :FEW_POINTS]
     if not any(InNumbers(answers[:, :, k], size, answer.room).is_all(expected) for k in range(len(replacements))):
         return None
-    which = ", ".join(map(node_text, other_lengths))
-    return Diagnosis((), f"This would be right for an arm with other lengths ({which}): {OWN_TABLE}")
+    length_words = ", ".join(map(node_text, other_lengths))
+    return Diagnosis((), f"This would be right for an arm with other lengths ({length_words}): {OWN_TABLE}")
 
 
 def _lengths_in(node: Node) -> Iterator[Node]:
@@ -183,12 +183,17 @@ def _find_in_places(
             return None
     common = [name for name, _ in possible[places[0]] if all(name in dict(slips) for slips in possible.values())]
     places_by_slip: dict[Slip, list[Place]] = {}
-    for place, slips in possible.items():
-        places_by_slip.setdefault(next(slip for slip in slips if slip[0] in common[:1] or not common), []).append(place)
+    for entry_index, slips in possible.items():
+        places_by_slip.setdefault(next(slip for slip in slips if slip[0] in common[:1] or not common), []).append(
+            entry_index
+        )
     mistakes = tuple(dict.fromkeys(name for name, _ in places_by_slip))
     if len(mistakes) > 2:
         return None
-    diagnoses = [_name(name, where, answer.values.shape, which) for (name, which), where in places_by_slip.items()]
+    diagnoses = [
+        _name(name, where, answer.values.shape, missing_words)
+        for (name, missing_words), where in places_by_slip.items()
+    ]
     known_by = tuple(name for diagnosis in diagnoses for name in diagnosis.known_by)
     return Diagnosis(mistakes, " ".join(diagnosis.says for diagnosis in diagnoses), known_by=known_by)
 
@@ -275,11 +280,13 @@ class _Entry:
         without = replace_each_wave(self.reference, lambda _: ZERO)[:MOST_WAVES]
         turned = replace_each_wave(self.reference, turn_wave)[:MOST_WAVES]
         entry_values, *parts = _evaluate([self.reference, *without, *turned], self.values)
-        for k, (rest, turned_values) in enumerate(zip(parts[: len(without)], parts[len(without) :], strict=True)):
-            coefficients = np.stack([entry_values - rest, turned_values - rest], axis=1)
+        for k, (constant_part, turned_values) in enumerate(
+            zip(parts[: len(without)], parts[len(without) :], strict=True)
+        ):
+            coefficients = np.stack([entry_values - constant_part, turned_values - constant_part], axis=1)
             if not np.isfinite(coefficients).all():
                 continue
-            (c, s), *_ = np.linalg.lstsq(coefficients.real, (self.answer.values[0, 0] - rest).real, rcond=None)
+            (c, s), *_ = np.linalg.lstsq(coefficients.real, (self.answer.values[0, 0] - constant_part).real, rcond=None)
             if abs(c * c + s * s - 1) > 1e-6:
                 continue
             constant = Node("decimal", value=Fraction(float(np.arctan2(s, c))))
@@ -290,9 +297,9 @@ class _Entry:
 
     def _by_sign(self) -> Iterator[Slip]:
         """Yield a mistake if the absolute value is correct and the sign is wrong at some configurations only."""
-        values, right = self.answer.values[0, 0].real, self.right.real
-        is_same_size = replace(self.answer, values=np.abs(values)[None, None]).is_all(np.abs(right)[None, None])
-        if is_same_size and (values * right > 0).any() and (values * right < 0).any():
+        values, reference = self.answer.values[0, 0].real, self.right.real
+        is_same_size = replace(self.answer, values=np.abs(values)[None, None]).is_all(np.abs(reference)[None, None])
+        if is_same_size and (values * reference > 0).any() and (values * reference < 0).any():
             yield "sign-lost", ""
 
 

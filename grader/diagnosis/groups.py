@@ -157,12 +157,12 @@ class _GeneralForm:
         for factor, in_denominator in factors:
             if _is_number(factor):
                 number *= 1 / factor.value if in_denominator else factor.value
-        known = self.factors if others else self.terms
+        lengths = self.factors if others else self.terms
         product = Node("number", value=Fraction(1))
-        if abs(number) in known:
-            product, factors = _length(known, number), others
+        if abs(number) in lengths:
+            product, factors = _length(lengths, number), others
         for factor, in_denominator in factors:
-            general = _length(known, factor.value) if _is_number(factor) else self.generalize(factor)
+            general = _length(lengths, factor.value) if _is_number(factor) else self.generalize(factor)
             product = Node("/" if in_denominator else "*", (product, general))
         return product
 
@@ -246,7 +246,7 @@ def _unambiguous(names: Mapping[Fraction, Node], ways: Sequence[NumbersAndNodes]
     `ways` are the sources of expressions, the most likely first. A number that is ambiguous within one source, and
     every integer (2 may be just a factor), is left out.
     """
-    known = {value for value in names if value.denominator == 1}
+    known_numbers = {value for value in names if value.denominator == 1}
     for pairs in (iter(names.items()), *ways):
         nodes: dict[Fraction, list[Node]] = {}
         for value, node in pairs:
@@ -254,9 +254,9 @@ def _unambiguous(names: Mapping[Fraction, Node], ways: Sequence[NumbersAndNodes]
         yield from (
             (value, candidates[0])
             for value, candidates in nodes.items()
-            if value not in known and value.denominator != 1 and len(candidates) == 1
+            if value not in known_numbers and value.denominator != 1 and len(candidates) == 1
         )
-        known |= set(nodes)
+        known_numbers |= set(nodes)
 
 
 def _signed_name(named: Sequence[tuple[str, int]]) -> Node:

@@ -56,14 +56,14 @@ def share_of_terms(problem: Problem, part: Part, parsed_answer: ParsedAnswer, se
 
 def _share(pairs: Sequence[tuple[Node, Node]], varying: AbstractSet[str], values: Values) -> Fraction:
     """Return the share of common terms, for pairs of an entry and its reference."""
-    common = expected = typed = 0
+    common_count = expected_count = typed_count = 0
     for entry, reference in pairs:
         expected_terms = [term for term in terms_of(reference, MOST) or [reference] if names(term) & varying]
         terms = terms_of(entry, MOST) or [entry]
-        expected += len(expected_terms)
-        typed += sum(bool(names(term) & varying) for term in terms)
-        common += _count_common(terms, expected_terms, values)
-    return Fraction(common, max(expected, typed)) if expected else Fraction(0)
+        expected_count += len(expected_terms)
+        typed_count += sum(bool(names(term) & varying) for term in terms)
+        common_count += _count_common(terms, expected_terms, values)
+    return Fraction(common_count, max(expected_count, typed_count)) if expected_count else Fraction(0)
 
 
 def _count_common(terms: Sequence[Node], wanted: Sequence[Node], values: Values) -> int:
@@ -98,13 +98,13 @@ def _take_apart(node: Node) -> Node:
 
 def _expand_wave(function: str, angles: Sequence[Node]) -> Node:
     """Return the sine or cosine of a sum, expanded by the angle-sum identities."""
-    first, *rest = angles
-    is_negative = first.kind == "neg"
-    angle = first.args[0] if is_negative else first
+    first_angle, *other_angles = angles
+    is_negative = first_angle.kind == "neg"
+    angle = first_angle.args[0] if is_negative else first_angle
     sine, cosine = (negative(call("sin", angle)) if is_negative else call("sin", angle)), call("cos", angle)
-    if not rest:
+    if not other_angles:
         return sine if function == "sin" else cosine
-    inner_sine, inner_cosine = _expand_wave("sin", rest), _expand_wave("cos", rest)
+    inner_sine, inner_cosine = _expand_wave("sin", other_angles), _expand_wave("cos", other_angles)
     if function == "sin":
         return plus(times(sine, inner_cosine), times(cosine, inner_sine))
     return minus(times(cosine, inner_cosine), times(sine, inner_sine))
