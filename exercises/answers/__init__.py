@@ -1,8 +1,8 @@
-"""The types of answers: each is one class with all that depends on its type.
+"""The types of answers: each is one class with everything that depends on its type.
 
-Beside the types, which stand in `TYPES` below:
+`TYPES` below lists all types. The modules:
 
-    base            what every type can be asked; `AnswerVisitor`, for code that treats the forms of answers differently
+    base            the base class; `AnswerVisitor`, for code that distinguishes the forms of answers
     formulas        formulas, numbers, directions, conditions
     options         letters of options
 """

@@ -1,7 +1,7 @@
-"""What every type of answer can be asked: its shape, its reference as text and as data, and what a notebook shows.
+"""The base class of all types of answers, and the visitor that distinguishes them.
 
-A type is one class and has its line in `answers.TYPES`. Code outside of this folder that treats the forms of answers
-differently is an `AnswerVisitor`.
+Each type is one class, listed in `answers.TYPES`. Code outside this folder that depends on the type of an answer
+subclasses `AnswerVisitor`.
 """
 
 from abc import ABC, abstractmethod
@@ -19,54 +19,54 @@ T = TypeVar("T")
 
 
 class AnswerVisitor(Generic[T]):
-    """A method for each form of answer, called with the answer; by default that of a wider form.
+    """A visitor with a method for each form of answer; by default each method calls that of a more general form.
 
-    Each type of answer calls the method for its form (`Answer.accept`). Methods that do the same for several forms are
-    written once, as `formulas`, `letters` or `default`.
+    Each type of answer calls the method for its form (`Answer.accept`). A subclass that treats several forms alike
+    overrides only the more general method: `formulas`, `letters` or `default`.
     """
 
     def formula(self, answer: Any) -> T:
-        """Take one formula."""
+        """Visit one formula."""
         return self.formulas(answer)
 
     def matrix(self, answer: Any) -> T:
-        """Take a matrix of formulas, or a vector."""
+        """Visit a matrix of formulas, or a vector."""
         return self.formulas(answer)
 
     def formulas(self, answer: Any) -> T:
-        """Take formulas, one or in rows and columns."""
+        """Visit a single formula, or formulas in rows and columns."""
         return self.default(answer)
 
     def direction(self, answer: Any) -> T:
-        """Take a vector up to a factor."""
+        """Visit a vector that is defined up to a factor."""
         return self.default(answer)
 
     def numbers(self, answer: Any) -> T:
-        """Take numbers with units."""
+        """Visit numbers with units."""
         return self.default(answer)
 
     def conditions(self, answer: Any) -> T:
-        """Take conditions on the joints."""
+        """Visit conditions on the joints."""
         return self.default(answer)
 
     def one_of(self, answer: Any) -> T:
-        """Take one of several options."""
+        """Visit the choice of a single option."""
         return self.letters(answer)
 
     def some_of(self, answer: Any) -> T:
-        """Take several options."""
+        """Visit the choice of several options."""
         return self.letters(answer)
 
     def matching(self, answer: Any) -> T:
-        """Take an option for each item."""
+        """Visit the choice of an option for each item."""
         return self.letters(answer)
 
     def letters(self, answer: Any) -> T:
-        """Take letters of options, whatever they stand for."""
+        """Visit letters of options of any type."""
         return self.default(answer)
 
     def default(self, answer: Any) -> T:
-        """Take whatever has no way of its own."""
+        """Visit any answer whose form has no method of its own. Raises TypeError by default."""
         return self._none(answer)
 
     def _none(self, answer: Any) -> NoReturn:
@@ -74,16 +74,16 @@ class AnswerVisitor(Generic[T]):
 
 
 class Answer(ABC):
-    """The answer to a part: a frozen dataclass of the reference, with everything that depends on its type."""
+    """The answer to a part: a frozen dataclass with the reference and everything that depends on its type."""
 
     type: ClassVar[str]
     """Its name in `qdot show --json` and in results."""
     takes_symbols: ClassVar[bool] = True
     """Whether it may contain symbols of the problem."""
     counts_up_to_a_factor: ClassVar[bool] = False
-    """Whether every multiple except zero is right, too."""
+    """Whether every nonzero multiple is correct, too."""
     is_exact: ClassVar[bool] = False
-    """Whether decimals mean exactly what they say, except for the rounding that an assignment allows."""
+    """Whether decimals are exact, except for the rounding that an assignment allows."""
     is_a_set: ClassVar[bool] = False
     """Whether the answer is a set of configurations, as conditions on the joints."""
 
@@ -112,7 +112,7 @@ class Answer(ABC):
 
     @property
     def right(self) -> tuple[int, ...]:
-        """The right options, counted from 0."""
+        """The correct options, counted from 0."""
         return ()
 
     @property
@@ -122,17 +122,17 @@ class Answer(ABC):
 
     @property
     def is_one_line(self) -> bool:
-        """Whether a single expression or a few letters are typed."""
+        """Whether the typed answer is a single expression or a few letters."""
         return False
 
     @property
     def typed_as(self) -> str:
-        """What is expected, in words, if a placeholder does not show it."""
+        """The expected form in words, if a placeholder does not show it."""
         return ""
 
     @property
     def is_in_numbers(self) -> bool:
-        """Whether numbers are expected, right within a tolerance."""
+        """Whether numbers are expected, correct within a tolerance."""
         return False
 
     @property
@@ -141,11 +141,11 @@ class Answer(ABC):
         return False
 
     def as_matrix(self) -> sp.Matrix:
-        """Return the reference as a matrix, of one entry for an expression. Raises TypeError for other types."""
+        """Return the reference as a matrix (1 x 1 for an expression). Raises TypeError for other types."""
         raise TypeError(f"the answer is of type {self.type}, and no matrix")
 
     def entries(self) -> list[sp.Expr]:
-        """Return the formulas that are compared as formulas."""
+        """Return the formulas that are compared symbolically."""
         return []
 
     @abstractmethod
@@ -171,7 +171,7 @@ class Answer(ABC):
         return {}
 
     def allowance_json(self) -> Json:
-        """Return the units of expected numbers, and how far off they may be."""
+        """Return the units of expected numbers, and the errors allowed."""
         return {}
 
     @abstractmethod
@@ -180,9 +180,9 @@ class Answer(ABC):
 
     @abstractmethod
     def code(self, taken: int = 0, write: Write = python_text) -> str:
-        """Return the reference as Python code, `taken` columns of whose first line are used already.
+        """Return the reference as Python code. `taken` columns of its first line are already used.
 
-        Formulas are written by `write`.
+        `write` converts a formula to code.
         """
 
     def placeholder(self, taken: int = 0) -> str:

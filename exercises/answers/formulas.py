@@ -30,7 +30,7 @@ class Expression(Answer):
         return visitor.formula(self)
 
     def as_matrix(self) -> sp.Matrix:
-        """Return the formula as the only entry."""
+        """Return the formula as a 1 x 1 matrix."""
         return sp.Matrix([self.reference])
 
     def entries(self) -> list[sp.Expr]:
@@ -89,18 +89,18 @@ class Rows(Answer):
         return matrix_code([[write(entry) for entry in row] for row in self.reference.tolist()], taken)
 
     def placeholder(self, taken: int = 0) -> str:
-        """Return the matrix with `blank` in each place."""
+        """Return the matrix with `blank` as each entry."""
         return matrix_code([["blank"] * self.reference.cols] * self.reference.rows, taken)
 
 
 def type_rows(rows: list[list[str]]) -> str:
-    """Return rows of text as a matrix is typed."""
+    """Return rows of text in the form in which a matrix is typed."""
     return "[" + ", ".join(f"[{', '.join(row)}]" for row in rows) + "]"
 
 
 @dataclass(frozen=True)
 class Matrix(Rows):
-    """A matrix or (one column) a vector, marked by entry."""
+    """A matrix or (one column) a vector, graded by entry."""
 
     reference: sp.Matrix
 
@@ -115,7 +115,7 @@ class Matrix(Rows):
 
 @dataclass(frozen=True)
 class Direction(Rows):
-    """A vector that counts up to a factor other than zero; `tolerance` is relative, None where it is a formula."""
+    """A vector that is correct up to a nonzero factor; `tolerance` is relative, None for a symbolic vector."""
 
     reference: sp.Matrix
     tolerance: float | None = None
@@ -128,20 +128,20 @@ class Direction(Rows):
         return visitor.direction(self)
 
     def tolerance_with(self, rounding: Rounding | None) -> float | None:
-        """Return by how much unit vectors may differ, as the assignment's rounding has it; None of formulas."""
+        """Return the tolerance for unit vectors under the assignment's rounding; None for a symbolic vector."""
         if self.tolerance is None or rounding is None:
             return self.tolerance
         return rounding.relative or rounding.absolute
 
     @property
     def is_in_numbers(self) -> bool:
-        """Whether it is asked for at a configuration."""
+        """Whether the vector is numeric: asked for at one configuration."""
         return self.tolerance is not None
 
 
 @dataclass(frozen=True)
 class Number(Rows):
-    """Numbers with a unit each, right within `tolerance` (relative; `floor` is an absolute least allowance)."""
+    """Numbers with units, correct within the relative `tolerance`; `floor` is the least absolute error allowed."""
 
     reference: sp.Matrix
     units: tuple[str, ...]
@@ -157,25 +157,25 @@ class Number(Rows):
         return visitor.numbers(self)
 
     def tolerance_and_floor(self, rounding: Rounding | None) -> tuple[float, float]:
-        """Return the relative tolerance and the absolute least allowance, as the assignment's rounding has them."""
+        """Return the relative tolerance and the least absolute error allowed, under the assignment's rounding."""
         if rounding is None:
             return self.tolerance, self.floor
-        # An allowance for values near zero belongs to the digits that are wanted.
+        # The error allowed near zero scales with the required number of digits.
         return rounding.relative, rounding.absolute + self.floor * rounding.relative / self.tolerance
 
     def room(self, rounding: Rounding | None) -> list[float]:
-        """Return what each number may be off."""
+        """Return the absolute error allowed for each number."""
         tolerance, floor = self.tolerance_and_floor(rounding)
         return [max(tolerance * abs(float(value)), floor) for value in self.reference]
 
     @property
     def units_due(self) -> tuple[str, ...]:
-        """The unit of each."""
+        """The unit of each number."""
         return self.units
 
     @property
     def is_one_line(self) -> bool:
-        """Whether it is one number."""
+        """Whether the answer is a single number."""
         return len(self.reference) == 1
 
     def entries(self) -> list[sp.Expr]:
@@ -187,15 +187,15 @@ class Number(Rows):
         return [f"{float(value):.10g}" if value.is_number else str(value) for value in self.reference]
 
     def allowance_json(self) -> Json:
-        """Return units, relative tolerance, and absolute least allowance."""
+        """Return the units, the relative tolerance, and the least absolute error allowed."""
         return {"units": list(self.units), "tolerance": self.tolerance, "floor": self.floor}
 
     def code(self, taken: int = 0, write: Write = python_text) -> str:
-        """Return the number, or a column of them."""
+        """Return the number, or a column of numbers."""
         return write(self.reference[0]) if self.is_one_line else super().code(taken, write)
 
     def placeholder(self, taken: int = 0) -> str:
-        """Return `blank`, or a column of it."""
+        """Return `blank`, or a column of blanks."""
         return "blank" if self.is_one_line else super().placeholder(taken)
 
 
@@ -221,7 +221,7 @@ class ConditionSet(Answer):
     formulas = as_json = pieces
 
     def by_condition(self, pieces: Sequence[T]) -> list[list[T]]:
-        """Return what stands for each piece, those together that belong to one condition or to several at once."""
+        """Return the items of `pieces`, one for each piece, grouped by the component that the piece belongs to."""
         remaining = iter(pieces)
         return [list(islice(remaining, len(component.pieces()))) for component in self.components]
 
@@ -235,7 +235,7 @@ class ConditionSet(Answer):
         return list_code([text for texts in alternatives for text in texts], taken)
 
     def placeholder(self, taken: int = 0) -> str:
-        """Return a list."""
+        """Return a list with one blank."""
         return "[blank]"
 
 

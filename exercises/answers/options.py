@@ -1,4 +1,4 @@
-"""Answers that are the letters of options: one right option, several, or one for each item."""
+"""Answers that are letters of options: one correct option, several, or one for each item."""
 
 from dataclasses import dataclass
 
@@ -6,14 +6,14 @@ from qdot.exercises.answers.base import Answer, AnswerVisitor, Json, T
 from qdot.exercises.formula.printers.python import Write, python_text
 
 LETTERS = "ABCDEFGH"
-"""Under which options are shown."""
+"""The letters that label the options, in order."""
 
 TRUE_FALSE = ("true", "false")
 """The options of a statement that is true or false."""
 
 
 class Letters(Answer):
-    """An answer in letters: `options` are shown in their order under A, B, C …"""
+    """An answer given by letters: `options` are labelled A, B, C … in their order."""
 
     options: tuple[str, ...]
     correct: int | tuple[int, ...]
@@ -28,16 +28,16 @@ class Letters(Answer):
 
     @property
     def right(self) -> tuple[int, ...]:
-        """The right options, counted from 0; in the order of the items if there are items."""
+        """The correct options, counted from 0; in the order of the items if there are items."""
         return self.correct if isinstance(self.correct, tuple) else (self.correct,)
 
     @property
     def letters(self) -> str:
-        """The letters of the right options, in their order as in "ACD", or in that of the items as in "BAC"."""
+        """The letters of the correct options: in their order, as in "ACD", or in that of the items, as in "BAC"."""
         return "".join(LETTERS[index] for index in self.right)
 
     def formulas(self) -> list[str]:
-        """Return nothing: letters are no formula."""
+        """Return no formulas, because the answer consists of letters."""
         return []
 
     def as_json(self) -> str | list[str]:
@@ -57,13 +57,13 @@ class Letters(Answer):
         return f'"{self.letters}"'
 
     def placeholder(self, taken: int = 0) -> str:
-        """Return a text, because a text is expected."""
+        """Return a string, because a string is expected."""
         return '"blank"'
 
 
 @dataclass(frozen=True)
 class Choice(Letters):
-    """One right option out of several; options are shown in this order under the letters A, B, C …"""
+    """One correct option out of several; the options are labelled A, B, C … in this order."""
 
     options: tuple[str, ...]
     correct: int
@@ -71,17 +71,17 @@ class Choice(Letters):
     type = "choice"
 
     def accept(self, visitor: AnswerVisitor[T]) -> T:
-        """Call the visitor's method for one right option."""
+        """Call the visitor's method for one correct option."""
         return visitor.one_of(self)
 
     @property
     def letter(self) -> str:
-        """The letter of the right option."""
+        """The letter of the correct option."""
         return LETTERS[self.correct]
 
     @property
     def word(self) -> str:
-        """What is typed for the right option: its letter, or true or false."""
+        """The text to type for the correct option: its letter, or true or false."""
         return self.options[self.correct] if self.options == TRUE_FALSE else self.letter
 
     def as_json(self) -> str:
@@ -89,13 +89,13 @@ class Choice(Letters):
         return self.letter
 
     def code(self, taken: int = 0, write: Write = python_text) -> str:
-        """Return what is typed, in quotes."""
+        """Return the text to type, in quotes."""
         return f'"{self.word}"'
 
 
 @dataclass(frozen=True)
 class Selection(Letters):
-    """All right options, one or more, out of several."""
+    """All correct options, one or more, out of several."""
 
     options: tuple[str, ...]
     correct: tuple[int, ...]
@@ -103,13 +103,13 @@ class Selection(Letters):
     type = "selection"
 
     def accept(self, visitor: AnswerVisitor[T]) -> T:
-        """Call the visitor's method for several right options."""
+        """Call the visitor's method for several correct options."""
         return visitor.some_of(self)
 
 
 @dataclass(frozen=True)
 class Matching(Letters):
-    """An option for each item; no option belongs to two items, and some may belong to none."""
+    """An option for each item; no option belongs to two items, and an option may belong to no item."""
 
     items: tuple[str, ...]
     options: tuple[str, ...]

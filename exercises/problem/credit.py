@@ -1,8 +1,8 @@
 """Partial credit: the rules, and an assignment's changes to them (`credit`).
 
-A rule is a function of what is right and what is wrong, never of the arm: equal mistakes earn equal shares. The grader
-and STACK's questions find out what is wrong, and take the share from here. docs/partial-credit.md explains the rules
-with examples.
+A rule depends on what is correct and what is wrong, never on the arm: equal mistakes earn equal shares. The grader and
+STACK questions determine what is wrong, and take the share from here. docs/partial-credit.md explains the rules with
+examples.
 """
 
 from collections.abc import Collection, Hashable, Mapping, Sequence
@@ -22,7 +22,7 @@ CREDIT = (
 
 @dataclass(frozen=True)
 class Credit:
-    """How a partly right answer is marked (one of WAYS, "" for the question's default), and a factor for its share."""
+    """The rule for a partly correct answer (one of WAYS, "" for the question's default), and a factor for its share."""
 
     by: str = ""
     worth: Fraction = Fraction(1)
@@ -42,15 +42,15 @@ OWN = Credit()
 AMISS = Fraction(1, 5)
 """The cost of wrong signs (any number of them), of a wrong common factor, and of rounded joint values."""
 FORGOTTEN = Fraction(2, 3)
-"""Factor of the share for a condition of which some configurations are forgotten."""
+"""Factor of the share for a condition found only in part."""
 HALF = Fraction(1, 2)
 """Factor of the share for one known mistake, and for each wrong factor, forgotten condition and false condition."""
 MOST_WRONG = 2
-"""Maximum number of factors of a product that may be wrong, lost or too many."""
+"""Maximum number of factors of a product that may be wrong, missing or extra."""
 
 
 def share_but_for_a_factor(is_sign_wrong: bool, is_factor_wrong: bool) -> Fraction:
-    """Return the share of an answer that is right except for signs, a common factor, or both.
+    """Return the share of an answer that is correct except for signs, a common factor, or both.
 
     >>> share_but_for_a_factor(is_sign_wrong=True, is_factor_wrong=False)
     Fraction(4, 5)
@@ -59,9 +59,9 @@ def share_but_for_a_factor(is_sign_wrong: bool, is_factor_wrong: bool) -> Fracti
 
 
 def share_of_product(expected: int, lost: int, too_many: int) -> Fraction:
-    """Return the share of a product of `expected` factors if some are lost or too many; a wrong factor counts as both.
+    """Return the share of a product of `expected` factors if some are missing or extra; a wrong factor counts as both.
 
-    Each halves it. If more are wrong than right, the right ones may be a coincidence.
+    Each mistake halves the share. If more factors are wrong than correct, the correct ones may be a coincidence.
 
     >>> share_of_product(2, lost=1, too_many=0), share_of_product(2, lost=1, too_many=1), share_of_product(4, 2, 0)
     (Fraction(1, 2), Fraction(1, 2), Fraction(1, 4))
@@ -73,30 +73,33 @@ def share_of_product(expected: int, lost: int, too_many: int) -> Fraction:
 
 
 def share_of_entries(right: Sequence[bool], zeros: Sequence[bool], blanks: Sequence[bool] | None = None) -> Fraction:
-    """Return the share of a matrix or of numbers that are not all right.
+    """Return the share of a matrix or of numbers that are not all correct.
 
-    It is the share of right entries among those that are not zero in the solution, minus the zeros that were answered
-    with something else, and at most the share of all but one.
+    It is the number of correct nonzero entries, minus zeros that were answered with something else, divided by the
+    number of nonzero entries. At least one entry counts as wrong.
 
     >>> share_of_entries([True, False, True, True], zeros=[False, False, True, False])
     Fraction(2, 3)
     """
-    counted = [same for same, zero in zip(right, zeros, strict=True) if not zero] or list(right)
+    nonzero_results = [same for same, zero in zip(right, zeros, strict=True) if not zero] or list(right)
     return max(
         Fraction(0),
-        Fraction(min(sum(counted) - count_spoiled_zeros(right, zeros, blanks), len(counted) - 1), len(counted)),
+        Fraction(
+            min(sum(nonzero_results) - count_spoiled_zeros(right, zeros, blanks), len(nonzero_results) - 1),
+            len(nonzero_results),
+        ),
     )
 
 
 def count_spoiled_zeros(right: Sequence[bool], zeros: Sequence[bool], blanks: Sequence[bool] | None = None) -> int:
     """Return how many zeros were answered with something else; 0 if all entries are zeros."""
-    left = blanks or [False] * len(right)
-    wrong = [zero and not same and not blank for same, zero, blank in zip(right, zeros, left, strict=True)]
-    return 0 if all(zeros) else sum(wrong)
+    is_blank = blanks or [False] * len(right)
+    is_spoiled = [zero and not same and not blank for same, zero, blank in zip(right, zeros, is_blank, strict=True)]
+    return 0 if all(zeros) else sum(is_spoiled)
 
 
 def share_of_columns(right: Sequence[bool]) -> Fraction:
-    """Return the share of a matrix that is marked by columns; `right` is for each column that is not all zeros.
+    """Return the share of a matrix graded by columns; `right` tells for each nonzero column whether it is correct.
 
     >>> share_of_columns([True, False, True])
     Fraction(2, 3)
@@ -105,25 +108,24 @@ def share_of_columns(right: Sequence[bool]) -> Fraction:
 
 
 def share_of_set(matched: Sequence[tuple[int, int]], unsound: int, *, is_rounded: bool = False) -> Fraction:
-    """Return the share of a set that is not right; `matched` has the found and the expected number of configurations
-    of each condition.
+    """Return the share of a set that is not entirely correct.
 
-    `unsound` is the number of claimed conditions that don't hold (`count_false_conditions`). If there are more of them
-    than conditions with something found, they are guesses. Rounded values count as found; together they cost as much as
-    wrong signs.
+    `matched` has the found and the expected number of configurations for each condition. `unsound` is the number of
+    claimed conditions that don't hold (`count_false_conditions`). If it exceeds the number of conditions found at least
+    in part, they count as guesses. Rounded values count as found; together they cost as much as wrong signs.
 
     >>> share_of_set([(1, 2)], 0), share_of_set([(0, 2), (1, 1)], 0), share_of_set([(2, 2)], 1)
     (Fraction(2, 3), Fraction(1, 2), Fraction(1, 2))
     >>> share_of_set([(2, 2), (0, 1)], 1), share_of_set([(2, 2)], 2), share_of_set([(2, 2)], 0, is_rounded=True)
     (Fraction(1, 4), Fraction(0, 1), Fraction(4, 5))
     """
-    conditions = sum(some > 0 for some, _ in matched)
+    conditions = sum(found > 0 for found, _ in matched)
     if conditions == 0 or unsound > conditions:
         return Fraction(0)
     share = HALF**unsound * (1 - AMISS * is_rounded)
-    for some, expected in matched:
-        share *= 1 if some == expected else FORGOTTEN if some else HALF
-    return share if share < 1 else HALF  # some claim holds nowhere
+    for found, expected in matched:
+        share *= 1 if found == expected else FORGOTTEN if found else HALF
+    return share if share < 1 else HALF  # a claim holds nowhere
 
 
 def count_false_conditions(false: Sequence[Hashable], true: Collection[Hashable]) -> int:
@@ -144,7 +146,7 @@ def count_false_conditions(false: Sequence[Hashable], true: Collection[Hashable]
 def read_credit(
     policy: str | float | Mapping[str, str | float] | None, questions: Sequence[str]
 ) -> tuple[tuple[str, Credit], ...]:
-    """Return the rules for partial credit, for the questions with a rule. Raises QdotError.
+    """Return (question, rule) for each question with a rule for partial credit. Raises QdotError.
 
     >>> read_credit({"jacobian": "columns"}, ["position", "jacobian"])
     (('jacobian', Credit(by='columns', worth=Fraction(1, 1))),)

@@ -22,18 +22,18 @@ Kind = TypeVar("Kind", bound=Answer)
 About = TypeVar("About", bound="Details")
 
 ENGINE = 1
-"""Version of the problem generator: any change of what an id regenerates raises it."""
+"""Version of the problem generator; it is raised whenever an id regenerates a different problem."""
 
 LARGEST_SEED = (1 << 63) - 1
 
 
 @dataclass(frozen=True)
 class ProblemId:
-    """Family, seed, questions and variation; with the engine's version they regenerate the same problem permanently.
+    """The identity of a problem; together with the engine's version it always regenerates the same problem.
 
-    `band` is the lowest and the highest step of difficulty that the arm may have, None for any; `convention` is how the
-    arm is described, and `twist_order` the order of its twists, "" for the family's own. As a text it is planar-2r/7,
-    followed by everything that is not the default: planar-2r/7@chapter@screws@v-omega.
+    `band` is the lowest and the highest difficulty step allowed for the arm, None for any. `convention` is the
+    convention that describes the arm, and `twist_order` the order of its twists; both are "" for the family's default.
+    The text form is planar-2r/7, followed by everything that is not the default: planar-2r/7@chapter@screws@v-omega.
     """
 
     family: str
@@ -61,30 +61,31 @@ class ProblemId:
     def with_convention(self, convention: str, twist_order: str = "") -> "ProblemId":
         """Return the identity with another convention and another order of twists, if they are given.
 
-        Only an arm described by its axes has an order. Raises QdotError for unknown ones, and for an order of a table.
+        Only an arm described by its axes has an order of twists. Raises QdotError for unknown names, and for an order
+        of twists if the arm is described by a table.
         """
         chosen = find_convention(convention) if convention else self.convention
         order = find_twist_order(twist_order) if twist_order else self.twist_order
         is_ordered = bool(REGISTRY[chosen].twist_orders) if chosen else not convention
         if (twist_order or order) and not is_ordered:
-            table = f"is told by a table (convention = {convention or chosen!r})"
-            raise QdotError(f"{self.family_and_seed} {table}; {OF_ORDER}")
+            table_words = f"is told by a table (convention = {convention or chosen!r})"
+            raise QdotError(f"{self.family_and_seed} {table_words}; {OF_ORDER}")
         return replace(self, convention=BY_AXES if twist_order else chosen, twist_order=order)
 
     @staticmethod
     def parse(text: str, hint: str = "") -> "ProblemId":
-        """Parse FAMILY/SEED, followed by @VARIATION, @CONVENTION and @ORDER or some of these.
+        """Parse FAMILY/SEED, followed by any of @VARIATION, @CONVENTION and @ORDER.
 
-        Raises QdotError, with `hint` for a text of another form.
+        Raises QdotError; the message ends with `hint` if the text has another form.
         """
         match = re.fullmatch(r"([a-z0-9-]+)/0*(\d+)((?:@[a-z0-9_+-]+)*)", text, re.IGNORECASE | re.ASCII)
         if match is None:
             raise QdotError(f"{text!r} is not a problem; write FAMILY/SEED, as in planar-2r/7{hint}")
         family, seed, marks = match.groups()
         if text != text.lower():
-            meant = ProblemId.parse(text.lower(), hint)
+            lower_case = ProblemId.parse(text.lower(), hint)
             raise QdotError(
-                f"{text!r} has capital letters, and names have none; {str(meant)!r} is meant, probably{hint}"
+                f"{text!r} has capital letters, and names have none; {str(lower_case)!r} is meant, probably{hint}"
             )
         if len(seed) > len(str(LARGEST_SEED)) or int(seed) > LARGEST_SEED:
             raise QdotError(f"{family}/{seed[:25]}{'…' * (len(seed) > 25)}: the largest seed is {LARGEST_SEED}")
@@ -96,18 +97,18 @@ class ProblemId:
 def _sort_marks(text: str, marks: Sequence[str]) -> dict[str, str]:
     """Return the mark of each kind (`_MARKS`) in an identity, "" if there is none.
 
-    Raises QdotError for two of a kind; for an unknown mark, it lists the known ones.
+    Raises QdotError for two marks of the same kind, and for an unknown mark.
     """
     sorted_marks = dict.fromkeys(_MARKS, "")
     for mark in marks:
         kind = next((kind for kind, names in _MARKS.items() if mark in names), "variation" if "+" in mark else "")
         if not kind:
-            called = mark.replace("_", "-")
+            mark_name = mark.replace("_", "-")
             known = {name: kind for kind, names in _MARKS.items() for name in names}
-            meant = ALIASES.get(called) or likeliest(mark, list(known))
-            is_what = f" (did you mean the {known[meant]} {meant!r}?)" if meant else ""
+            suggestion = ALIASES.get(mark_name) or likeliest(mark, list(known))
+            hint = f" (did you mean the {known[suggestion]} {suggestion!r}?)" if suggestion else ""
             raise QdotError(
-                f"{text!r}: {mark!r} is neither a variation nor a convention nor an order of twists{is_what}; "
+                f"{text!r}: {mark!r} is neither a variation nor a convention nor an order of twists{hint}; "
                 f"variations: {', '.join(STEPS)}, or axes, as in lengths+base, out of {', '.join(AXES)}; "
                 f"conventions: {', '.join(CONVENTIONS)}; orders of twists: {', '.join(TWIST_ORDERS)}"
             )
@@ -136,16 +137,16 @@ def find_convention(name: str) -> str:
 
 def _find(kind: str, name: str, known: tuple[str, ...], aliases: Mapping[str, str]) -> str:
     if name not in known:
-        called = name.lower().replace("_", "-").replace(" ", "")
-        likely = aliases.get(called) or likeliest(called, known)
-        hint = f" (did you mean {likely!r}?)" if likely else ""
+        normalized_name = name.lower().replace("_", "-").replace(" ", "")
+        suggestion = aliases.get(normalized_name) or likeliest(normalized_name, known)
+        hint = f" (did you mean {suggestion!r}?)" if suggestion else ""
         raise QdotError(f"unknown {kind} {name!r}{hint}; known: {', '.join(known)}")
     return "" if name == known[0] else name
 
 
 @dataclass(frozen=True)
 class SymbolInfo:
-    """What a symbol of a problem stands for: role (joint, rate, velocity, force, length, angle), unit, given value."""
+    """The meaning of a symbol: its role (joint, rate, velocity, force, length, angle), unit, and given value."""
 
     role: str
     unit: str
@@ -159,11 +160,11 @@ def by_name(values: Mapping[sp.Symbol, sp.Expr]) -> dict[str, float]:
 
 @dataclass(frozen=True, kw_only=True)
 class Details:
-    """What the wording and the tests of a part need in addition to its answer; each kind of question has a subclass.
+    """The data of a part besides its answer, used by its texts and tests; each kind of question has a subclass.
 
-    `symbols` may be used in answers in addition to those of the arm, `units` are the units of formulas, `pose` (joint's
-    name -> value) is the pose of the figure under the prompt, and `drawn` means that the options are drawings. Defaults
-    are not recorded, so they do not change digests.
+    `symbols` may be used in answers in addition to those of the arm. `units` are the units of formulas. `pose` (joint
+    name -> value) is the configuration shown in the figure under the prompt. `drawn` means that the options are
+    drawings. Defaults are not recorded, so they do not change digests.
     """
 
     symbols: Mapping[str, SymbolInfo] | None = None
@@ -172,31 +173,31 @@ class Details:
     drawn: bool = False
 
     def given_values(self, chain: Chain) -> Mapping[str, float]:
-        """Return the given lengths, joint values and velocities; {} for a question in formulas."""
+        """Return the given lengths, joint values and velocities; {} for a symbolic question."""
         return {}
 
     def shown_values(self, chain: Chain) -> Mapping[str, float]:
-        """Return the lengths and joint values of the arm beside the question, as its figure and its text have them."""
+        """Return the lengths and joint values of the arm that the question's figure and text show."""
         return {**by_name(self.given_joints), **self.given_values(chain), **(self.pose or {})}
 
     @property
     def given_joints(self) -> Mapping[sp.Symbol, sp.Expr]:
-        """The given joint values of an answer in formulas; they may contain lengths."""
+        """The given joint values of a symbolic answer; they may contain lengths."""
         return {}
 
 
 @dataclass(frozen=True, kw_only=True)
 class OneOfSeveral(Details):
-    """About one of several results that a question asks for: equal details are the same result of a structure."""
+    """Details of a question about one of several results; equal details mean the same result of an arm structure."""
 
 
 @dataclass(frozen=True)
 class Part:
-    """One question of a problem: what is asked, its answer, points, and the parts whose result it builds on.
+    """One question of a problem: its kind, answer and points, and the names of the parts whose results it `needs`.
 
-    `details` are of a class of the question's own (`about`). `rounding` is what the assignment allows decimals to be
-    off, None for formulas without rounding and numbers to three digits; `credit` is how it marks an answer that is
-    right in part, None for the question's own way.
+    `details` are of a class that belongs to the question (`about`). `rounding` is the error that the assignment allows
+    for decimals; if it is None, formulas are exact and numbers have three digits. `credit` is the assignment's rule
+    for partly correct answers, None for the question's default.
     """
 
     name: str
@@ -213,20 +214,20 @@ class Part:
         return f"Part({self.name}: {self.type}{shape}, {self.points:g} points)"
 
     def of(self, kind: type[Kind]) -> Kind:
-        """Return the answer, which has to be of this type; else raise TypeError."""
+        """Return the answer, typed as `kind`. Raises TypeError if it is of another type."""
         if not isinstance(self.answer, kind):
             raise TypeError(f"the answer to {self.kind!r} is of type {self.type}, not {kind.type}")
         return self.answer
 
     def about(self, kind: type[About]) -> About:
-        """Return the details, which have to be of this class; else raise TypeError."""
+        """Return the details, typed as `kind`. Raises TypeError if they are of another class."""
         if not isinstance(self.details, kind):
             raise TypeError(f"the details of {self.kind!r} are {type(self.details).__name__}, not {kind.__name__}")
         return self.details
 
     @property
     def precision(self) -> str:
-        """How exactly numbers are wanted: as the assignment says, else to three digits."""
+        """The expected precision of numbers, in words: the assignment's, or else three digits."""
         return self.rounding.words if self.rounding is not None else "to three significant digits"
 
     @property
@@ -241,7 +242,7 @@ class Part:
 
     @property
     def symbols(self) -> Mapping[str, SymbolInfo]:
-        """The symbols that this part brings with it, as the forces of a static question."""
+        """The symbols that only this part has, such as the forces of a statics question."""
         return self.details.symbols or {}
 
     @property
@@ -275,22 +276,22 @@ class Problem:
 
     @property
     def title(self) -> str:
-        """What its arm is called, as a heading."""
-        named = self.chain.title or "arm"
-        return f"{named[:1].upper()}{named[1:]}"
+        """The arm's name as a heading."""
+        name = self.chain.title or "arm"
+        return f"{name[:1].upper()}{name[1:]}"
 
     def symbols(self) -> dict[str, SymbolInfo]:
-        """Return every symbol that an answer may use, the table's numbers under their usual names included."""
+        """Return every symbol that an answer may use, including the usual names of numbers in the table."""
         known: dict[str, SymbolInfo] = {}
         for joint, q, rate in zip(self.chain.joints, self.chain.q, self.chain.rates, strict=True):
-            revolute = joint.kind == "R"
-            known[q.name] = SymbolInfo("joint", "rad" if revolute else "m")
-            known[rate.name] = SymbolInfo("rate", "rad/s" if revolute else "m/s")
+            is_revolute = joint.kind == "R"
+            known[q.name] = SymbolInfo("joint", "rad" if is_revolute else "m")
+            known[rate.name] = SymbolInfo("rate", "rad/s" if is_revolute else "m/s")
         for row in self.chain.task:
             known[row] = SymbolInfo("velocity", "m/s" if row[0] == "v" else "rad/s")
         for symbol in self.chain.parameters:
-            angle = symbol.name.startswith(("alpha", "beta"))
-            known[symbol.name] = SymbolInfo("angle" if angle else "length", "rad" if angle else "m")
+            is_angle = symbol.name.startswith(("alpha", "beta"))
+            known[symbol.name] = SymbolInfo("angle" if is_angle else "length", "rad" if is_angle else "m")
         for number, joint in enumerate(self.chain.joints if convention_of(self.chain).has_frames else (), 1):
             for letter, value in (("a", joint.a), ("d", joint.d if joint.kind == "R" else sp.S.Zero)):
                 if value.is_number and value != 0:
@@ -301,11 +302,11 @@ class Problem:
 
     @property
     def constants(self) -> frozenset[str]:
-        """The lengths and angles of the arm that no motion changes."""
+        """The names of the arm's constant lengths and angles."""
         return frozenset(name for name, info in self.symbols().items() if info.role in ("length", "angle"))
 
     def domain(self) -> Domain:
-        """Return what each symbol of the problem may be; a length that is given has its value."""
+        """Return the domain of the problem's symbols, with the values of given lengths."""
         return self._domain
 
     @cached_property
@@ -323,7 +324,7 @@ class Problem:
 
     @property
     def max_points(self) -> float:
-        """The points of all parts together."""
+        """The sum of the points of all parts."""
         return sum(part.points for part in self.parts)
 
 

@@ -21,10 +21,10 @@ Json = dict[str, Any]
 
 
 def robot_json(chain: Chain) -> Json:
-    """Return a chain as plain data: standard DH rows, base, point, task; expressions as text.
+    """Return a chain as plain data: standard DH rows, base, tool point and task, with expressions as text.
 
-    `convention` is how it is described to people, if not by this table, and `twist_order` the order of its twists, if
-    it is not the usual one.
+    It has a `convention` only if the arm is not described by this table, and a `twist_order` only if the order of its
+    twists is not the default.
     """
     base, point = chain.base, chain.point
     description = {} if chain.convention == CONVENTIONS[0] else {"convention": chain.convention}
@@ -70,7 +70,7 @@ def to_plain_data(value: object) -> Any:
 
 @dataclass(frozen=True)
 class Digests:
-    """The SHA-256 of a problem in hexadecimal: of all of it together, of the arm, and of each part by its name."""
+    """The hexadecimal SHA-256 digests of the whole problem, of its arm, and of each part by name."""
 
     sha256: str
     arm: str
@@ -78,7 +78,7 @@ class Digests:
 
 
 def digests(problem: Problem) -> Digests:
-    """Return the digests of a problem. Points are left out: they may be changed after handing out."""
+    """Return the digests of a problem. They don't depend on the points, which may change later."""
     arm = _digest(robot_json(problem.chain))
     parts = {part.name: _digest(_part(part)) for part in problem.parts}
     return Digests(_digest([problem.id.engine, arm, parts]), arm, parts)
