@@ -56,9 +56,11 @@ def _find_deep_sets(generic: Chain) -> tuple[tuple[int, ...], ...]:
     components = singular_set(generic) or ()
 
     def loses_more_than_one(chosen: tuple[int, ...]) -> bool:
-        on = [components[i] for i in chosen]
+        chosen_components = [components[i] for i in chosen]
         lost_counts = range(2, full_rank(generic) + 1)
-        return any(sample_singular_pose(generic, on, Stream(f"deep/{chosen}"), lost) for lost in lost_counts)
+        return any(
+            sample_singular_pose(generic, chosen_components, Stream(f"deep/{chosen}"), lost) for lost in lost_counts
+        )
 
     sets = (chosen for size in (1, 2, 3) for chosen in combinations(range(len(components)), size))
     return tuple(filter(loses_more_than_one, sets))
@@ -70,11 +72,11 @@ _sample_formula_pose = partial(sample_singular_pose, exact=True, symbolic=True)
 def _sample_deep_pose(chain: Chain, rng: Stream) -> Pose | None:
     """Return a random configuration at which the rank is reduced by more than one, or None if none is found."""
     generic, fill = structure(chain).chain, derive(chain).fill
-    known = singular_set(generic) or ()
+    generic_components = singular_set(generic) or ()
     arm_components = {component.conditions: component for component in singular_set(chain) or ()}
     for chosen in rng.permutation(_find_deep_sets(generic)):
-        here = [arm_components.get(tuple(map(fill, known[i].conditions))) for i in chosen]
-        components = [component for component in here if component is not None]
+        matches = [arm_components.get(tuple(map(fill, generic_components[i].conditions))) for i in chosen]
+        components = [component for component in matches if component is not None]
         if len(components) == len(chosen):
             pose = _sample_formula_pose(chain, components, rng)
             if pose is not None and (clear_rank(jacobian_at(chain, pose)) or 0) < full_rank(chain) - 1:
@@ -139,19 +141,19 @@ def _find_vanishing_conditions(chain: Chain, pose: Pose) -> tuple[tuple[sp.Expr,
 
 
 def _object_to_vector(chain: Chain) -> str | None:
-    refused = objection_unless_direction_lost(chain)
-    if refused is None and len(chain.task) > MOST_ROWS:
+    objection = objection_unless_direction_lost(chain)
+    if objection is None and len(chain.task) > MOST_ROWS:
         return f"its Jacobian has {len(chain.task)} rows, too many to find a null space by hand"
-    if refused is None and not _find_branches_with_vector(chain):
+    if objection is None and not _find_branches_with_vector(chain):
         return "no singular configuration loses exactly one direction"
-    return refused
+    return objection
 
 
 def _find_branches_with_vector(chain: Chain) -> list[Branch]:
     """Return the branches that lose exactly one direction; only those with a formula for it, if there are any."""
     generic = structure(chain).chain
-    single = [branch for branch in branches(chain) if loses_one_direction(generic, branch.generic)]
-    return [branch for branch in single if lost_formula(generic, branch.generic)] or single
+    single_loss = [branch for branch in branches(chain) if loses_one_direction(generic, branch.generic)]
+    return [branch for branch in single_loss if lost_formula(generic, branch.generic)] or single_loss
 
 
 @lru_cache(maxsize=1024)
@@ -238,10 +240,10 @@ def _find_lost_motions(chain: Chain) -> list[tuple[Where, Branch, Motion]]:
 
 
 def _object_to_motion(chain: Chain) -> str | None:
-    refused = objection_unless_direction_lost(chain)
-    if refused is None and not _find_lost_motions(chain):
+    objection = objection_unless_direction_lost(chain)
+    if objection is None and not _find_lost_motions(chain):
         return "no line of the arm tells a direction that is lost"
-    return refused
+    return objection
 
 
 @dataclass(frozen=True)
@@ -264,12 +266,12 @@ class OfMotion(Details):
 def _ask_motion(chain: Chain, rng: Stream) -> Asked:
     where, branch, motion = rng.choice(_find_lost_motions(chain))
     parallel = find_parallel_lines(structure(chain).chain, branch.generic)
-    chosen = [rng.choice(motion.right)]
+    chosen_lines = [rng.choice(motion.right)]
     for line in rng.permutation(motion.wrong):
-        if len(chosen) < 4 and not any(parallel[line, chosen_line] for chosen_line in chosen):
-            chosen.append(line)
-    answer, order = shuffle_options(chosen, chosen[0], rng, lambda line: line.words)
-    return answer, OfMotion(asked=MotionAsked(where, motion.moving, motion.held, tuple(order)))
+        if len(chosen_lines) < 4 and not any(parallel[line, chosen_line] for chosen_line in chosen_lines):
+            chosen_lines.append(line)
+    answer, shuffled = shuffle_options(chosen_lines, chosen_lines[0], rng, lambda line: line.words)
+    return answer, OfMotion(asked=MotionAsked(where, motion.moving, motion.held, tuple(shuffled)))
 
 
 def lost_direction_where(chain: Chain, where: Where) -> tuple[LostAt, sp.Matrix] | None:
@@ -288,8 +290,8 @@ def lost_direction_where(chain: Chain, where: Where) -> tuple[LostAt, sp.Matrix]
 @lru_cache(maxsize=1024)
 def read_branch(generic: Chain, component: Component) -> Reading | None:
     """Return a description that fits all configurations of a structure's branch, or None if there is none."""
-    more = representative_samples(generic, component.pieces())
-    meanings = read_meanings(generic, sample_singular_poses(generic, component, SAMPLES), more)
+    additional_samples = representative_samples(generic, component.pieces())
+    meanings = read_meanings(generic, sample_singular_poses(generic, component, SAMPLES), additional_samples)
     if meanings is None or (len(meanings.wrong) < 2 and find_common_kind(generic, component) is None):
         return None
     return meanings
@@ -311,10 +313,10 @@ def _read_branches(chain: Chain, order: Sequence[Branch]) -> Iterator[tuple[Bran
 
 
 def _object_to_meaning(chain: Chain) -> str | None:
-    refused = objection_unless_singular(chain)
-    if refused is None and next(_read_branches(chain, branches(chain)), None) is None:
+    objection = objection_unless_singular(chain)
+    if objection is None and next(_read_branches(chain, branches(chain)), None) is None:
         return "nothing that can be told at sight is common to a whole component of its singular set"
-    return refused
+    return objection
 
 
 @dataclass(frozen=True)
@@ -348,13 +350,13 @@ def _ask_meaning(chain: Chain, rng: Stream) -> Asked | None:
         offered = [(reading.right, kind)]
         if kind is not None:
             offered.append((reading.right, kinds[kind == "boundary"]))
-        others = rng.permutation(reading.wrong)[: 4 - len(offered)]
-        offered += [(false, None if kind is None else rng.choice(kinds)) for false in others]
-        answer, order = shuffle_options(offered, offered[0], rng, _describe_meaning)
-        tied = branch.component.solutions is None
-        values = () if tied else branch.component.value_combinations()[0]
-        condition = branch.component.conditions[0] if tied else None
-        asked = MeaningAsked(values, pose if tied else None, condition, tuple(order))
+        wrong_meanings = rng.permutation(reading.wrong)[: 4 - len(offered)]
+        offered += [(wrong_meaning, None if kind is None else rng.choice(kinds)) for wrong_meaning in wrong_meanings]
+        answer, shuffled = shuffle_options(offered, offered[0], rng, _describe_meaning)
+        has_condition = branch.component.solutions is None
+        values = () if has_condition else branch.component.value_combinations()[0]
+        condition = branch.component.conditions[0] if has_condition else None
+        asked = MeaningAsked(values, pose if has_condition else None, condition, tuple(shuffled))
         return answer, OfMeaning(asked=asked)
     return None
 

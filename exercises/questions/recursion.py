@@ -58,11 +58,14 @@ def _derive_steps(generic: Chain) -> tuple[Step, ...]:
     steps = []
     convention = convention_of(generic)
     for number, (row, rate) in enumerate(zip(convention.rows, generic.rates, strict=True), 1):
-        into, origin = convention.rotation(row).T, convention.link_vector(row)
+        rotation, origin = convention.rotation(row).T, convention.link_vector(row)
         joint_velocity = rate * Z
-        v, omega = _collect_rates(into * (v + omega.cross(origin)), generic), _collect_rates(into * omega, generic)
+        v, omega = (
+            _collect_rates(rotation * (v + omega.cross(origin)), generic),
+            _collect_rates(rotation * omega, generic),
+        )
         v, omega = (v, omega + joint_velocity) if row.kind == "R" else (v + joint_velocity, omega)
-        steps.append(Step(number, row.kind, into, origin, omega, v))
+        steps.append(Step(number, row.kind, rotation, origin, omega, v))
     return tuple(steps)
 
 
@@ -79,11 +82,11 @@ def _collect_rates(vector: sp.Matrix, generic: Chain) -> sp.Matrix:
 def _choose_frame(chain: Chain, rng: Stream) -> FromFrameToFrame:
     fill, frame = derive(chain).fill, rng.choice(_find_frames(chain))
     steps = _derive_steps(structure(chain).chain)[:frame]
-    filled = (
+    filled_steps = (
         Step(step.number, step.kind, *(m.applyfunc(fill) for m in (step.rotation, step.origin, step.omega, step.v)))
         for step in steps
     )
-    return FromFrameToFrame(frame=frame, steps=tuple(filled))
+    return FromFrameToFrame(frame=frame, steps=tuple(filled_steps))
 
 
 def _find_frames(chain: Chain) -> list[int]:

@@ -44,10 +44,12 @@ def objection_unless_redundant(chain: Chain) -> str | None:
     m, n = len(chain.task), chain.n
     if n <= m:
         return f"its Jacobian is {m} x {n} for the task {', '.join(chain.task)}; it needs more joints than rows"
-    if refused := objection_to_numbers(chain):
-        return refused
-    still = [i for i, column in enumerate(jacobian_somewhere(chain).T, 1) if np.abs(column).max() < NOTHING]
-    return f"joint {still[0]} does not move the task at all" if still else None
+    if objection := objection_to_numbers(chain):
+        return objection
+    joints_without_effect = [
+        i for i, column in enumerate(jacobian_somewhere(chain).T, 1) if np.abs(column).max() < NOTHING
+    ]
+    return f"joint {joints_without_effect[0]} does not move the task at all" if joints_without_effect else None
 
 
 def jacobian_somewhere(chain: Chain) -> np.ndarray:
@@ -64,8 +66,8 @@ def objection_to_open_angles(chain: Chain) -> str | None:
 
 def objection_to_numbers(chain: Chain) -> str | None:
     """Return the objection to an arm that has no numeric configuration of full rank."""
-    if refused := objection_to_open_angles(chain):
-        return refused
+    if objection := objection_to_open_angles(chain):
+        return objection
     sigma = np.linalg.svd(jacobian_somewhere(chain), compute_uv=False)
     return "its Jacobian has less than full rank everywhere" if sigma[-1] <= NOTHING * sigma[0] else None
 
@@ -110,29 +112,31 @@ def _describe_gram(chain: Chain, rng: Stream) -> OfMinors:
 
 def _find_shared_factors(chain: Chain) -> sp.Expr:
     """Return the product of the factors that all maximal minors share, or 1 if there are none."""
-    known = structure(chain)
-    return split_minors(known.chain)[0].substitute(dict(known.values))
+    arm_structure = structure(chain)
+    return split_minors(arm_structure.chain)[0].substitute(dict(arm_structure.values))
 
 
 @lru_cache(maxsize=1024)
 def _derive_gram(chain: Chain) -> Factored:
     """Return det(J J^T) of a structure: the squared shared factors of all minors, times a sum of squares."""
-    shared, left = split_minors(chain)
-    squares = sp.Add(*(Factored(abs(minor.coefficient), minor.factors).expression() ** 2 for minor in left))
-    short = factor_trig(sp.expand(squares)).expression() if len(left) > 1 else squares
-    rest = min((squares, short), key=lambda form: len(sp.Add.make_args(form)) + sp.count_ops(form))
+    shared, quotients = split_minors(chain)
+    squares = sp.Add(*(Factored(abs(minor.coefficient), minor.factors).expression() ** 2 for minor in quotients))
+    factored = factor_trig(sp.expand(squares)).expression() if len(quotients) > 1 else squares
+    shortest = min((squares, factored), key=lambda form: len(sp.Add.make_args(form)) + sp.count_ops(form))
     doubled = tuple((factor, 2 * power) for factor, power in shared.factors)
-    return Factored(shared.coefficient**2, (*doubled, (rest, 1)))
+    return Factored(shared.coefficient**2, (*doubled, (shortest, 1)))
 
 
 @lru_cache(maxsize=1024)
 def split_minors(chain: Chain) -> tuple[Factored, tuple[Factored, ...]]:
     """Return the factors that all maximal minors of a structure share, and the quotient of each minor by them."""
     minors = derive(chain).generic_minors
-    others = [minor for minor in minors if not minor.is_zero]
-    powers = [dict(minor.factors) for minor in others]
+    nonzero_minors = [minor for minor in minors if not minor.is_zero]
+    powers = [dict(minor.factors) for minor in nonzero_minors]
     common = {f: min(p.get(f, 0) for p in powers) for f in powers[0]} if powers else {}
-    shared = Factored(sp.gcd([minor.coefficient for minor in others]), tuple((f, p) for f, p in common.items() if p))
+    shared = Factored(
+        sp.gcd([minor.coefficient for minor in nonzero_minors]), tuple((f, p) for f, p in common.items() if p)
+    )
     return shared, tuple(minor if minor.is_zero else minor.over(shared) for minor in minors)
 
 
@@ -180,8 +184,8 @@ def _ask_least_norm(chain: Chain, rng: Stream) -> Asked:
 
 
 def _object_to_motion(chain: Chain) -> str | None:
-    if refused := objection_unless_redundant(chain):
-        return refused
+    if objection := objection_unless_redundant(chain):
+        return objection
     m, n = len(chain.task), chain.n
     if n != m + 1:
         return f"its self-motion has {n - m} dimensions for the task {', '.join(chain.task)}, not one"
@@ -215,10 +219,10 @@ def null_vector(jacobian: list[Vector]) -> Vector:
     n = len(jacobian[0])
     for k in range(n):
         weights = solve_linear(gram(jacobian), [row[k] for row in jacobian])
-        left = [(i == k) - sum(row[i] * w for row, w in zip(jacobian, weights, strict=True)) for i in range(n)]
-        if left[k] > 1 / (2 * n):  # the square of the null vector's entry k; for one k it is at least 1/n
-            size = sum(value**2 for value in left) ** 0.5
-            return [value / size for value in left]
+        projection = [(i == k) - sum(row[i] * w for row, w in zip(jacobian, weights, strict=True)) for i in range(n)]
+        if projection[k] > 1 / (2 * n):  # the square of the null vector's entry k; for one k it is at least 1/n
+            norm = sum(value**2 for value in projection) ** 0.5
+            return [value / norm for value in projection]
     raise ValueError("the matrix has more than one direction in its null space, or none")
 
 
@@ -227,10 +231,10 @@ def self_motion(chain: Chain) -> sp.Matrix:
 
     Factors that all minors share are omitted, so the vector is zero only where J loses rank for more than one reason.
     """
-    known = structure(chain)
-    _, left = split_minors(known.chain)
+    arm_structure = structure(chain)
+    _, quotients = split_minors(arm_structure.chain)
     # The minors are in the order of the columns that they contain, so the first one omits the last column.
-    minors = [minor.substitute(dict(known.values)) for minor in reversed(left)]
+    minors = [minor.substitute(dict(arm_structure.values)) for minor in reversed(quotients)]
     return sp.Matrix([(-1) ** i * minor for i, minor in enumerate(minors)])
 
 

@@ -130,12 +130,12 @@ def exponential(axis: Axis, value: sp.Expr) -> sp.Matrix:
     [2 - 2*cos(theta1)],
     [  -2*sin(theta1)]])
     """
-    turn, shift = sp.eye(3), value * axis.direction
+    rotation, translation = sp.eye(3), value * axis.direction
     if axis.kind == "R":
         cross = hat(axis.direction)
-        turn = (turn + sp.sin(value) * cross + (1 - sp.cos(value)) * cross**2).applyfunc(sp.expand)
-        shift = axis.point - turn * axis.point
-    return turn.row_join(shift.applyfunc(sp.expand)).col_join(sp.Matrix([[0, 0, 0, 1]]))
+        rotation = (rotation + sp.sin(value) * cross + (1 - sp.cos(value)) * cross**2).applyfunc(sp.expand)
+        translation = axis.point - rotation * axis.point
+    return rotation.row_join(translation.applyfunc(sp.expand)).col_join(sp.Matrix([[0, 0, 0, 1]]))
 
 
 @lru_cache(maxsize=1024)
@@ -160,8 +160,8 @@ def carried_screws(chain: Chain) -> tuple[Screw, ...]:
     for joint, axis in zip(_carry_screws(structure(chain).chain), axes_of(chain)[0], strict=True):
         direction, point, screw = map(fill, (joint.direction, joint.point, joint.screw))
         if chain.axis_points:  # shift the points along their axes to the given points
-            along = to_exact(axis.direction.dot(axis.point - point.xreplace(home)))
-            point = (point + along * direction).applyfunc(without_brackets)
+            distance = to_exact(axis.direction.dot(axis.point - point.xreplace(home)))
+            point = (point + distance * direction).applyfunc(without_brackets)
         carried.append(Screw(joint.number, joint.kind, direction, point, screw))
     return tuple(carried)
 
@@ -179,8 +179,8 @@ def _find_home_offsets(chain: Chain) -> dict[sp.Symbol, sp.Expr]:
     """Return the structure's joint values at home: the joint offsets; an angle that is not k pi/2 becomes a symbol."""
     home = {}
     for q, offset, joint in zip(chain.q, chain.offsets, chain.joints, strict=True):
-        known = offset == 0 or (joint.kind == "R" and (2 * offset / sp.pi).is_Integer)
-        home[q] = offset if known else sp.Symbol(f"home_{q.name}")
+        is_exact = offset == 0 or (joint.kind == "R" and (2 * offset / sp.pi).is_Integer)
+        home[q] = offset if is_exact else sp.Symbol(f"home_{q.name}")
     return home
 
 
@@ -188,12 +188,12 @@ def _find_home_offsets(chain: Chain) -> dict[sp.Symbol, sp.Expr]:
 def _derive_body_matrices(generic: Chain, home: tuple[tuple[sp.Symbol, sp.Expr], ...]) -> tuple[sp.Matrix, ...]:
     """Return R_sb, the body Jacobian and [P] R_sb of a structure with the joint values `home` at home."""
     frames, point = frames_and_point(generic)
-    last, at_home = frames[-1].rotation, frames[-1].rotation.xreplace(dict(home))
-    rotation = _tidy(last * at_home.T)
+    last_rotation, home_rotation = frames[-1].rotation, frames[-1].rotation.xreplace(dict(home))
+    rotation = _tidy(last_rotation * home_rotation.T)
     columns = []
     for joint, frame in zip(generic.joints, frames, strict=False):  # seen from the last frame, then from {b}
-        z = at_home * _tidy(last.T * frame.rotation[:, 2])
-        arm = at_home * _tidy(last.T * (point - frame.origin))
+        z = home_rotation * _tidy(last_rotation.T * frame.rotation[:, 2])
+        arm = home_rotation * _tidy(last_rotation.T * (point - frame.origin))
         linear, angular = (z.cross(arm), z) if joint.kind == "R" else (z, sp.zeros(3, 1))
         columns.append(angular.col_join(linear))
     return rotation, _tidy(sp.Matrix.hstack(*columns)), _tidy(hat(point) * rotation)
@@ -205,16 +205,16 @@ def _is_oblique(chain: Chain) -> bool:
     An offset is irrational if it is not a rational multiple of pi. Symbols instead of these angles would turn short
     numeric results into thousands of terms.
     """
-    odd_twist = any(joint.alpha.free_symbols for joint in structure(chain).chain.joints[:-1])
-    turning = [offset for offset, joint in zip(chain.offsets, chain.joints, strict=True) if joint.kind == "R"]
-    return odd_twist or any(not (offset / sp.pi).is_Rational for offset in turning)
+    has_oblique_twist = any(joint.alpha.free_symbols for joint in structure(chain).chain.joints[:-1])
+    revolute_offsets = [offset for offset, joint in zip(chain.offsets, chain.joints, strict=True) if joint.kind == "R"]
+    return has_oblique_twist or any(not (offset / sp.pi).is_Rational for offset in revolute_offsets)
 
 
 def rotate_back(axis: Axis, angle: sp.Expr, vectors: sp.Matrix) -> sp.Matrix:
     """Return vectors, 3 x k, rotated by the negative angle about an axis direction, with products expanded."""
     cross = hat(axis.direction)
-    turn = sp.eye(3) - sp.sin(angle) * cross + (1 - sp.cos(angle)) * cross**2
-    return (turn.applyfunc(sp.expand) * vectors).applyfunc(sp.expand)
+    rotation = sp.eye(3) - sp.sin(angle) * cross + (1 - sp.cos(angle)) * cross**2
+    return (rotation.applyfunc(sp.expand) * vectors).applyfunc(sp.expand)
 
 
 def _derive_column(chain: Chain, number: int) -> sp.Matrix:
@@ -223,30 +223,30 @@ def _derive_column(chain: Chain, number: int) -> sp.Matrix:
     A joint only rotates omega and the velocity of a point on its axis, so each joint's sine and cosine occurs once in
     each product.
     """
-    axes, place = axes_of(chain)
-    first = axes[number]
-    omega, v = first.direction, first.direction.cross(place - first.point)
-    if first.kind == "P":
-        omega, v = sp.zeros(3, 1), first.direction
+    axes, home_point = axes_of(chain)
+    own_axis = axes[number]
+    omega, v = own_axis.direction, own_axis.direction.cross(home_point - own_axis.point)
+    if own_axis.kind == "P":
+        omega, v = sp.zeros(3, 1), own_axis.direction
     for axis, q in zip(axes[number + 1 :], chain.q[number + 1 :], strict=True):
         if axis.kind == "P":
             v = (v + omega.cross(q * axis.direction)).applyfunc(sp.expand)
             continue
-        away = axis.point - place
-        both = rotate_back(axis, q, omega.row_join(v + omega.cross(away)))
-        omega = both[:, 0]
-        v = (both[:, 1] - omega.cross(away)).applyfunc(sp.expand)
+        lever = axis.point - home_point
+        rotated = rotate_back(axis, q, omega.row_join(v + omega.cross(lever)))
+        omega = rotated[:, 0]
+        v = (rotated[:, 1] - omega.cross(lever)).applyfunc(sp.expand)
     return omega.col_join(v)
 
 
 @lru_cache(maxsize=256)
 def _derive_oblique_body(chain: Chain) -> tuple[sp.Matrix, sp.Matrix]:
     """Return R_sb and the body Jacobian by exponentials of the axes, with the arm's own numbers."""
-    back = sp.eye(3)
+    inverse_rotation = sp.eye(3)
     for axis, q in zip(axes_of(chain)[0], chain.q, strict=True):
-        back = rotate_back(axis, q, back) if axis.kind == "R" else back
+        inverse_rotation = rotate_back(axis, q, inverse_rotation) if axis.kind == "R" else inverse_rotation
     jacobian = sp.Matrix.hstack(*(_derive_column(chain, number) for number in range(chain.n)))
-    return back.T.applyfunc(without_brackets), jacobian.applyfunc(without_brackets)
+    return inverse_rotation.T.applyfunc(without_brackets), jacobian.applyfunc(without_brackets)
 
 
 def _derive_body(chain: Chain) -> tuple[sp.Matrix, sp.Matrix]:
@@ -260,13 +260,13 @@ def _derive_body(chain: Chain) -> tuple[sp.Matrix, sp.Matrix]:
 def _fill_body(chain: Chain) -> tuple[sp.Matrix, sp.Matrix, sp.Matrix]:
     """Return R_sb, the body Jacobian and [P] R_sb, computed from those of the arm's structure."""
     generic, home = structure(chain).chain, _find_home_offsets(chain)
-    known = {home[q]: offset for q, offset in zip(chain.q, chain.offsets, strict=True) if home[q].is_Symbol}
+    home_values = {home[q]: offset for q, offset in zip(chain.q, chain.offsets, strict=True) if home[q].is_Symbol}
     fill = derive(chain).fill
-    rotation, jacobian, moved = (
-        matrix.applyfunc(lambda entry: without_brackets(fill(entry).xreplace(known)))
+    rotation, jacobian, point_times_rotation = (
+        matrix.applyfunc(lambda entry: without_brackets(fill(entry).xreplace(home_values)))
         for matrix in _derive_body_matrices(generic, tuple(home.items()))
     )
-    return rotation, jacobian, moved
+    return rotation, jacobian, point_times_rotation
 
 
 def body_rotation(chain: Chain) -> sp.Matrix:
@@ -289,10 +289,10 @@ def body_adjoint(chain: Chain) -> sp.Matrix:
     """Return [Ad T_sb], 6 x 6, which maps a twist (omega, v) in {b} to the same twist in {s}."""
     if _is_oblique(chain):
         rotation = body_rotation(chain)
-        moved = (hat(derive(chain).position) * rotation).applyfunc(sp.expand)
+        point_times_rotation = (hat(derive(chain).position) * rotation).applyfunc(sp.expand)
     else:
-        rotation, _, moved = _fill_body(chain)
-    return rotation.row_join(sp.zeros(3)).col_join(moved.row_join(rotation))
+        rotation, _, point_times_rotation = _fill_body(chain)
+    return rotation.row_join(sp.zeros(3)).col_join(point_times_rotation.row_join(rotation))
 
 
 # --- questions ---
@@ -313,17 +313,17 @@ def _describe_space(chain: Chain, rng: Stream) -> InSpace:
 def _ask_changed_twist(chain: Chain, rng: Stream) -> Asked | None:
     """Sample a configuration and joint rates for which the twist in {b} is not zero."""
     for _ in range(POSES):
-        place = Configuration(sample_lengths(chain, rng), sample_pose(chain, rng))
+        configuration = Configuration(sample_lengths(chain, rng), sample_pose(chain, rng))
         rates = {rate: sp.Rational(rng.choice([k for k in range(-8, 9) if k]), 10) for rate in chain.rates}
-        exact = body_jacobian(chain).xreplace(place.values) * sp.Matrix(list(rates.values()))
+        exact = body_jacobian(chain).xreplace(configuration.values) * sp.Matrix(list(rates.values()))
         twist = exact.applyfunc(lambda value: sp.Rational(str(sp.N(value, 30).round(DECIMALS))))
         if any(twist):
-            changed = convention_of(chain).twist(body_adjoint(chain).xreplace(place.values) * twist)
-            numbers = changed.applyfunc(lambda value: ten_digits(numeric(value)))
+            space_twist = convention_of(chain).twist(body_adjoint(chain).xreplace(configuration.values) * twist)
+            numbers = space_twist.applyfunc(lambda value: ten_digits(numeric(value)))
             floor = 0.001 * max(abs(float(value)) for value in numbers)
             units = tuple("m/s" if row[0] == "v" else "rad/s" for row in convention_of(chain).velocities)
             return Number(sp.Matrix(numbers), units, THREE_DIGITS, floor), InNumbers(
-                place=place, rates=rates, twist=twist
+                place=configuration, rates=rates, twist=twist
             )
     return None
 

@@ -46,8 +46,8 @@ def objection_unless_singular(chain: Chain) -> str | None:
 def objection_unless_direction_lost(chain: Chain) -> str | None:
     """Return the objection to an arm whose singular configurations can't lose one direction out of several."""
     m = len(chain.task)
-    if refused := objection_unless_singular(chain):
-        return refused
+    if objection := objection_unless_singular(chain):
+        return objection
     if m > chain.n:
         return f"its task counts {m} components, more than its {chain.n} joints can give anywhere"
     return "its task counts one component of velocity only" if m < 2 else None
@@ -84,8 +84,8 @@ def find_components_at(chain: Chain, place: Place) -> list[tuple[Component, Comp
             if place.condition in component.conditions:
                 components.append((component, component))
         elif component.solutions is not None and all(place.joints[q] in values for q, values in component.solutions):
-            here = tuple((q, (place.joints[q],)) for q, _ in component.solutions)
-            components.append((component, replace(component, solutions=here)))
+            given_solutions = tuple((q, (place.joints[q],)) for q, _ in component.solutions)
+            components.append((component, replace(component, solutions=given_solutions)))
     return components
 
 
@@ -105,10 +105,10 @@ def _ask_type(chain: Chain, rng: Stream) -> Asked | None:
     """Choose the correct answer first, then configurations of that kind; the kind is computed."""
     components = singular_set(chain) or ()
     for kind in rng.permutation(tuple(OPTIONS)):
-        place = _sample_place(chain, components, kind, rng)
-        if place is not None:
+        configurations = _sample_place(chain, components, kind, rng)
+        if configurations is not None:
             answer, _ = shuffle_options(tuple(OPTIONS), kind, rng, OPTIONS.__getitem__)
-            return answer, OfKind(place=place, type=kind)
+            return answer, OfKind(place=configurations, type=kind)
     return None
 
 
@@ -142,8 +142,8 @@ def _sample_regular_place(chain: Chain, components: tuple[Component, ...], rng: 
         joints = sample_pose(chain, rng)
         if roots and attempt < 150:  # if no mistake leads far enough from the root, accept any
             joints |= sample_false_root(roots, {}, rng)
-        clear = _is_well_conditioned(chain, joints, rng) and not _may_become_singular(chain, joints)
-        if clear and _find_kinds_over_lengths(chain, joints) == {"regular"}:
+        is_clearly_regular = _is_well_conditioned(chain, joints, rng) and not _may_become_singular(chain, joints)
+        if is_clearly_regular and _find_kinds_over_lengths(chain, joints) == {"regular"}:
             return Place(joints)
     raise RuntimeError(f"no regular configuration of {chain} was found; please report this")
 
@@ -161,8 +161,8 @@ def _may_become_singular(chain: Chain, joints: dict[sp.Symbol, sp.Expr]) -> bool
 
 
 def _is_well_conditioned(chain: Chain, joints: dict[sp.Symbol, sp.Expr], rng: Stream) -> bool:
-    least = 0.8 * least_conditioning(chain)
-    return all(conditioning(chain, sample_lengths(chain, rng), joints) > least for _ in range(4))
+    minimum = 0.8 * least_conditioning(chain)
+    return all(conditioning(chain, sample_lengths(chain, rng), joints) > minimum for _ in range(4))
 
 
 def _sample_poses(chain: Chain, component: Component, rng: Stream) -> Iterator[dict[sp.Symbol, sp.Expr]]:
@@ -184,8 +184,8 @@ _MORE_LENGTHS = 20
 def _try_lengths(chain: Chain) -> Iterator[dict[sp.Symbol, sp.Rational]]:
     """Yield values of the symbolic lengths: the tried values in turn, then random values between 0.05 and 6."""
     count = len(_TRIED_LENGTHS) if chain.parameters else 1
-    for first in range(count):
-        yield {s: _TRIED_LENGTHS[(first + 2 * i) % count] for i, s in enumerate(chain.parameters)}
+    for start in range(count):
+        yield {s: _TRIED_LENGTHS[(start + 2 * i) % count] for i, s in enumerate(chain.parameters)}
     stream = Stream("lengths that are tried")
     for _ in range(_MORE_LENGTHS * min(len(chain.parameters), 2)):
         yield {s: sp.Rational(round(100 * 0.05 * 120 ** stream.uniform(0, 1)), 100) for s in chain.parameters}
@@ -204,14 +204,17 @@ def _find_kinds_over_lengths(chain: Chain, joints: dict[sp.Symbol, sp.Expr]) -> 
 
 @lru_cache(maxsize=4096)
 def _find_kinds(chain: Chain, values: tuple[sp.Expr, ...]) -> frozenset[str | None]:
-    known = {k: sp.N(value) for k, value in enumerate(values) if not value.free_symbols}
+    numeric_values = {k: sp.N(value) for k, value in enumerate(values) if not value.free_symbols}
     samples = []
     for lengths in _try_lengths(chain):
-        places = [known[k] if k in known else sp.N(value.xreplace(lengths)) for k, value in enumerate(values)]
-        if not all(place.is_real for place in places):  # no such configuration with these lengths
+        joint_values = [
+            numeric_values[k] if k in numeric_values else sp.N(value.xreplace(lengths))
+            for k, value in enumerate(values)
+        ]
+        if not all(joint_value.is_real for joint_value in joint_values):  # no such configuration with these lengths
             return frozenset({None})
         arm = NumericChain(chain, {symbol.name: float(value) for symbol, value in lengths.items()})
-        samples.append(Sample(arm, np.array([float(place) for place in places])))
+        samples.append(Sample(arm, np.array([float(joint_value) for joint_value in joint_values])))
     return frozenset(kinds_at(chain, samples))
 
 

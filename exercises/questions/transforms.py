@@ -83,16 +83,16 @@ def _describe_transforms(chain: Chain, rng: Stream) -> ByTransforms:
 def _describe_columns(chain: Chain, rng: Stream) -> InToolFrame:
     d, generic = derive(chain), structure(chain).chain
     columns = (
-        ToolColumn(number, joint.kind, *(vector.applyfunc(d.fill) for vector in seen))
-        for number, (joint, seen) in enumerate(zip(generic.joints, seen_from_tool(generic), strict=True), 1)
+        ToolColumn(number, joint.kind, *(vector.applyfunc(d.fill) for vector in vectors))
+        for number, (joint, vectors) in enumerate(zip(generic.joints, seen_from_tool(generic), strict=True), 1)
     )
     return InToolFrame(columns=tuple(columns))
 
 
 def pose_formula(rotation: np.ndarray, origin: np.ndarray) -> np.ndarray:
     """Return the transform, (4, 4, …), of a rotation (3, 3, …) and an origin (3, …)."""
-    below = np.stack([0 * origin[0], 0 * origin[0], 0 * origin[0], 0 * origin[0] + 1])
-    return np.concatenate([np.concatenate([rotation, origin[:, None]], axis=1), below[None]])
+    last_row = np.stack([0 * origin[0], 0 * origin[0], 0 * origin[0], 0 * origin[0] + 1])
+    return np.concatenate([np.concatenate([rotation, origin[:, None]], axis=1), last_row[None]])
 
 
 QUESTIONS = (

@@ -37,18 +37,20 @@ def _write_wrist_axes(generic: Chain) -> sp.Matrix:
 @lru_cache(maxsize=1024)
 def _derive_arm_from_frame_1(generic: Chain) -> sp.Matrix:
     """Return R_1^T J11 of a structure (3 x 3): the arm block in the coordinates of link 1, with equal determinant."""
-    first, turn = generic.joints[0], rot_x(convention_of(generic).from_standard(1)[0])
+    first_joint, rotation = generic.joints[0], rot_x(convention_of(generic).from_standard(1)[0])
     point = frame_behind(generic.joints[1:4]).origin
-    behind = sp.Matrix([first.a, first.d * sp.sin(first.alpha), first.d * sp.cos(first.alpha)])  # r_1 in frame 1
-    axes_and_arms = [(sp.Matrix([0, sp.sin(first.alpha), sp.cos(first.alpha)]), behind + point)]
+    r_1 = sp.Matrix(
+        [first_joint.a, first_joint.d * sp.sin(first_joint.alpha), first_joint.d * sp.cos(first_joint.alpha)]
+    )  # in frame 1
+    axes_and_arms = [(sp.Matrix([0, sp.sin(first_joint.alpha), sp.cos(first_joint.alpha)]), r_1 + point)]
     for i in (1, 2):
-        before = frame_behind(generic.joints[1:i])
-        axes_and_arms.append((before.rotation * Z, point - before.origin))
+        previous_frame = frame_behind(generic.joints[1:i])
+        axes_and_arms.append((previous_frame.rotation * Z, point - previous_frame.origin))
     columns = [
         z.cross(arm) if joint.kind == "R" else z
         for joint, (z, arm) in zip(generic.joints[:3], axes_and_arms, strict=True)
     ]
-    return (turn * sp.Matrix.hstack(*columns)).applyfunc(lambda entry: textbook(sp.expand(entry)))
+    return (rotation * sp.Matrix.hstack(*columns)).applyfunc(lambda entry: textbook(sp.expand(entry)))
 
 
 @lru_cache(maxsize=1024)
@@ -115,12 +117,15 @@ class WristAxes(Details):
 
 def blocks(chain: Chain) -> Blocks:
     """Return the blocks of an arm with a spherical wrist, and the steps to their determinants."""
-    known, fill = structure(chain), derive(chain).fill
+    arm_structure, fill = structure(chain), derive(chain).fill
     wrist = wrist_block(chain)
-    factors = (substitute(factor, dict(known.values)) for factor, _ in _factor_determinants(known.chain)[0].factors)
+    factors = (
+        substitute(factor, dict(arm_structure.values))
+        for factor, _ in _factor_determinants(arm_structure.chain)[0].factors
+    )
     return Blocks(
         arm_block(chain),
-        _derive_arm_from_frame_1(known.chain).applyfunc(fill),
+        _derive_arm_from_frame_1(arm_structure.chain).applyfunc(fill),
         wrist,
         wrist[0, 1] * wrist[1, 2] - wrist[1, 1] * wrist[0, 2],
         tuple(_drop_sign(factor) for factor in factors if factor.free_symbols & set(chain.q)),
@@ -140,10 +145,10 @@ def _wrap_angle(angle: sp.Expr) -> sp.Expr:
 
 def _describe_wrist(chain: Chain, rng: Stream) -> WristAxes:
     convention = convention_of(chain)
-    first = convention.frame_on_axis(4)
-    turns = tuple(convention.rotation(row) for row in convention.rows[first:][:2])
+    first_frame = convention.frame_on_axis(4)
+    rotations = tuple(convention.rotation(row) for row in convention.rows[first_frame:][:2])
     block = wrist_block(chain)
-    return WristAxes(rotations=turns, inner=turns[1][:, 2], z_4=block[:, 1], z_5=block[:, 2])
+    return WristAxes(rotations=rotations, inner=rotations[1][:, 2], z_4=block[:, 1], z_5=block[:, 2])
 
 
 @lru_cache(maxsize=1024)
