@@ -66,12 +66,12 @@ class Scene:
 
 def make_scene(chain: Chain, bones: Skeleton, view: View, sparse: bool = False) -> Scene:
     """Return the scene with a position for each glyph at which it does not cover another one."""
-    taken: list[np.ndarray] = []
+    taken_positions: list[np.ndarray] = []
     order = sorted(range(chain.n), key=lambda i: _is_movable(bones, i) and i > 0)
     places: dict[int, np.ndarray] = {}
     for i in order:
-        places[i] = _free_place(bones, view, i, taken)
-        taken.append(places[i])
+        places[i] = _free_place(bones, view, i, taken_positions)
+        taken_positions.append(places[i])
     ordered_places = tuple(places[i] for i in range(chain.n))
     flat, frames = is_flat(chain), convention_frames(chain, bones)
     frames_without_x = frozenset[int]() if flat or _has_room(chain) else _crowded_frames(frames[:, :3, 3])
@@ -201,8 +201,8 @@ def draw_joint(scene: Scene, i: int) -> Drawing:
     elif kind == "R":
         shapes = cylinder(view, position, z, JOINT, HALF)
     else:
-        half = min(SLEEVE, 0.4 * view.scale * float(np.linalg.norm(scene.bones.corners[i - 1] - position)))
-        shapes = box(view, position, z, max(half, 8.0), 9.0 if scene.is_planar else 8.0)
+        half_length = min(SLEEVE, 0.4 * view.scale * float(np.linalg.norm(scene.bones.corners[i - 1] - position)))
+        shapes = box(view, position, z, max(half_length, 8.0), 9.0 if scene.is_planar else 8.0)
     return Drawing((Glyph(i, kind, shapes),))
 
 
@@ -223,11 +223,11 @@ def draw_ground(scene: Scene) -> Drawing:
     x, y, z, origin = frame[:3, 0], frame[:3, 1], frame[:3, 2], frame[:3, 3]
     if view.is_end_on(z):
         return _ground_line(view, origin, x, -y)
-    half = HALF if scene.chain.joints[0].kind == "R" else SLEEVE
-    low = min(float((scene.places[0] - origin) @ z) * view.scale, 0.0) - half
+    half_height = HALF if scene.chain.joints[0].kind == "R" else SLEEVE
+    ground_level = min(float((scene.places[0] - origin) @ z) * view.scale, 0.0) - half_height
     if scene.is_planar:
-        return Drawing(_hatched_line(view, origin + low / view.scale * z, x if view.lies_flat(x) else y, -z))
-    size, middle = 28.0 / view.scale, origin + low / view.scale * z
+        return Drawing(_hatched_line(view, origin + ground_level / view.scale * z, x if view.lies_flat(x) else y, -z))
+    size, middle = 28.0 / view.scale, origin + ground_level / view.scale * z
     corners = [middle + size * (a * x + b * y) for a, b in ((1, 1), (-1, 1), (-1, -1), (1, -1))]
     shapes: list[Shape] = [Polyline(view.path(corners), "plate", True)]
     for k in np.linspace(-1.5, 1.5, 9):  # the lines a + b = k of the square
@@ -284,8 +284,8 @@ def draw_arc(
     points = view.path(center + direction_at(*xy, arc_angles) * radius / view.scale)
     anchors = []
     for share in (0.5, 0.35, 0.65, 0.2, 0.8):
-        out = direction_at(*xy, share * angle)
-        anchors.append((view.px(center + out * radius / view.scale), view.heading(out)))
+        outward = direction_at(*xy, share * angle)
+        anchors.append((view.px(center + outward * radius / view.scale), view.heading(outward)))
     reach = points[:: max(1, count // 8)]
     request = Request(label.pieces, tuple(anchors), label.style, gap=4.0, kind="angle", reach=reach)
     return Drawing(tip(points, "arc", 7.0), (request,))
@@ -333,15 +333,19 @@ def _side(scene: Scene, start: np.ndarray, end: np.ndarray) -> np.ndarray:
 def draw_body(stage: Scene) -> Drawing:
     """Return ground, links and joints from back to front, with the lengths of the links."""
     chain, bones, view = stage.chain, stage.bones, stage.view
-    hides = not stage.is_planar and view.toward(bones.frames[0, :3, 2]) < -1e-9
-    part = Drawing() if hides else draw_ground(stage)
+    is_ground_in_front = not stage.is_planar and view.toward(bones.frames[0, :3, 2]) < -1e-9
+    part = Drawing() if is_ground_in_front else draw_ground(stage)
     for i in range(1, chain.n + 1):
         along = view.toward(bones.corners[i - 1] - bones.origins[i - 1])
-        pair = [draw_joint(stage, i), draw_link(stage, i)]
-        part += pair[0] + pair[1] if along > 1e-9 and chain.joints[i - 1].kind == "R" else pair[1] + pair[0]
+        joint_and_link = [draw_joint(stage, i), draw_link(stage, i)]
+        part += (
+            joint_and_link[0] + joint_and_link[1]
+            if along > 1e-9 and chain.joints[i - 1].kind == "R"
+            else joint_and_link[1] + joint_and_link[0]
+        )
         if i == chain.point.frame:
             part += draw_way_to_point(stage)
-        if i == 1 and hides:
+        if i == 1 and is_ground_in_front:
             part += draw_ground(stage)
     return part
 
@@ -365,12 +369,12 @@ def fit_drawing(
         part = draw(view)
         low, high = extent(part.shapes)
         spread = max(high[0] - low[0], 1e-9), max(high[1] - low[1], 1e-9)
-        shrink = min((size[0] - 2 * margin[0]) / spread[0], (size[1] - 2 * margin[1]) / spread[1])
+        scale_factor = min((size[0] - 2 * margin[0]) / spread[0], (size[1] - 2 * margin[1]) / spread[1])
         offset = (size[0] / 2 - (low[0] + high[0]) / 2, size[1] / 2 - (low[1] + high[1]) / 2)
         shift = (offset[0] + view.shift[0], offset[1] + view.shift[1])
-        if shrink >= 0.999:
+        if scale_factor >= 0.999:
             return part.shift(offset), View(view.axes, view.scale, shift)
-        view = View(view.axes, view.scale * shrink, shift)
+        view = View(view.axes, view.scale * scale_factor, shift)
     return draw(view), view
 
 
@@ -392,5 +396,5 @@ def extent(shapes: tuple[Shape, ...]) -> tuple[Pair, Pair]:
                 points += [(x - r, y - r), (x + r, y + r)]
             else:
                 points += inner.points
-    across, down = [x for x, _ in points], [y for _, y in points]
-    return (min(across), min(down)), (max(across), max(down))
+    x_values, y_values = [x for x, _ in points], [y for _, y in points]
+    return (min(x_values), min(y_values)), (max(x_values), max(y_values))

@@ -123,8 +123,8 @@ def _draw_in_clearest_pose(chain: Chain) -> tuple[Composed, np.ndarray]:
     """Return the drawing in the clearest of a fixed list of poses, and the table's entries (n) in it."""
     best: tuple[float, Composed, np.ndarray] | None = None
     for order, entries in enumerate(best_poses(chain, drawn_chain(chain), TRIED[chain.n > LONG])):
-        most = math.inf if best is None else best[0] - DELAY * order
-        composed, cost = _compose(chain, _base_distances(chain, entries), most)
+        max_cost = math.inf if best is None else best[0] - DELAY * order
+        composed, cost = _compose(chain, _base_distances(chain, entries), max_cost)
         cost = round(cost + DELAY * order, 1)  # rounded: a tie goes to the first on every machine
         if best is None or cost < best[0]:
             best = (cost, composed, entries)
@@ -141,8 +141,8 @@ def _draw_in_given_pose(chain: Chain, entries: np.ndarray) -> Composed:
     for sparse in (False, True) if chain.n <= LONG else (True,):
         best: tuple[float, Composed] | None = None
         for axes in views:
-            most = math.inf if best is None else best[0]
-            composed, cost = _compose(chain, _base_distances(chain, entries), most, axes, sparse)
+            max_cost = math.inf if best is None else best[0]
+            composed, cost = _compose(chain, _base_distances(chain, entries), max_cost, axes, sparse)
             if best is None or round(cost, 1) < best[0]:
                 best = (round(cost, 1), composed)
         assert best is not None
@@ -262,21 +262,21 @@ def _describe_joint_value(joint: str, value: float) -> str:
 def _arrange(drawings: Sequence[tuple[str, Figure]], below: str, name: str, title: str, description: str) -> str:
     """Return drawings with captions, as wide as an arm's figure, so that both have lettering of the same size."""
     columns, rows = cells(len(drawings), max(extent(roman(caption))[0] for caption, _ in drawings), WIDTH)
-    wide, high = (SHRUNK * length // 100 for length in PANEL)
-    high += GAP
+    panel_width, panel_height = (SHRUNK * length // 100 for length in PANEL)
+    panel_height += GAP
     middles = [WIDTH * (2 * column + 1) / (2 * columns) for column in range(columns)]
     panels = [
         {
-            "x": middles[k % columns] - wide / 2,
-            "y": GAP // 2 + (high + LINE) * (k // columns),
+            "x": middles[k % columns] - panel_width / 2,
+            "y": GAP // 2 + (panel_height + LINE) * (k // columns),
             "middle": middles[k % columns],
-            "base": (high + LINE) * (k // columns) + high + LINE // 2,
+            "base": (panel_height + LINE) * (k // columns) + panel_height + LINE // 2,
             "figure": figure,
             "caption": caption,
         }
         for k, (caption, figure) in enumerate(drawings)
     ]
-    end = (high + LINE) * rows
+    end = (panel_height + LINE) * rows
     remark = [
         {"y": end + LINE * k + LINE // 2, "text": text}
         for k, text in enumerate(textwrap.wrap(below, (WIDTH - 2 * GAP) // LETTER))
@@ -316,25 +316,27 @@ def _compose(
         part, view = fit_drawing(
             chain, bones, partial(_draw_parts, chain, bones, sparse), ROOM, (WIDTH, HEIGHT), MARGIN, axes
         )
-        arm_cost, world = frames.crowding_cost(make_scene(chain, bones, view))
-        layers.append((round(world, 1), arm_cost, part))
-        if world == 0.0:
+        arm_cost, world_cost = frames.crowding_cost(make_scene(chain, bones, view))
+        layers.append((round(world_cost, 1), arm_cost, part))
+        if world_cost == 0.0:
             break
-    world, arm_cost, part = min(layers, key=lambda layer: layer[0])
+    world_cost, arm_cost, part = min(layers, key=lambda layer: layer[0])
     layout = Layout(part.labels, part.shapes, (WIDTH, HEIGHT))
-    complete = layout.place_all(most + CLEARLY - arm_cost - world)
-    return (part, layout), layout.cost + arm_cost + world if complete else math.inf
+    complete = layout.place_all(most + CLEARLY - arm_cost - world_cost)
+    return (part, layout), layout.cost + arm_cost + world_cost if complete else math.inf
 
 
 def _draw_parts(chain: Chain, bones: Skeleton, sparse: bool, view: View) -> Drawing:
     """Return all parts from back to front."""
     stage = make_scene(chain, bones, view, sparse)
     on_top = not convention_of(chain).has_frames  # at home, a link may run along an axis of the space frame
-    before, behind = (Drawing(), frames.draw_world(stage)) if on_top else (frames.draw_world(stage), Drawing())
+    world_underneath, world_on_top = (
+        (Drawing(), frames.draw_world(stage)) if on_top else (frames.draw_world(stage), Drawing())
+    )
     if sparse:
-        part = before + Drawing(draw_body(stage).shapes) + behind
+        part = world_underneath + Drawing(draw_body(stage).shapes) + world_on_top
     else:
-        part = before + draw_body(stage) + behind
+        part = world_underneath + draw_body(stage) + world_on_top
         for i in range(1, chain.n + 1):
             part += draw_joint_angle(stage, i) + draw_slide(stage, i)
     part += frames.draw_body_frame(stage) + frames.draw_axes(stage)

@@ -167,8 +167,8 @@ class Places:
         w, h = extent(pieces)
         self._half = (w / 2, h / 2)
         self._right, self._bottom = size[0] - EDGE, size[1] - EDGE
-        self._anchors = [(*spot, *_unit(wish)) for spot, wish in anchors]
-        self._spots = tuple(dict.fromkeys(spot for spot, _ in anchors))
+        self._anchors = [(*point, *_unit(direction)) for point, direction in anchors]
+        self._spots = tuple(dict.fromkeys(point for point, _ in anchors))
         self._known: dict[int, _Place] = {}
         x, y = zip(*self._spots, strict=True)
         far = gap + FURTHER[-1] + 2 * w

@@ -29,7 +29,7 @@ SEEN = {
 
 def exact(chain: Chain) -> Chain:
     """Return the same arm with Python numbers in its base and point converted to SymPy numbers."""
-    (x, y, z), (u, v, w) = (map(sp.sympify, three) for three in (chain.base.position, chain.point.offset))
+    (x, y, z), (u, v, w) = (map(sp.sympify, coordinates) for coordinates in (chain.base.position, chain.point.offset))
     base = Base((x, y, z), sp.sympify(chain.base.yaw), sp.sympify(chain.base.tilt))
     return replace(chain, base=base, tool=Point(chain.point.frame, (u, v, w)))
 

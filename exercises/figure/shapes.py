@@ -173,22 +173,22 @@ def with_offset(variable: sp.Symbol, offset: sp.Expr, angle: bool) -> tuple[Text
 @lru_cache(maxsize=4096)
 def runs(pieces: tuple[TextRun, ...], font: float = FONT) -> tuple[Run, ...]:
     """Return the runs of some lettering, with lowered and smaller subscripts."""
-    font_runs, low = [], 0.0
+    font_runs, baseline_shift = [], 0.0
     for text, italic, sub in pieces:
         level = 0.24 * font if sub else 0.0
-        font_runs.append(Run(text, italic, font * SUB if sub else font * LOW.get(text, 1.0), level - low))
-        low = level
+        font_runs.append(Run(text, italic, font * SUB if sub else font * LOW.get(text, 1.0), level - baseline_shift))
+        baseline_shift = level
     return tuple(font_runs)
 
 
 @lru_cache(maxsize=4096)
 def extent(pieces: tuple[TextRun, ...], font: float = FONT) -> Pair:
     """Return an upper estimate of width and height (pixels) of some lettering in any serif font."""
-    narrow, wide = set(" .,1iljt°"), set("mwMWOθ=+−ωφψ")
+    narrow_letters, wide_letters = set(" .,1iljt°"), set("mwMWOθ=+−ωφψ")
     width = 0.0
     for text, _, sub in pieces:
         for letter in text:
-            share = 0.34 if letter in narrow else 0.74 if letter in wide else 0.56
+            share = 0.34 if letter in narrow_letters else 0.74 if letter in wide_letters else 0.56
             width += share * font * (SUB if sub else LOW.get(text, 1.0))
     return width + 2.0, font * 1.16
 

@@ -84,17 +84,19 @@ def _draw_cached(
     size: tuple[int, int],
     with_cross: bool,
 ) -> Figure:
-    entries, vectors = np.array(pose), [np.array(place) for place in places]
-    beside = vectors.pop() if with_cross else None
-    lost = tuple(vectors)
+    entries, vectors = np.array(pose), [np.array(vector) for vector in places]
+    cross_vector = vectors.pop() if with_cross else None
+    lost_directions = tuple(vectors)
     bones, shown_hand = skeleton(drawn, entries), size == PANEL and _hides_hand(drawn)
 
     def draw(view: View) -> Drawing:
         dot = Circle(view.px(bones.path[-1]), 5.0, "point")
-        marks = itertools.chain(*(_blocked_direction_mark(view, bones.path[-1], direction) for direction in lost))
+        marks = itertools.chain(
+            *(_blocked_direction_mark(view, bones.path[-1], direction) for direction in lost_directions)
+        )
         hand, z = bones.origins[-1], bones.frames[-1, :3, 2]
         hand_axis = arrow(view, hand, hand + HAND / view.scale * z, "axis-z") if shown_hand else ()
-        cross = () if beside is None else _cross(view.px(bones.path[-1] + beside))
+        cross = () if cross_vector is None else _cross(view.px(bones.path[-1] + cross_vector))
         return Drawing((*draw_body(make_scene(drawn, bones, view)).shapes, *hand_axis, *marks, dot, *cross))
 
     part, _ = fit_drawing(drawn, bones, draw, (0.9 * size[0], 0.9 * size[1]), size, MARGIN)

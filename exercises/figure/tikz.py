@@ -76,10 +76,10 @@ def _draw_elements(parent: ET.Element, frame: _Frame, inherited: Mapping[str, st
             centre = frame.at(attributes["cx"], attributes["cy"])
             yield Stroke(_options(attributes, frame), (centre,), True, frame.scale * float(attributes["r"]))
         elif tag == "rect":
-            x, y, wide, high = (float(attributes[name]) for name in ("x", "y", "width", "height"))
-            ends = ((x, y), (x + wide, y), (x + wide, y + high), (x, y + high))
+            x, y, width, height = (float(attributes[name]) for name in ("x", "y", "width", "height"))
+            corners = ((x, y), (x + width, y), (x + width, y + height), (x, y + height))
             rounded = f"rounded corners={POINTS * float(attributes.get('rx', 0)):.1f}pt"
-            yield Stroke((*_options(attributes, frame), rounded), tuple(frame.at(*end) for end in ends), True)
+            yield Stroke((*_options(attributes, frame), rounded), tuple(frame.at(*corner) for corner in corners), True)
         elif tag == "text":
             yield _lettering(element, attributes, frame)
         elif tag not in ("title", "desc"):

@@ -141,9 +141,9 @@ def _problem_cells(
         label = f"{number}.{index}"
         question_id = f"{slot}-{part.name}-question"
         yield _markdown(question_id, written.get(question_id) or _prompt(label, slot, problem, part, hinted))
-        assignment = f"{variable(slot, part.name)} = "
-        start_length = len(assignment)
-        source = assignment + (
+        code_start = f"{variable(slot, part.name)} = "
+        start_length = len(code_start)
+        source = code_start + (
             part.answer.placeholder(start_length) if kind == "student" else answer_code(problem, part, start_length)
         )
         code = _code(f"{slot}-{part.name}", source, {"qdot": {"part": f"{slot}.{part.name}"}})

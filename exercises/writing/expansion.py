@@ -95,10 +95,10 @@ def expand_jacobian(chain: Chain) -> Expansion:
     jacobian, shortened = derive(chain).jacobian, short_jacobian(chain)
     if shortened != jacobian:
         return expand_determinant(shortened, (Step("link", sp.S.One, shortened, number=chain.n // 2),))
-    at_joint_1 = jacobian_at_joint_1(chain) if chain.n > 2 else None
-    if at_joint_1 is None:
+    jacobian_at_value = jacobian_at_joint_1(chain) if chain.n > 2 else None
+    if jacobian_at_value is None:
         return expand_determinant(jacobian)
-    return expand_determinant(at_joint_1, (Step("joint", sp.S.One, at_joint_1),))
+    return expand_determinant(jacobian_at_value, (Step("joint", sp.S.One, jacobian_at_value),))
 
 
 def expand_determinant(matrix: sp.Matrix, steps: tuple[Step, ...] = ()) -> Expansion:

@@ -74,8 +74,8 @@ def _leaf_width(kind: str, text: str) -> float:
         return layout.SPACES[text]
     if kind == "sign" or text in OPERATORS:
         return OPERATORS.get(text, SIGN)
-    room = 0.17 if kind == "word" else 0.0
-    return room + sum(LETTERS.get(letter, LETTER) for letter in text)
+    margin = 0.17 if kind == "word" else 0.0
+    return margin + sum(LETTERS.get(letter, LETTER) for letter in text)
 
 
 def fit_formula(formula: Layout, room: float) -> Layout:
@@ -198,15 +198,15 @@ def _open_brackets(pieces: Pieces, room: float) -> Pieces:
 
 def fill_lines(parts: Sequence[Pieces], room: float) -> Lines:
     """Return lines of terms, each filled as far as `room` (em) permits."""
-    lines, used = [parts[0]], _total_width(parts[0])
+    lines, line_width = [parts[0]], _total_width(parts[0])
     for part in parts[1:]:
         part_width = _total_width(part)
-        if used + part_width <= room - 1.0:
+        if line_width + part_width <= room - 1.0:
             lines[-1] += part
-            used += part_width
+            line_width += part_width
         else:
             lines.append((layout.EMPTY, *part))
-            used = part_width
+            line_width = part_width
     return lines
 
 

@@ -90,10 +90,16 @@ class _Setter:
         if rest == 1:
             return self.number(coefficient)
         laid_out = order.product(expression)
-        above, below, flips = laid_out.above, laid_out.below, laid_out.flips
-        up, down = self.coefficient(laid_out.number, rest, bool(below))
-        numerator = up + self.factors(above, flips, alone=not up and len(above) == 1 and bool(below or down))
-        denominator = down + self.factors(below, flips, alone=not down and len(below) == 1)
+        upper_factors, lower_factors, flips = laid_out.above, laid_out.below, laid_out.flips
+        upper_number, lower_number = self.coefficient(laid_out.number, rest, bool(lower_factors))
+        numerator = upper_number + self.factors(
+            upper_factors,
+            flips,
+            alone=not upper_number and len(upper_factors) == 1 and bool(lower_factors or lower_number),
+        )
+        denominator = lower_number + self.factors(
+            lower_factors, flips, alone=not lower_number and len(lower_factors) == 1
+        )
         numerator_or_one = numerator or number("1")
         if not denominator:
             return _Signed(laid_out.negative, numerator_or_one)
@@ -139,16 +145,16 @@ class _Setter:
 
     def call(self, expression: sp.Expr, above: Layout) -> Pieces:
         word, argument = _FUNCTIONS[expression.func], expression.args[0]
-        called = script(word, layout.EMPTY, above) if above.inner else word
+        function_name = script(word, layout.EMPTY, above) if above.inner else word
         if isinstance(expression, (sp.sin, sp.cos)):
             joint_digits = joint_sum(argument)
             if joint_digits is not None:
                 return (script(Layout("letter", word.text[0]), row(*number(joint_digits)), above),)
             if NAMED_ANGLE.fullmatch(str(argument)):
-                return (called, *parse_latex(argument.name).inner)
-            return (called, *layout.bracket(self.angle(argument), _TALL))
+                return (function_name, *parse_latex(argument.name).inner)
+            return (function_name, *layout.bracket(self.angle(argument), _TALL))
         arguments = layout.join((layout.COMMA,), map(self.pieces, expression.args))
-        return (called, *layout.bracket(arguments, _TALL))
+        return (function_name, *layout.bracket(arguments, _TALL))
 
     def angle(self, value: sp.Expr) -> Pieces:
         """Return an angle with its constant in degrees if that is a short decimal: theta_1 + 30, but 30 - theta_1."""

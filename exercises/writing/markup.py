@@ -224,17 +224,17 @@ Special = Mapping[str, "Callable[[Sequence[Token], int], str]"]
 
 def write_tokens(tokens: "Sequence[Token]", fixed: Mapping[str, str], special: Special) -> str:
     """Return markup for tokens: a `fixed` text, or the result of the function for a `special` type."""
-    out: list[str] = []
+    pieces: list[str] = []
     for index, token in enumerate(tokens):
         if token.type == "inline":
-            out.append(write_tokens(token.children or [], fixed, special))
+            pieces.append(write_tokens(token.children or [], fixed, special))
         elif token.type in special:
-            out.append(special[token.type](tokens, index))
+            pieces.append(special[token.type](tokens, index))
         elif not token.hidden:
-            out.append(fixed.get(token.type, ""))
+            pieces.append(fixed.get(token.type, ""))
         elif token.type == "paragraph_close":
-            out.append("\n")
-    return "".join(out)
+            pieces.append("\n")
+    return "".join(pieces)
 
 
 def count_columns(tokens: "Sequence[Token]") -> int:
@@ -275,8 +275,8 @@ def to_text(text: str) -> str:
     def show(inline: "SyntaxTreeNode") -> str:
         breaks = {"softbreak": " ", "hardbreak": "\n"}
         children = inline.token.children if inline.token else None
-        plain = "".join(breaks.get(child.type, child.content) for child in children or [])
-        return HOLDER.sub(formula, plain)
+        markdown = "".join(breaks.get(child.type, child.content) for child in children or [])
+        return HOLDER.sub(formula, markdown)
 
     blocks = _text_blocks(SyntaxTreeNode(tokens), show, WIDTH)
     return re.sub(r"\n{3,}", "\n\n", "\n\n".join(blocks)).strip() + "\n"

@@ -124,8 +124,8 @@ def _split_number(term: sp.Expr) -> tuple[sp.Expr, list[sp.Expr]]:
 def _join_shifted_terms(total: sp.Expr) -> sp.Expr | None:
     """Return a sum with fewer terms by expanding sines and cosines of an angle plus a constant, or None."""
     trigs = total.atoms(sp.sin, sp.cos)
-    shifted = {_split_constant(trig.args[0])[0] for trig in trigs if _has_shift(trig.args[0])}
-    for angle in sorted(shifted, key=sp.default_sort_key):
+    shifted_angles = {_split_constant(trig.args[0])[0] for trig in trigs if _has_shift(trig.args[0])}
+    for angle in sorted(shifted_angles, key=sp.default_sort_key):
         expanded_trigs = {trig: _expand_shift(trig) for trig in trigs if _split_constant(trig.args[0])[0] == angle}
         joined = sp.expand(total.xreplace(expanded_trigs))
         if len(sp.Add.make_args(joined)) < len(total.args):

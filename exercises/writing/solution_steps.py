@@ -161,8 +161,8 @@ class SolutionSteps:
     @property
     def last_fixed_origin(self) -> int:
         """The last of the origins O_0 ... O_k that no joint moves."""
-        moved = [self._moves(origin) for origin in self.origins]
-        return moved.index(True) - 1 if any(moved) else len(moved) - 1
+        is_moved = [self._moves(origin) for origin in self.origins]
+        return is_moved.index(True) - 1 if any(is_moved) else len(is_moved) - 1
 
     @property
     def last_part_of_position(self) -> tuple[int, sp.Matrix] | None:
@@ -435,8 +435,8 @@ class SolutionSteps:
         without_number = without_factor(condition)
         if not without_number.is_Add or not self.d.is_square:
             return without_number
-        opposite = f"({tex(-without_number, self.chain, self.angles)})"
-        return -without_number if opposite in tex(self.d.determinant, self.chain, self.angles) else without_number
+        opposite_latex = f"({tex(-without_number, self.chain, self.angles)})"
+        return -without_number if opposite_latex in tex(self.d.determinant, self.chain, self.angles) else without_number
 
     def _cases(self, component: Component, kind: Kind) -> tuple[tuple[Values, Kind], ...]:
         cases = [
@@ -462,8 +462,10 @@ class SolutionSteps:
 
     def numeric(self, situation: Configuration, expression: sp.Matrix | sp.Expr) -> sp.Matrix | sp.Expr:
         """Return the values of a formula at a configuration, to four significant digits."""
-        filled = expression.xreplace(situation.values)
-        return filled.applyfunc(_four_digits) if isinstance(filled, sp.MatrixBase) else _four_digits(filled)
+        substituted = expression.xreplace(situation.values)
+        return (
+            substituted.applyfunc(_four_digits) if isinstance(substituted, sp.MatrixBase) else _four_digits(substituted)
+        )
 
     def numeric_inverse(self, situation: Situation) -> sp.Matrix:
         """Return the inverse of the task Jacobian at a configuration, to four significant digits."""
@@ -475,8 +477,8 @@ class SolutionSteps:
 
     def at(self, place: Place, expression: sp.Expr) -> sp.Expr:
         """Return an expression at a configuration with symbolic lengths unchanged and numbers to four digits."""
-        filled = sp.expand(sp.N(expression.xreplace(place.joints), 15))
-        return filled.xreplace({number: _four_digits(number) for number in filled.atoms(sp.Float)})
+        substituted = sp.expand(sp.N(expression.xreplace(place.joints), 15))
+        return substituted.xreplace({number: _four_digits(number) for number in substituted.atoms(sp.Float)})
 
     def three_digits(self, part: Part) -> list[str]:
         """Return the numbers of an answer to three significant digits."""

@@ -79,17 +79,17 @@ def _join_roots(total: sp.Expr, sums: Sequence[_Sum]) -> sp.Expr:
         numbers: dict[sp.Expr, dict[sp.Expr, sp.Expr]] = {}
         terms = []
         for term in sp.Add.make_args(total):
-            number, rest = term.as_coeff_Mul()
-            factors = sp.Mul.make_args(rest)
+            number, other_factors = term.as_coeff_Mul()
+            factors = sp.Mul.make_args(other_factors)
             root_in_term = next((r for r in (root, second_root) if r != 1 and r in factors), sp.S.One)
             if root_in_term in (root, second_root):
-                numbers.setdefault(rest / root_in_term, {})[root_in_term] = number
+                numbers.setdefault(other_factors / root_in_term, {})[root_in_term] = number
             else:
                 terms.append(term)
-        for rest, by_root in numbers.items():
-            if len(by_root) == 2 and by_root[root] / first == by_root[second_root] / second:
-                terms.append(by_root[root] / first * constant.trig * rest)
+        for other_factors, number_by_root in numbers.items():
+            if len(number_by_root) == 2 and number_by_root[root] / first == number_by_root[second_root] / second:
+                terms.append(number_by_root[root] / first * constant.trig * other_factors)
             else:
-                terms += [number * root_in_term * rest for root_in_term, number in by_root.items()]
+                terms += [number * root_in_term * other_factors for root_in_term, number in number_by_root.items()]
         total = sp.Add(*terms)
     return total

@@ -149,10 +149,10 @@ class _Setter:
         if len(factors) == 1 and alone:
             return self.set(factors[0]).shown
         factor_pieces = [self.set(factor).at(_FACTOR) for factor in factors]
-        out = list(factor_pieces[0])
+        pieces = list(factor_pieces[0])
         for before, factor in pairwise(factor_pieces):
-            out += (*_between(before, factor[0]), *factor)
-        return tuple(out)
+            pieces += (*_between(before, factor[0]), *factor)
+        return tuple(pieces)
 
     def power(self, base: Node, exponent: Node) -> _Set:
         exponent_layout = row(*self.exponent(exponent))
@@ -176,9 +176,9 @@ class _Setter:
             return _Set((Layout("root", "sqrt", (row(*arguments),)),), _FACTOR)
         if word == "abs":
             return _Set((layout.fence("||", arguments),), _ATOM)
-        called = _FUNCTIONS.get(word) or Layout("word", word)
-        called = script(called, layout.EMPTY, above) if above.inner else called
-        return _Set((called, *layout.bracket(arguments, _TALL)), _FACTOR)
+        function_name = _FUNCTIONS.get(word) or Layout("word", word)
+        function_name = script(function_name, layout.EMPTY, above) if above.inner else function_name
+        return _Set((function_name, *layout.bracket(arguments, _TALL)), _FACTOR)
 
     def list_items(self, nodes: Sequence[Node], between: Sequence[Layout] = (layout.COMMA,)) -> Pieces:
         return layout.join(between, (self.set(node).shown for node in nodes))
@@ -206,10 +206,10 @@ class _Setter:
 
 def _between(before: Pieces, factor: Layout) -> Pieces:
     """Return the separator of two factors: a dot before a number, a space beside a name and after tall brackets."""
-    last, first, start = before[-1], layout.base(factor), layout.base(before[0])
-    if first.kind == "number" or (factor.kind == "fraction" and last.kind == "number"):
+    previous_piece, next_piece, previous_start = before[-1], layout.base(factor), layout.base(before[0])
+    if next_piece.kind == "number" or (factor.kind == "fraction" and previous_piece.kind == "number"):
         return (layout.DOT,)
-    return (layout.THIN,) if "text" in (start.kind, first.kind) or last.text == "()" else ()
+    return (layout.THIN,) if "text" in (previous_start.kind, next_piece.kind) or previous_piece.text == "()" else ()
 
 
 def _are_numbers(factors: Sequence[Node]) -> bool:
@@ -220,15 +220,15 @@ def _factors(node: Node) -> tuple[list[Node], list[Node]]:
     """Return the factors in the numerator and in the denominator of a product, in their order."""
     numerator: list[Node] = []
     denominator: list[Node] = []
-    todo = [(node, numerator)]
-    while todo:  # from right to left, reversed at the end
-        node_on_top, side = todo.pop()
-        if node_on_top.kind == "*":
-            todo += [(node_on_top.args[0], side), (node_on_top.args[1], side)]
-        elif node_on_top.kind == "/" and side is numerator:
-            todo += [(node_on_top.args[0], numerator), (node_on_top.args[1], denominator)]
+    pending = [(node, numerator)]
+    while pending:  # from right to left, reversed at the end
+        node_to_split, side = pending.pop()
+        if node_to_split.kind == "*":
+            pending += [(node_to_split.args[0], side), (node_to_split.args[1], side)]
+        elif node_to_split.kind == "/" and side is numerator:
+            pending += [(node_to_split.args[0], numerator), (node_to_split.args[1], denominator)]
         else:
-            side.append(node_on_top)
+            side.append(node_to_split)
     return numerator[::-1], denominator[::-1]
 
 

@@ -338,17 +338,17 @@ class Wording:
 
     def cases(self, every: Iterable[tuple[Values, Kind]]) -> str:
         """Return sentences on the meaning and kind at given joint values; values of the same kind share a sentence."""
-        of_kind: dict[Kind, list[Values]] = {}
+        values_by_kind: dict[Kind, list[Values]] = {}
         for values, kind in every:
-            of_kind.setdefault(kind, []).append(values)
-        or_between = ", " + self.words.gettext("or") + " "
+            values_by_kind.setdefault(kind, []).append(values)
+        conjunction = ", " + self.words.gettext("or") + " "
         return " ".join(
             self.words.gettext(
                 "At %(values)s: %(case)s",
-                values=or_between.join(map(self._at, values_of_kind)),
+                values=conjunction.join(map(self._at, values_of_kind)),
                 case=self.meaning(kind),
             )
-            for kind, values_of_kind in of_kind.items()
+            for kind, values_of_kind in values_by_kind.items()
         )
 
     def _at(self, values: Values) -> str:
@@ -369,8 +369,8 @@ class Wording:
 
     def describe(self, english: str) -> str:
         """Return a description of configurations in the middle of a sentence, with the arm's own names for points."""
-        named = re.sub(r"\b([Oq])(\d+)('?)", r"$\1_{\2}\3$", self.convention.rename_origins(english))
-        clause = re.sub(r"^arm (?=stretched|folded|drawn)", "the arm is ", named)
+        renamed = re.sub(r"\b([Oq])(\d+)('?)", r"$\1_{\2}\3$", self.convention.rename_origins(english))
+        clause = re.sub(r"^arm (?=stretched|folded|drawn)", "the arm is ", renamed)
         return self.words.phrase(clause.replace("the point", "$P$"))
 
     def join(self, words: list[str]) -> str:
