@@ -1,10 +1,10 @@
-"""The web site: problems as JSON that a browser can show and grade, and the pages around them.
+"""Builds the web site: problems as JSON that a browser can show and grade, and the pages around them.
 
 From the bottom up:
 
-    keys, record                the numbers by which a browser grades; a problem as JSON
+    keys, record                the numbers with which a browser grades; a problem as JSON
     supply, bank                the list of problems; their files
-    page, chapter, arms         what a page is; the book's examples; the gallery of arms
+    page, chapter, arms         the definition of a page; the book's examples; the gallery of arms
     robots                      example tables for the page "Your own arm"
     guide, reference            the order of the documentation; the command line as a page
     pages                       all pages

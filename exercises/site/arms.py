@@ -1,4 +1,4 @@
-"""The gallery of the arms: every family with its thumbnail, its questions, and a link to practise with it."""
+"""Makes the gallery of arms: every family with its thumbnail, its questions, and a link for practice."""
 
 from collections.abc import Collection
 
@@ -18,7 +18,7 @@ PATH = "arms.html"
 
 
 def gallery(practised: Collection[str]) -> Page:
-    """Return the gallery; `practised` are the families that the site's bank has."""
+    """Return the page with the gallery; `practised` are the families in the site's bank."""
     words = {code: catalogue(code) for code in LANGUAGES}
     body = render(
         "site/arms.html.j2",

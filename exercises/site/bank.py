@@ -1,4 +1,4 @@
-"""The bank of the site: certified problems as JSON. A rerun keeps files that are up to date.
+"""Writes the bank of the site: certified problems as JSON. A rerun does not rewrite files that are up to date.
 
 bank/index.json                 the list of problems
 bank/FAMILY/KEY.json            a problem (`record.site_record`)
@@ -43,18 +43,18 @@ def write_bank(
 ) -> list[Json]:  # fmt: skip
     """Write the problems and return their entries in index.json: family, key, difficulty, title, questions, flat.
 
-    `left_out` is called for a problem of which no draw passes its certificate. Without `solved`, no solutions are
-    written.
+    `each` is called after every problem, and `left_out` for each problem that fails its certificate with every seed.
+    Solutions are written only if `solved`.
     """
-    listed = []
-    with closing(ordered_map(_write, wanted, jobs, keep_state, ((folder, failures, solved),))) as every:
-        for record in every:
-            if isinstance(record, FailedSlot):
-                left_out(record)
+    entries = []
+    with closing(ordered_map(_write, wanted, jobs, keep_state, ((folder, failures, solved),))) as records:
+        for entry in records:
+            if isinstance(entry, FailedSlot):
+                left_out(entry)
             else:
-                listed.append(record)
+                entries.append(entry)
             each()
-    return listed
+    return entries
 
 
 _State = tuple[Path, Failures, bool]
@@ -64,20 +64,22 @@ def _write(state: _State, wanted: BankProblem) -> Json | FailedSlot:
     folder, failures, solved = state
     path = folder / FOLDER / wanted.family / f"{wanted.key}.json"
     problem_id = wanted.problem and wanted.problem.id
-    drawn_as = f"{wanted.seed}/{wanted.asked}/{wanted.share}/{wanted.variation}/{wanted.frame_convention}/{problem_id}"
-    about = f"{code_digest()}/{_texts_digest()}/{drawn_as}"
-    made_from = hashlib.sha256(about.encode()).hexdigest()  # the bank must not reveal seeds
+    problem_source = (
+        f"{wanted.seed}/{wanted.asked}/{wanted.share}/{wanted.variation}/{wanted.frame_convention}/{problem_id}"
+    )
+    digest_input = f"{code_digest()}/{_texts_digest()}/{problem_source}"
+    made_from = hashlib.sha256(digest_input.encode()).hexdigest()  # the bank must not reveal seeds
     if not solved:
         for ending in SOLUTION_ENDINGS:
             path.with_suffix(ending).unlink(missing_ok=True)
-    kept = _find_up_to_date(path, made_from, PROBLEM_ENDINGS + SOLUTION_ENDINGS * solved)
-    if kept is not None:
-        return kept
+    current_entry = _find_up_to_date(path, made_from, PROBLEM_ENDINGS + SOLUTION_ENDINGS * solved)
+    if current_entry is not None:
+        return current_entry
     problem = wanted.find_certified(failures)
     if isinstance(problem, FailedSlot):
         return problem
     record = site_record(problem)
-    listed = {
+    entry = {
         "family": wanted.family, "key": wanted.key, "difficulty": step(problem.chain), "title": record["title"],
         "questions": [part.kind for part in problem.parts], "variation": problem.id.variation,
         **({"flat": True} if is_flat(problem.chain) else {}),
@@ -88,8 +90,8 @@ def _write(state: _State, wanted: BankProblem) -> Json | FailedSlot:
         _write_solutions(path, problem, record["id"])
     for language in LANGUAGES:
         _write_text(path.with_suffix(f".{language}.json"), translated_record(problem, record, language))
-    _write_text(path, {**record, "made_from": made_from, "listed": listed})
-    return listed
+    _write_text(path, {**record, "made_from": made_from, "listed": entry})
+    return entry
 
 
 def _write_solutions(path: Path, problem: Problem, key: str) -> None:
@@ -99,18 +101,18 @@ def _write_solutions(path: Path, problem: Problem, key: str) -> None:
 
 
 def _write_text(path: Path, content: Json) -> None:
-    """Write a file of the bank without syncing the disk, which would take long; the file can be made again."""
+    """Write a file of the bank without the slow syncing of the disk, because a rerun can regenerate the file."""
     write_atomically(path, _text(content), lasting=False)
 
 
 def _find_up_to_date(path: Path, made_from: str, endings: Sequence[str]) -> Json | None:
-    """Return the index entry of a problem whose files exist already, made by the same code; None if they don't."""
+    """Return the index entry of a problem if all its files exist and come from the same code; else None."""
     try:
         record = json.loads(path.read_text(encoding="utf-8"))
-        listed: Json | None = record["listed"] if record["made_from"] == made_from else None
+        entry: Json | None = record["listed"] if record["made_from"] == made_from else None
     except (OSError, ValueError, KeyError, TypeError):
         return None
-    return listed if all(_is_written(path.with_suffix(ending)) for ending in endings) else None
+    return entry if all(_is_written(path.with_suffix(ending)) for ending in endings) else None
 
 
 def _is_written(path: Path) -> bool:
@@ -123,7 +125,7 @@ def _is_written(path: Path) -> bool:
 
 @cache
 def _texts_digest() -> str:
-    """Return a digest of the sources of texts, which `code` does not cover, as wording does not affect problems."""
+    """Return a digest of the templates and translations, which `code_digest` does not cover."""
     digest = hashlib.sha256()
     folder = template_folder()
     for path in sorted(folder.rglob("*.md.j2")):
@@ -138,7 +140,7 @@ def index_text(listed: Sequence[Json], titles: Sequence[tuple[str, str, str]], f
 
     `feedback` is the level of feedback on wrong answers, as in an assignment.
     """
-    asked = {question for entry in listed for question in entry["questions"]}
+    asked_names = {asked_name for entry in listed for asked_name in entry["questions"]}
     return _text(
         {
             "format": 1,
@@ -148,9 +150,9 @@ def index_text(listed: Sequence[Json], titles: Sequence[tuple[str, str, str]], f
                 for name, title, source in titles
             ],
             "questions": [
-                {"name": q.name, "title": q.title, "source": q.source, "form": q.form}
-                for q in ASKED.values()
-                if q.name in asked
+                {"name": question.name, "title": question.title, "source": question.source, "form": question.form}
+                for question in ASKED.values()
+                if question.name in asked_names
             ],
         }
     )
@@ -162,8 +164,8 @@ def titles_text(language: str, titles: Sequence[tuple[str, str, str]]) -> str:
     A slot of an instructor's assignment keeps its own title, whatever its name.
     """
     words = catalogue(language)
-    ours = {name for name, title, _ in titles if name in FAMILIES and FAMILIES[name].title == title}
-    families = {name: words.family(FAMILIES[name].title) for name in sorted(ours)}
+    library_names = {name for name, title, _ in titles if name in FAMILIES and FAMILIES[name].title == title}
+    families = {name: words.family(FAMILIES[name].title) for name in sorted(library_names)}
     return _text({"families": families, "questions": {q.name: words.question(q.title) for q in ASKED.values()}})
 
 

@@ -1,4 +1,4 @@
-"""Builds the site in a folder: scripts and styles, pages, the bank, and the service worker for offline use."""
+"""Builds the site in a folder: scripts and styles, pages, the problem bank, and the service worker for offline use."""
 
 import hashlib
 import json
@@ -37,9 +37,11 @@ GALLERY = "docs/families/"
 
 @dataclass(frozen=True)
 class Order:
-    """What site to build: the problems, their families or slots, and the texts around them.
+    """The specification of a site: its problems (`wanted`), their families or slots, and the texts around them.
 
-    `feedback` is the level of feedback on wrong answers; at the last level, the bank has solutions.
+    `titles` are (name, title, source) of the families or slots. `commands` is the reference of the command line, as
+    HTML. `docs` is the folder of the documentation, and `course` the title of an instructor's own site. `feedback` is
+    the level of feedback on wrong answers; at the last level, the bank has solutions.
     """
 
     folder: Path
@@ -59,25 +61,25 @@ class Order:
 
 
 def build(order: Order, each: Callable[[], None], left_out: Callable[[FailedSlot], None]) -> Json:
-    """Build the site; `each` is called after every problem, `left_out` for those of which no draw passes.
+    """Build the site, and return the numbers of problems, questions and files for offline use. Raises QdotError.
 
-    Return counts: problems, questions, files for offline use. Raises QdotError.
+    `each` is called after every problem, and `left_out` for each problem that fails its certificate with every seed.
     """
     assets = built_assets()
     if assets is None:
         raise QdotError(NOT_BUILT)
     make_folder(order.folder)
-    listed = write_bank(order.folder, order.wanted, order.failures, order.jobs, each, left_out, order.is_solved)
+    entries = write_bank(order.folder, order.wanted, order.failures, order.jobs, each, left_out, order.is_solved)
     endings = PROBLEM_ENDINGS + SOLUTION_ENDINGS * order.is_solved
     problems = {
         name: {ending: order.folder / FOLDER / f"{name}{ending}" for ending in endings}
-        for name in (f"{entry['family']}/{entry['key']}" for entry in listed)
+        for name in (f"{entry['family']}/{entry['key']}" for entry in entries)
     }
     files: dict[str, str | bytes] = {
         **{path.relative_to(assets.folder).as_posix(): path.read_bytes() for path in assets.files},
         ROBOTS: robots_text(),
         SIZES: _sizes_text(problems),
-        INDEX: index_text(listed, order.titles, order.feedback),
+        INDEX: index_text(entries, order.titles, order.feedback),
         **{f"{FOLDER}/index.{language}.json": titles_text(language, order.titles) for language in LANGUAGES},
         "icon.svg": favicon(),
         "manifest.webmanifest": manifest(order.course),
@@ -90,14 +92,14 @@ def build(order: Order, each: Callable[[], None], left_out: Callable[[FailedSlot
             files[page.translated_path(language)] = translated
     drawings = {} if order.docs is None else _drawings(order.docs)
     offline = files | {path: content for path, content in drawings.items() if path.startswith(GALLERY)}
-    version = hashlib.sha256()  # if a file of the bank changes, browsers discard their cache of the site, too
+    version = hashlib.sha256()  # browsers discard their whole cache if a file of the bank changes
     for content in (*offline.values(), *(path.read_bytes() for paths in problems.values() for path in paths.values())):
         version.update(content.encode() if isinstance(content, str) else content)
     for path, content in (offline | drawings).items():
         write_atomically(order.folder / path, content, lasting=False)
     write_atomically(order.folder / "sw.js", worker_text([*offline], version.hexdigest()[:16]))
-    questions = sum(len(entry["questions"]) for entry in listed)
-    return {"problems": len(listed), "questions": questions, "files": len(offline)}
+    questions = sum(len(entry["questions"]) for entry in entries)
+    return {"problems": len(entries), "questions": questions, "files": len(offline)}
 
 
 def _sizes_text(problems: Mapping[str, Mapping[str, Path]]) -> str:
@@ -107,6 +109,6 @@ def _sizes_text(problems: Mapping[str, Mapping[str, Path]]) -> str:
 
 
 def _drawings(docs: Path) -> dict[str, bytes]:
-    """Return the documentation's drawings and pictures, by their paths in the site."""
+    """Return the drawings and pictures of the documentation, by their paths in the site."""
     paths = sorted(path for path in docs.rglob("*") if path.suffix in (".png", ".svg"))
     return {f"docs/{path.relative_to(docs).as_posix()}": path.read_bytes() for path in paths}

@@ -1,4 +1,4 @@
-"""The book's part of the site: a page for each of Examples 6.1 to 6.4 with a live arm beside it, and the errata."""
+"""Makes the book's part of the site: a page with a live arm for each of Examples 6.1 to 6.4, and the errata."""
 
 import json
 from collections.abc import Iterator
@@ -31,17 +31,17 @@ def address(number: str) -> str:
 
 def chapter_pages() -> Iterator[Page]:
     """Yield the overview of the chapter's examples, their pages, and the errata."""
-    start = {language: _start(language) for language in (ENGLISH, *LANGUAGES)}
-    yield Page(START, *start.pop(ENGLISH), section=SECTION, kind="wide", translations=start)
-    for place, example in enumerate(examples()):
-        pages = {language: _example(place, language) for language in (ENGLISH, *LANGUAGES)}
+    overview = {language: _start(language) for language in (ENGLISH, *LANGUAGES)}
+    yield Page(START, *overview.pop(ENGLISH), section=SECTION, kind="wide", translations=overview)
+    for index, example in enumerate(examples()):
+        pages = {language: _example(index, language) for language in (ENGLISH, *LANGUAGES)}
         yield Page(address(example.number), *pages.pop(ENGLISH), section=SECTION, kind="wide", translations=pages)
     errata = {language: _errata(language) for language in (ENGLISH, *LANGUAGES)}
     yield Page(ERRATA, *errata.pop(ENGLISH), section=SECTION, translations=errata)
 
 
 def _list_examples(language: str) -> list[dict[str, object]]:
-    """Return the examples for a list; `is_translated` says whether a figure's words are in the language."""
+    """Return the examples for a list; `is_translated` says whether the words in a figure are in the language."""
     return [
         {"number": e.number, "title": e.title, "address": address(e.number)} | _card_figure(e, language)
         for e in examples(language)
@@ -49,7 +49,7 @@ def _list_examples(language: str) -> list[dict[str, object]]:
 
 
 def _start(language: str) -> tuple[str, str]:
-    """Return title and body of the overview of the examples."""
+    """Return the title and body of the overview of the examples."""
     template = environment(language).get_template("site/examples.html.j2")
     title = catalogue(language).gettext("Examples 6.1 to 6.4")
     return title, template.render(examples=_list_examples(language), errata=len(corrections()), errata_at=ERRATA)
@@ -57,27 +57,29 @@ def _start(language: str) -> tuple[str, str]:
 
 def _card_figure(example: Example, language: str) -> dict[str, object]:
     name = f"card-{example.number.replace('.', '-')}"
-    seen = not example.drawn  # an example before it shows the arm
-    if seen and example.singular:
+    is_arm_shown = not example.drawn  # an earlier example shows the arm
+    if is_arm_shown and example.singular:
         return {"figure": singular_svg(example.arm, name, language), "is_translated": True}
     return {"figure": figure_svg(example.arm, name), "is_translated": False}
 
 
 def _errata(language: str) -> tuple[str, str]:
-    """Return title and body of the page of errata."""
+    """Return the title and body of the page of errata."""
     template = environment(language).get_template("site/errata.md.j2")
     text = template.render(errata=list(enumerate(corrections(language), 1)), places=_errata_places(), level="##")
     return catalogue(language).gettext("Errata of the chapter"), to_html(text)
 
 
 def _example(place: int, language: str) -> tuple[str, str]:
-    """Return title and body of an example's page."""
-    templates, every = environment(language), _list_examples(language)
+    """Return the title and body of an example's page."""
+    templates, all_examples = environment(language), _list_examples(language)
     example = examples(language)[place]
     arm = example.arm
-    here = [number for number, at in _errata_places().items() if at == address(example.number)]
-    corrections_here = [(number, corrections(language)[number - 1]) for number in here]
-    differs = templates.get_template("site/errata-list.md.j2").render(errata=corrections_here, places={}, level="###")
+    numbers = [number for number, at in _errata_places().items() if at == address(example.number)]
+    corrections_here = [(number, corrections(language)[number - 1]) for number in numbers]
+    errata_list = templates.get_template("site/errata-list.md.j2").render(
+        errata=corrections_here, places={}, level="###"
+    )
     intro = templates.get_template("site/example-given.md.j2").render(example=example)
     title = catalogue(language).gettext("Example %(number)s", number=example.number)
     return title, templates.get_template("site/example.html.j2").render(
@@ -86,10 +88,10 @@ def _example(place: int, language: str) -> tuple[str, str]:
         figure=figure_svg(arm, f"{example.key}-arm"),
         steps=[(title, to_html(text, share=ASIDE)) for title, text in example.steps],
         singular=singular_svg(arm, f"{example.key}-singular", language) if example.singular else "",
-        errata=to_html(differs, share=ASIDE) if corrections_here else "",
+        errata=to_html(errata_list, share=ASIDE) if corrections_here else "",
         arm=json.dumps(live_arm(arm), ensure_ascii=False),
-        before=every[place - 1] if place else None,
-        after=every[place + 1] if place + 1 < len(every) else None,
+        before=all_examples[place - 1] if place else None,
+        after=all_examples[place + 1] if place + 1 < len(all_examples) else None,
         errata_at=ERRATA,
     )
 
@@ -100,7 +102,9 @@ def live_arm(chain: Chain) -> Json:
 
 
 def _errata_places() -> dict[int, str]:
-    """Return the page of the example that each correction is about, by the correction's number."""
-    known = {f"Example {e.number}": address(e.number) for e in examples()}
+    """Return the address of the example's page for each correction, by the correction's number."""
+    addresses = {f"Example {erratum.number}": address(erratum.number) for erratum in examples()}
     errata = enumerate(corrections(), 1)
-    return {number: at for number, e in errata for name, at in known.items() if e.where.startswith(name)}
+    return {
+        number: page for number, erratum in errata for name, page in addresses.items() if erratum.where.startswith(name)
+    }

@@ -6,7 +6,7 @@ from pathlib import Path
 
 
 def _(message: str) -> str:
-    """Mark a text as a message, which is translated when it is shown."""
+    """Return a message unchanged; the call marks it for translation."""
     return message
 
 
@@ -59,7 +59,7 @@ GROUPS = {
         COMMANDS: (_("The command line"), _("Every command and option.")),
     },
 }  # fmt: skip
-"""Groups of pages, their names with a title and a line each."""
+"""Groups of pages: for each name, the title and a line on the content."""
 OTHERS = _("More")
 
 
@@ -74,13 +74,15 @@ class Entry:
 
 def arrange_pages(docs: Path) -> dict[str, list[Entry]]:
     """Return the existing pages by group; pages without a group come last, with their own headings."""
-    there = {path.stem: path for path in sorted(docs.glob("*.md")) if path.stem not in OWN_PAGES}
+    paths = {path.stem: path for path in sorted(docs.glob("*.md")) if path.stem not in OWN_PAGES}
     groups = {
-        group: [Entry(name, *about) for name, about in pages.items() if name in there or name == COMMANDS]
+        group: [
+            Entry(name, *title_and_line) for name, title_and_line in pages.items() if name in paths or name == COMMANDS
+        ]
         for group, pages in GROUPS.items()
     }
-    known = {entry.name for entries in groups.values() for entry in entries}
-    groups[OTHERS] = [Entry(name, _heading(path), "") for name, path in there.items() if name not in known]
+    grouped_names = {entry.name for entries in groups.values() for entry in entries}
+    groups[OTHERS] = [Entry(name, _heading(path), "") for name, path in paths.items() if name not in grouped_names]
     return {group: entries for group, entries in groups.items() if entries}
 
 

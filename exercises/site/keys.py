@@ -1,24 +1,25 @@
-"""Keys by which a browser grades: the values of the right answer, and of known mistakes, at a few configurations.
+"""Makes keys for grading in a browser: the values of the correct answer and of known mistakes at some configurations.
 
 A key contains numbers, no formulas. Configurations have two decimals, so that a counterexample can be checked by hand.
-Right values are computed with many digits and written with 15, those of mistakes with 6: the same bytes everywhere.
+Correct values are computed with many digits and written with 15, those of mistakes with 6. So a key has the same bytes
+on every machine.
 
     {"type": "values", "symbols": [name], "points": [[value]], "rows": r, "columns": c,
      "right": [[entry at each point]], "constants": [name], "moving": [index of an entry that depends on others],
      "linear": {rate, velocity or force: [[its factor in each entry at the first points]]},
      "mistakes": [{"name", "title", "says", "missing": symbols, "print": [number at the first points]}],
-     "throughout": [… as mistakes: the same mistake everywhere in the finished formulas]}
+     "throughout": [… like mistakes: the same mistake everywhere in the finished formulas]}
     {"type": "numbers", "units", "tolerance", "floor", "right": [number], "mistakes": [{…, "values": [number]}],
-     "precise": [… as mistakes: considered only for a single number with many digits]}
+     "precise": [… like mistakes: considered only for a single number with many digits]}
     {"type": "direction", …as "values", "tolerance": number or null}
-    {"type": "configurations", "joints": [name], "symbols": [name], "pieces": [[pose]],
+    {"type": "configurations", "joints": [name], "symbols": [name], "pieces": [[configuration]],
      "conditions": [number of pieces of each], "mistakes": []}
     {"type": "choice" | "selection" | "matching", "options": count, "items": count, "right": [index],
      "told": [[{"name", "title", "says"} of a mistake that leads to a wrong option]]}
 
-`print` is one number for a whole answer at a point: the sum of its entries, row by row, each times `weight(index)`; for
-a direction, the absolute value of this sum for its unit vector. A direction in numbers has that vector as "values".
-The page itself finds mistakes in one place of a formula, and in conditions (site/src/grade/slips.ts, set-slips.ts).
+`print` is one number for a whole answer at a point: the sum of its entries, row by row, each times `weight(index)`. For
+a direction, it is the absolute value of this sum for its unit vector. A numeric direction has that vector as "values".
+The page itself finds single mistakes in a formula, and mistakes in conditions (site/src/grade/slips.ts, set-slips.ts).
 """
 
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
@@ -58,26 +59,26 @@ from qdot.exercises.quizzes.values import AtRates
 from qdot.exercises.writing.problem_texts import answer_code
 
 POINTS, DRAWN = 16, 24
-"""Number of configurations of a key, and how many are sampled: the first ones are readable, others have any lengths."""
+"""Number of configurations in a key, and number that are sampled: the first have simple numbers, the others any."""
 HUGE = 1e8
-"""If an entry is larger, the arm is singular except for rounding, and formulas can't be distinguished."""
+"""If an entry is larger, the arm is singular up to rounding, and formulas can't be distinguished."""
 FEWEST_POINTS, PRINTED = 3, 2
-"""Minimum number of configurations of a key, and number of those with a mistake's answer, to six digits."""
+"""Minimum number of configurations in a key, and number of configurations at which mistakes are evaluated."""
 MOST_MISTAKES, MOST_IN_NUMBERS, MOST_NUMBERS = 60, 160, 500
-"""Maximum number of mistakes in formulas, of mistakes in numbers, and of their numbers in total."""
+"""Maximum number of mistakes in formulas, of mistakes in numeric answers, and of the numbers of the latter in total."""
 ALWAYS = (
     *(mistake.name for mistake in numeric.MISTAKES), "transposed", "cross-order", "sign", "transpose-for-inverse",
     "determinant-forgotten", "jacobian-for-inverse", "degrees",
 )  # fmt: skip
-"""Mistakes that are always included: frequent ones that come late in the catalogue."""
+"""Mistakes that are always included, because they are frequent but late in the catalogue."""
 THROUGHOUT = (
     "lengths-missing", "relative-throughout", "wave-throughout", "constants-left-out", "constants-sign",
     "constants-in-degrees", "constants-wrong-radians", "sum-of-angles-split",
 )  # fmt: skip
-"""Mistakes that are made everywhere in finished formulas, the likely ones first; MOST_THROUGHOUT are included."""
+"""Mistakes made everywhere in finished formulas, the likely ones first; at most MOST_THROUGHOUT are included."""
 MOST_THROUGHOUT = 16
 POSES = 6
-"""Number of poses on each piece of a singular set."""
+"""Number of configurations on each piece of a singular set."""
 GOLDEN = 0.6180339887498949
 DIGITS = 30
 
@@ -92,13 +93,13 @@ def weight(index: int) -> float:
 
 
 def key_of(problem: Problem, part: Part, with_mistakes: bool = True) -> Json:
-    """Return the key of a part; `with_mistakes`, which a browser can name, takes nearly all of the time."""
+    """Return the key of a part; finding the known mistakes (`with_mistakes`) takes nearly all of the time."""
     return part.answer.accept(_Keys(problem, part, with_mistakes))
 
 
 @dataclass(frozen=True)
 class _Keys(AnswerVisitor[Json]):
-    """Makes the key of each form of answer."""
+    """Makes the key for each form of answer."""
 
     problem: Problem
     part: Part
@@ -114,7 +115,7 @@ class _Keys(AnswerVisitor[Json]):
                 "linear": _linear(self.problem, self.part, points),
                 "throughout": list(_mistakes_throughout(self.problem, self.part, points, key)),
             }
-            key |= {name: some for name, some in extras.items() if some}
+            key |= {name: extra for name, extra in extras.items() if extra}
         return key
 
     def direction(self, answer: Direction) -> Json:
@@ -123,17 +124,19 @@ class _Keys(AnswerVisitor[Json]):
 
     def _direction_in_numbers(self) -> Json:
         key, _ = _values(self.problem, self.part)
-        right = np.array([entry[0] for entry in key["right"]], dtype=float)
+        reference = np.array([entry[0] for entry in key["right"]], dtype=float)
         return key | {
             "mistakes": self._mistakes(
-                _likeliest(_unit_vectors_of_mistakes(self.problem, self.part, right), right / np.linalg.norm(right))
+                _likeliest(
+                    _unit_vectors_of_mistakes(self.problem, self.part, reference), reference / np.linalg.norm(reference)
+                )
             )
         }
 
     def numbers(self, answer: Number) -> Json:
         mistakes = self._mistakes(_mistakes_in_numbers(self.problem, self.part, answer))
         key = _numbers(answer) | {"mistakes": mistakes}
-        if answer.shape == (1, 1):  # with few digits, many other mistakes give the same number
+        if answer.shape == (1, 1):  # to few digits, many other mistakes give the same number
             known = {tuple(mistake["values"]) for mistake in mistakes}
             precise = self._mistakes(_mistakes_in_numbers(self.problem, self.part, answer, precise=True))
             key["precise"] = [mistake for mistake in precise if tuple(mistake["values"]) not in known]
@@ -173,21 +176,27 @@ def _values(problem: Problem, part: Part) -> tuple[Json, Values]:
 
 
 def _linear(problem: Problem, part: Part, points: Values) -> Json:
-    """Return the factor of each rate, velocity or force in each entry, if the entries are linear in it."""
+    """Return the coefficient of each rate, velocity or force in each entry, if the entries are linear in it."""
     nodes = [read(text, problem.domain().roles) for text in part.answer.formulas()]
     program, used = compile_program(nodes), set().union(*map(names, nodes))
-    few = {name: column[:PRINTED] for name, column in points.items() if name in used}
+    first_points = {name: column[:PRINTED] for name, column in points.items() if name in used}
     factors = {}
     for name, symbol in problem.symbols().items():
         if name in used and symbol.role in ("rate", "velocity", "force"):
-            at = [np.real(evaluate(program, few | {name: few[name] * 0 + k}, PRINTED)[0]) for k in range(3)]
-            if np.allclose(at[2] - at[1], at[1] - at[0], rtol=1e-9, atol=1e-12):
-                factors[name] = [[float(f"{value:.6g}") + 0.0 for value in entry] for entry in at[1] - at[0]]
+            values = [
+                np.real(evaluate(program, first_points | {name: first_points[name] * 0 + k}, PRINTED)[0])
+                for k in range(3)
+            ]
+            if np.allclose(values[2] - values[1], values[1] - values[0], rtol=1e-9, atol=1e-12):
+                factors[name] = [[float(f"{value:.6g}") + 0.0 for value in entry] for entry in values[1] - values[0]]
     return factors
 
 
 def values_key(texts: Sequence[str], shape: tuple[int, int], domain: Domain, stream: Stream) -> Json:
-    """Return the key of formulas, without mistakes; their symbols are those of the domain. Raises ValueError."""
+    """Return the key of formulas, without mistakes. Raises ValueError if they are defined at too few configurations.
+
+    The symbols of the formulas are those of the domain.
+    """
     nodes = [read(text, domain.roles) for text in texts]
     points = domain.sample(set(domain.roles), DRAWN, stream)
     symbols = sorted(points)
@@ -195,67 +204,73 @@ def values_key(texts: Sequence[str], shape: tuple[int, int], domain: Domain, str
     program = compile_program(nodes)
     used = sorted(set().union(*map(names, nodes)) & set(points))
     rows_of_points: list[list[float]] = []
-    right: list[list[float | None]] = []
+    correct: list[list[float | None]] = []
     for k in range(DRAWN):
         row = [float(points[name][k]) if name in fixed_names else _six_digits(points[name][k]) for name in symbols]
         values = [_to_double(value) for value in _at(program, dict(zip(symbols, row, strict=True)), used)]
-        if len(right) < POINTS and all(value is not None and abs(value) < HUGE for value in values):
+        if len(correct) < POINTS and all(value is not None and abs(value) < HUGE for value in values):
             rows_of_points.append(row)
-            right.append(values)
-    if len(right) < FEWEST_POINTS:
-        raise ValueError(f"the reference is defined at {len(right)} of {DRAWN} configurations: {texts}")
+            correct.append(values)
+    if len(correct) < FEWEST_POINTS:
+        raise ValueError(f"the reference is defined at {len(correct)} of {DRAWN} configurations: {texts}")
     return {
         "type": "values", "symbols": symbols, "points": rows_of_points, "rows": shape[0], "columns": shape[1],
-        "right": [list(entry) for entry in zip(*right, strict=True)], "mistakes": [],
+        "right": [list(entry) for entry in zip(*correct, strict=True)], "mistakes": [],
     }  # fmt: skip
 
 
 def _at(program: Program, point: Mapping[str, float], used: Sequence[str]) -> list[Any]:
-    """Return the entries at a configuration with many digits, for exactly the decimals that are shown."""
+    """Return the entries at a configuration with many digits, for exactly the decimals that the page shows."""
     return evaluate_precisely(program, {name: mpmath.mpf(repr(point[name])) for name in used}, DIGITS)
 
 
 def _mistakes_in_formulas(problem: Problem, part: Part, points: Values) -> Iterator[Json]:
     if not is_derived(part):
         return
-    few = {name: column[:PRINTED] for name, column in points.items()}
+    first_points = {name: column[:PRINTED] for name, column in points.items()}
     is_direction = part.answer.counts_up_to_a_factor
-    w = numbers(problem.chain, fix_given_joints(part, few) if is_direction else few)
+    w = numbers(problem.chain, fix_given_joints(part, first_points) if is_direction else first_points)
     seen = {_print_of(result(w, part), is_direction)}
     for wrong in _likely_mistakes(w, part, seen):
         if wrong.answer.shape[:2] != (part.shape or (1, 1)):
             continue
-        if not _is_finite_and_nonzero(wrong.answer) or (by := _print_of(wrong.answer, is_direction)) in seen:
+        if not _is_finite_and_nonzero(wrong.answer) or (print_numbers := _print_of(wrong.answer, is_direction)) in seen:
             continue
-        if is_direction and len(set(by)) == 1:  # many mistakes lead to a constant
+        if is_direction and len(set(print_numbers)) == 1:  # many mistakes lead to a constant
             continue
-        seen.add(by)
+        seen.add(print_numbers)
         yield {
             **_describe_mistake(wrong),
-            "print": [float(text) for text in by],
+            "print": [float(text) for text in print_numbers],
         }
 
 
 def _mistakes_throughout(problem: Problem, part: Part, points: Values, key: Json) -> Iterator[Json]:
     """Yield the answers with the same mistake everywhere in the finished formulas, the likely ones first."""
-    few = {name: column[:PRINTED] for name, column in points.items()}
+    first_points = {name: column[:PRINTED] for name, column in points.items()}
     rows = as_matrix(read(answer_code(problem, part), problem.domain().roles))
-    right = set().union(*(names(entry) for row in rows for entry in row))
-    every = [(THROUGHOUT.index(name), name, new) for name, new in edits_throughout(rows) if name in THROUGHOUT]
+    reference_names = set().union(*(names(entry) for row in rows for entry in row))
+    edits = [
+        (THROUGHOUT.index(name), name, edited_rows)
+        for name, edited_rows in edits_throughout(rows)
+        if name in THROUGHOUT
+    ]
     seen = {_print_of(np.array(key["right"])[:, :PRINTED].reshape(key["rows"], key["columns"], -1))}
-    for _, name, new in sorted(every, key=lambda item: item[0])[:MOST_THROUGHOUT]:
-        entries = [entry for row in new for entry in row]
-        values = evaluate(compile_program(entries), few, PRINTED)[0]
-        if not np.isfinite(values).all() or (by := _print_of(values)) in seen:
+    for _, name, edited_rows in sorted(edits, key=lambda item: item[0])[:MOST_THROUGHOUT]:
+        entries = [entry for row in edited_rows for entry in row]
+        values = evaluate(compile_program(entries), first_points, PRINTED)[0]
+        if not np.isfinite(values).all() or (print_numbers := _print_of(values)) in seen:
             continue
-        seen.add(by)
-        gone = right - set().union(*map(names, entries)) if name == "lengths-missing" else set()
-        mistake = _mistake_record(name, CATALOGUE[name].sentence({"Where": "In your answer"}), ", ".join(sorted(gone)))
-        yield {**mistake, "print": [float(text) for text in by]}
+        seen.add(print_numbers)
+        missing_names = reference_names - set().union(*map(names, entries)) if name == "lengths-missing" else set()
+        mistake = _mistake_record(
+            name, CATALOGUE[name].sentence({"Where": "In your answer"}), ", ".join(sorted(missing_names))
+        )
+        yield {**mistake, "print": [float(text) for text in print_numbers]}
 
 
 def _likely_mistakes(w: Working, part: Part, seen: Collection[object]) -> Iterator[Wrong]:
-    """Yield answers of mistakes until there are enough, then those of mistakes that are always included."""
+    """Yield wrong answers of known mistakes until there are enough, and then of mistakes that are always included."""
     for wrong in wrong_answers(w, part):
         if len(seen) > MOST_MISTAKES:
             break
@@ -270,14 +285,14 @@ def _likely_mistakes(w: Working, part: Part, seen: Collection[object]) -> Iterat
 def _unit_vectors_of_mistakes(
     problem: Problem, part: Part, right: np.ndarray
 ) -> Iterator[tuple[float, Json, list[float]]]:
-    """Yield the unit vectors that mistakes lead to for a direction in numbers, turned to the side of the right one."""
+    """Yield the unit vectors that mistakes lead to for a numeric direction, with the sign closer to the correct one."""
     for chance, mistake, values in _derived_mistakes(problem, part):
         unit = np.array(values) / np.linalg.norm(values)
         yield chance, mistake, (unit * (np.sign(unit @ right) or 1.0)).tolist()
 
 
 def _likeliest(answers: Iterable[tuple[float, Json, list[float]]], right: Iterable[float]) -> Iterator[Json]:
-    """Yield wrong answers in numbers, each once with its likeliest mistake."""
+    """Yield the numeric wrong answers, each once, with its likeliest mistake."""
     right_rounded = _round_digits(right)
     by_rounded: dict[tuple[str, ...], tuple[float, Json, list[float]]] = {}
     for chance, mistake, values in answers:
@@ -285,8 +300,8 @@ def _likeliest(answers: Iterable[tuple[float, Json, list[float]]], right: Iterab
         is_wrong = len(rounded) == len(right_rounded) and rounded != right_rounded
         if is_wrong and (rounded not in by_rounded or by_rounded[rounded][0] < chance):
             by_rounded[rounded] = chance, mistake, values
-    most = min(MOST_IN_NUMBERS, MOST_NUMBERS // len(right_rounded))
-    for _, mistake, values in islice(by_rounded.values(), most):
+    max_count = min(MOST_IN_NUMBERS, MOST_NUMBERS // len(right_rounded))
+    for _, mistake, values in islice(by_rounded.values(), max_count):
         yield {**mistake, "values": [float(f"{value:.6g}") + 0.0 for value in values]}
 
 
@@ -323,9 +338,9 @@ def _numbers(answer: Number) -> Json:
 
 
 def _mistakes_in_numbers(problem: Problem, part: Part, answer: Number, precise: bool = False) -> Iterator[Json]:
-    """Return the numbers that mistakes lead to, each answer with its likeliest mistake.
+    """Return the numeric answers that mistakes lead to, each with its likeliest mistake.
 
-    For a single number, mistakes are included that few digits suggest; all of them if it is `precise`.
+    For a single number, only the likely mistakes are included, or all if it is `precise`.
     """
     answers = chain(
         _mistaken_answers(problem, part), _speed_mistakes(problem, part), _derived_mistakes(problem, part, precise)
@@ -334,18 +349,18 @@ def _mistakes_in_numbers(problem: Problem, part: Part, answer: Number, precise: 
 
 
 def _mistaken_answers(problem: Problem, part: Part) -> Iterator[tuple[float, Json, list[float]]]:
-    for mistake, slip in mistaken_answers(problem.chain, part):
-        if isinstance(slip.answer, Number):
-            values = [float(value) for value in slip.answer.reference]
-            yield 1.0, _mistake_record(mistake.name, mistake.sentence(slip.words)), values
+    for mistake, mistaken in mistaken_answers(problem.chain, part):
+        if isinstance(mistaken.answer, Number):
+            values = [float(value) for value in mistaken.answer.reference]
+            yield 1.0, _mistake_record(mistake.name, mistake.sentence(mistaken.words)), values
 
 
 def _derived_mistakes(problem: Problem, part: Part, precise: bool = False) -> Iterator[tuple[float, Json, list[float]]]:
-    derived, of_answer = _derived_part(part)
+    derived, numbers_of_answer = _derived_part(part)
     if derived is None:
         return
     for wrong in wrong_answers(_evaluate_derivation(problem, part), derived, precise):
-        flat = of_answer(wrong.answer)
+        flat = numbers_of_answer(wrong.answer)
         if _is_finite_and_nonzero(flat) and (derived is part or wrong.mistake.name not in _OF_RATES):
             yield (
                 variant_frequency(wrong),
@@ -362,9 +377,9 @@ def _speed_mistakes(problem: Problem, part: Part) -> Iterator[tuple[float, Json,
     assert derived is not None
     velocity = _flatten(result(_evaluate_derivation(problem, part), derived))
     moving = np.abs(velocity[np.abs(velocity) > 1e-9])
-    made = [("components-added", moving.sum()), ("components-added", abs(velocity.sum()))]
-    made += [("component-alone", component) for component in moving]
-    for name, value in [*made, ("speed-squared", (moving**2).sum())]:
+    wrong_speeds = [("components-added", moving.sum()), ("components-added", abs(velocity.sum()))]
+    wrong_speeds += [("component-alone", component) for component in moving]
+    for name, value in [*wrong_speeds, ("speed-squared", (moving**2).sum())]:
         yield 1.0, _mistake_record(name, CATALOGUE[name].sentence({})), [float(value)]
 
 
@@ -384,19 +399,19 @@ def _length(answer: np.ndarray) -> np.ndarray:
 
 
 _OF_CHAPTER = {"determinant-value": ("determinant", _flatten), "speed": ("velocity", _length)}
-"""Short questions in numbers: the chapter's question that they belong to, and how its answer gives the number."""
+"""Numeric short questions: the chapter's question that each belongs to, and how to get the number from its answer."""
 
 
 _OF_RATES = frozenset({"rates-in-degrees", "rates-in-turns"})
-"""Mistakes in joint rates as an answer, which no short question asks for."""
+"""Mistakes in an answer of joint rates, which no short question asks for."""
 
 
 def _derived_part(part: Part) -> tuple[Part | None, Callable[[np.ndarray], np.ndarray]]:
-    """Return the part of the chapter that is derived for this part, and how its answer gives the numbers."""
+    """Return the chapter's part from which this part is derived, and the function from its answer to the numbers."""
     if is_derived(part) or part.kind not in _OF_CHAPTER:
         return (part if is_derived(part) else None), _flatten
-    kind, of_answer = _OF_CHAPTER[part.kind]
-    return replace(part, kind=kind), of_answer
+    kind, numbers_of_answer = _OF_CHAPTER[part.kind]
+    return replace(part, kind=kind), numbers_of_answer
 
 
 def _round_digits(values: Iterable[float]) -> tuple[str, ...]:
@@ -415,36 +430,39 @@ def _configurations(problem: Problem, part: Part, answer: ConditionSet) -> Json:
 
 
 def _variables(problem: Problem) -> tuple[list[str], list[str]]:
-    """Return the names of the joint variables, and of all symbols that a pose has values for: lengths among them."""
+    """Return the names of the joint variables, and of all symbols with values in the key: joints and lengths."""
     joints = [q.name for q in problem.chain.q]
     lengths = {name for name, role in problem.domain().roles.items() if role == "length" or not isinstance(role, str)}
     return joints, sorted({*joints, *lengths})
 
 
 def _conditions(problem: Problem, answer: ConditionSet) -> list[int]:
-    """Return the number of pieces of each condition, or of several conditions that hold together."""
-    known, joints = problem.domain().roles, [q.name for q in problem.chain.q]
+    """Return the number of pieces of each condition (or group of conditions that hold simultaneously)."""
+    roles, joints = problem.domain().roles, [q.name for q in problem.chain.q]
     groups = answer.by_condition(answer.pieces())
-    return [sum(len(parse_pieces(read(text, known), joints)) for text in group) for group in groups]
+    return [sum(len(parse_pieces(read(text, roles), joints)) for text in group) for group in groups]
 
 
 def _pieces(problem: Problem, part: Part, answer: ConditionSet) -> list[Any]:
-    """Return poses on each piece, with the values of all symbols in a row."""
+    """Return configurations on each piece of the singular set, each a row with the values of all symbols."""
     (joints, symbols), domain, stream = _variables(problem), problem.domain(), _stream(problem, part)
     space, keys = Space(joints, domain), []
     for text in answer.pieces():
         for piece in parse_pieces(read(text, domain.roles), joints):
             values = space.on_piece(piece, {*joints, *symbols}, stream, 4 * POSES)
             exact = {atom.joint: value_of(atom.zero) for atom in piece if atom.joint is not None}
-            poses = np.array([values[name] for name in symbols]).T[:POSES]
+            configurations = np.array([values[name] for name in symbols]).T[:POSES]
             keys.append(
-                [[_pose_value(*pair) for pair in zip(pose, map(exact.get, symbols), strict=True)] for pose in poses]
+                [
+                    [_pose_value(*pair) for pair in zip(configuration, map(exact.get, symbols), strict=True)]
+                    for configuration in configurations
+                ]
             )
     return keys
 
 
 def _pose_value(sampled: float, exact: Any) -> float:
-    """Return the exact value if there is one, else the sampled value with nine decimals."""
+    """Return the exact value if there is one, or else the sampled value with nine decimals."""
     return (float(f"{sampled:.9f}") if exact is None else float(exact)) + 0.0
 
 
@@ -456,12 +474,12 @@ def _stream(problem: Problem, part: Part) -> Stream:
 
 
 def _six_digits(value: float) -> float:
-    """Return a sampled value with six digits, which are the same on every machine."""
+    """Return a sampled value with six digits, which is the same on every machine."""
     return float(f"{float(value):.6g}")
 
 
 def _to_double(value: Any) -> float | None:
-    """Return a number with 15 digits, None if it is not defined."""
+    """Return a number rounded to 15 digits, or None if it is not real and finite."""
     if isinstance(value, mpmath.mpc):
         value = value.real if abs(value.imag) < 1e-20 * (1 + abs(value.real)) else mpmath.nan
     text = mpmath.nstr(mpmath.mpf(value), 15)

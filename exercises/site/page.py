@@ -1,4 +1,4 @@
-"""A page of the site: its path, title and body, and the data for the frame around it."""
+"""Defines a page of the site: its path, title and body, and the data for the frame around it."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -8,17 +8,17 @@ from qdot.exercises.writing.languages import LANGUAGES, catalogue
 INDEX, ROBOTS = "bank/index.json", "bank/robots.json"
 
 DEEPEST = 7
-"""The page for missing addresses finds the site up to this depth of folders."""
+"""Maximum depth of folders from which the page for missing addresses finds the site."""
 
 
 @dataclass(frozen=True)
 class Page:
     """A page: its path in the site, title, body, and the entry whose script it loads.
 
-    `section` is its item of the main menu. `kind` is its width: "" for running text, "wide", "home", or "docs" with a
+    `section` is its item in the main menu. `kind` is its layout: "" for running text, "wide", "home", or "docs" with a
     list of the documentation beside it. `frames` allows it to show pages of the site in frames. `is_anywhere` is for
-    the page shown instead of missing ones: it looks for its script and styles in the folders above, one of which is
-    the site's. `translations` are title and body in other languages, if they are not in the site's own catalogue.
+    the page that a server shows for missing addresses: it searches the folders above for its script and styles.
+    `translations` are title and body in other languages, if they are not in the site's own catalogue.
     """
 
     path: str
@@ -38,7 +38,7 @@ class Page:
 
     @property
     def data(self) -> str:
-        """The bank's file that its script needs first, "" if none; both are loaded at the same time."""
+        """The file of the bank that is loaded together with the script, "" if none."""
         return {"pages": "", "own": ROBOTS}.get(self.entry, INDEX)
 
     def translated_path(self, language: str) -> str:

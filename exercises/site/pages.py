@@ -1,6 +1,6 @@
-"""The pages of the site, rendered from templates/site: the landing page, practice, the book's examples, the docs.
+"""Renders the pages of the site from templates/site: the landing page, practice, the book's examples, the docs.
 
-A page links by relative addresses only, so that the site works from any folder of any file server.
+All links are relative, so that the site works from any folder of any file server.
 """
 
 import json
@@ -27,18 +27,18 @@ ENTRIES = {
 }  # fmt: skip
 """The scripts that pages load; "package" is for packages for learning platforms (`exports.scorm`)."""
 GREETING = {"theta1": math.radians(15), "theta2": math.radians(100)}
-"""The initial pose of the arm on the home page and of its picture, from which readers drag P across the drawing."""
+"""The initial configuration of the arm on the home page, from which readers drag P across the drawing."""
 UPRIGHT = {"theta1": math.radians(60), "theta2": math.radians(100)}
-"""The initial pose of the arm in the lessons; it fulfils none of their goals."""
+"""The initial configuration of the arm in the lessons; it fulfils none of their goals."""
 LONG = 3
 """A page of the documentation with at least this many headings gets a list of them."""
 
 
 @dataclass(frozen=True)
 class Assets:
-    """The built scripts and styles: paths of each entry's script, of its static imports, and of its styles.
+    """The built scripts and styles: for each entry, the paths of its script, its static imports and its styles.
 
-    `files` are all files.
+    `files` are all files of the `folder`.
     """
 
     scripts: Mapping[str, str]
@@ -50,7 +50,7 @@ class Assets:
 
 @dataclass(frozen=True)
 class Around:
-    """What the pages around the bank are made from.
+    """The content of the pages around the bank.
 
     `docs` is the folder of the documentation, None if there is none; `commands` the body of the page on the command
     line; `course` the title of an instructor's own site; `families` the families in the bank; `licences` the licences
@@ -65,17 +65,17 @@ class Around:
 
 
 def licences_text(folder: Path) -> str:
-    """Return the page on the licences of libraries in the scripts of a folder, from the files that Vite wrote."""
-    written = {name: folder / ".vite" / f"{name}.md" for name in ("licences", "notices")}
-    texts = {name: path.read_text(encoding="utf-8") if path.exists() else "" for name, path in written.items()}
+    """Return the page (Markdown) on the licences of the libraries in the scripts, from the files that Vite wrote."""
+    paths = {name: folder / ".vite" / f"{name}.md" for name in ("licences", "notices")}
+    texts = {name: path.read_text(encoding="utf-8") if path.exists() else "" for name, path in paths.items()}
     _, _, libraries = texts["licences"].partition("\n## ")
     return render("site/licences.md.j2", licences=f"## {libraries}".strip(), notices=texts["notices"].strip())
 
 
 def built_assets() -> Assets | None:
-    """Return the files of `npm run build`, in the package (wheel) or in site/dist (checkout); None if missing.
+    """Return the files that `npm run build` made, in the package (wheel) or in site/dist (checkout); None if missing.
 
-    Raises QdotError for scripts of another version.
+    Raises QdotError if the scripts are of another version.
     """
     here = Path(__file__).resolve().parents[1]
     folder = next((f for f in (here / "site_dist", here.parent / "site" / "dist") if f.is_dir()), None)
@@ -83,7 +83,7 @@ def built_assets() -> Assets | None:
 
 
 def assets_in(folder: Path) -> Assets:
-    """Return the scripts and styles of a folder that Vite wrote. Raises QdotError for those of another version."""
+    """Return the scripts and styles in a folder that Vite wrote. Raises QdotError if they are of another version."""
     manifest = _manifest(folder)
     entries = {name: manifest[source] for name, source in ENTRIES.items()}
     files = sorted(path for path in folder.rglob("*") if path.is_file() and ".vite" not in path.parts)
@@ -117,7 +117,7 @@ def docs_folder() -> Path | None:
 def _imports(manifest: Mapping[str, Mapping[str, Sequence[str]]], source: str) -> list[str]:
     """Return the static imports of an entry, which the page preloads in parallel with it."""
     names = manifest[source].get("imports", ())
-    files = [each for name in names for each in (str(manifest[name]["file"]), *_imports(manifest, name))]
+    files = [file for name in names for file in (str(manifest[name]["file"]), *_imports(manifest, name))]
     return list(dict.fromkeys(files))
 
 
@@ -162,11 +162,16 @@ def _documentation(docs: Path, commands: str) -> Iterator[Page]:
         for entry in entries:
             body = commands if entry.name == COMMANDS else to_html(_text(docs, entry))
             body = link_pages(body)
-            listed = headings(body) if len(headings(body)) >= LONG else []
-            around = render(
-                "site/doc.html.j2", body=body, groups=groups, entry=entry, headings=listed, translate=translate_message
+            shown_headings = headings(body) if len(headings(body)) >= LONG else []
+            page_body = render(
+                "site/doc.html.j2",
+                body=body,
+                groups=groups,
+                entry=entry,
+                headings=shown_headings,
+                translate=translate_message,
             )
-            yield Page(f"docs/{entry.name}.html", entry.title, around, section="docs", kind="docs")
+            yield Page(f"docs/{entry.name}.html", entry.title, page_body, section="docs", kind="docs")
 
 
 def _text(docs: Path, entry: Entry) -> str:
@@ -195,7 +200,7 @@ def _add_anchor(heading: re.Match[str]) -> str:
 
 
 def headings(page: str) -> list[tuple[str, str]]:
-    """Return anchor and text of a page's second headings.
+    """Return the anchor and the text of each second-level heading of a page.
 
     >>> headings('<h2 id="a">An <code>A</code></h2>')
     [('a', 'An A')]
@@ -205,7 +210,7 @@ def headings(page: str) -> list[tuple[str, str]]:
 
 
 def page_text(page: Page, assets: Assets, course: str, has_docs: bool = True) -> str:
-    """Return the HTML of a page; without docs, it has no links to them."""
+    """Return the HTML of a page; it links to the docs only if the site has them."""
     root = "../" * page.path.count("/")
     return render(
         "site/page.html.j2", page=page, root=root, course=course, body=page.body, has_docs=has_docs,

@@ -1,8 +1,8 @@
-"""A problem in the site's bank: its texts and figures, the data of the live arm, and the keys for grading.
+"""Converts a problem for the site's bank: its texts and figures, the data of the live arm, and the keys for grading.
 
-Texts that a page shows at once have formulas as MathML, so that nothing is typeset while it opens. Hints and solutions
-have LaTeX in `<span class="tex">` (`<div class="tex">` for blocks), which the page typesets: MathML would be ten times
-as long. Solutions are a separate record, loaded on demand.
+Texts that a page shows immediately have formulas as MathML, so that the page opens without typesetting. Hints and
+solutions have LaTeX in `<span class="tex">` (`<div class="tex">` for blocks), which the page typesets later, because
+MathML would be ten times as long. Solutions are a separate record, loaded on demand.
 """
 
 import html
@@ -30,11 +30,11 @@ from qdot.exercises.writing.problem_texts import answer_code, hints, option_text
 
 
 def site_record(problem: Problem) -> Json:
-    """Return a problem without its solutions.
+    """Return the record of a problem, without solutions.
 
     {"id", "family", "title", "difficulty": 0 to 4, "statement", "figure": svg, "alt", "robot": as in `qdot show`, with
-    "values": {name: metres or radians} for the letters in its table, "symbols": {name: {"role", "unit", "latex"}},
-    "pose": {joint: rad or m} in which the figure shows it,
+    "values": {name: metres or radians} for the symbols in its table, "symbols": {name: {"role", "unit", "latex"}},
+    "pose": {joint: rad or m}, the configuration in the figure,
     "parts": [{"name", "kind", "title", "type", "shape", "points", "prompt", "names", "labels", "columns",
     "grid": [[LaTeX labels of the rows], [of the columns]], "figure", "alt", "pose": the given joint values and lengths
     or null, "hints", "options", "key": as in `keys`, its mistakes as [index into "said", number, …], the mistakes
@@ -66,7 +66,7 @@ def arm_record(problem: Problem) -> Json:
 
 
 def determinant_factors(chain: Chain) -> list[list[str]]:
-    """Return the factors of det J that depend on the pose, each in HTML and as it can be typed.
+    """Return the factors of det J that depend on the configuration, each as HTML and in the notation for typing.
 
     There are none if J is not square or det J is too long to be factored by hand.
     """
@@ -79,14 +79,14 @@ def determinant_factors(chain: Chain) -> list[list[str]]:
         return []
     factors: list[list[str]] = []
     for factor, _ in minor.factors:
-        _, shown = derivation.fill(factor).as_coeff_Mul()  # without the number or sign in front
+        _, shown = derivation.fill(factor).as_coeff_Mul()  # without the numeric coefficient
         if shown.free_symbols & set(chain.q):
             factors.append([to_html(f"${tex(shown, chain)}$"), python_text(shown)])
     return factors
 
 
 def translated_record(problem: Problem, record: Json, language: str) -> Json:
-    """Return the texts of a problem in another language, which replace those in its `record`.
+    """Return the texts of a problem in another language, to replace those in its `record`.
 
     {"title", "statement", "parts": [{"name", "title", "prompt", "hints", "options"}], "said": as in the record}
     """
@@ -145,7 +145,7 @@ def solutions_record(problem: Problem) -> Json:
 
 
 def html_with_latex(text: str) -> str:
-    """Return our Markdown as HTML with formulas left as LaTeX."""
+    """Return Markdown as HTML, with formulas left as LaTeX."""
     return to_html(text, _tex, whole=True)
 
 
@@ -165,24 +165,24 @@ def _symbols(problem: Problem) -> Json:
 
 
 def typed_names(problem: Problem, asked: str) -> list[str]:
-    """Return the rates, velocities and forces that a prompt allows in an answer, for which a page offers keys."""
-    roles = "rate", "velocity", "force"
-    return [name for name, info in problem.symbols().items() if info.role in roles and f"`{name}`" in asked]
+    """Return the names of rates, velocities and forces that a prompt allows; the page has a button for each."""
+    allowed_roles = "rate", "velocity", "force"
+    return [name for name, info in problem.symbols().items() if info.role in allowed_roles and f"`{name}`" in asked]
 
 
 def _values(chain: Chain) -> Json:
-    """Return numbers for the open lengths and angles of an arm, as drawn, but different from lengths in the table.
+    """Return values for the symbolic lengths and angles of an arm, as in its figure.
 
-    The statement says that all lengths are different.
+    A length that equals another one is changed, because the statement says that all lengths are different.
     """
-    taken = {float(abs(length)) for length in list_table_lengths(chain)}
+    used_lengths = {float(abs(length)) for length in list_table_lengths(chain)}
     values: dict[str, float] = {}
     for symbol, value in example_values(chain).items():
         number = float(value)
-        while any(abs(number - length) < SAME for length in taken):
+        while any(abs(number - length) < SAME for length in used_lengths):
             number = round(SHORTER * number, 3)
         values[symbol.name] = number
-        taken.add(number)
+        used_lengths.add(number)
     return values
 
 
@@ -191,34 +191,38 @@ LISTS = ("mistakes", "throughout", "precise")
 
 
 class MistakeSentences:
-    """The sentences on mistakes, each one once, because many answers share a mistake."""
+    """Collects the sentences on mistakes, each only once, because many answers share a mistake."""
 
     def __init__(self) -> None:
         self.rows: list[list[str]] = []
         self._places: dict[tuple[str, ...], int] = {}
 
     def shorten_key(self, key: Json) -> Json:
-        """Return a key for the bank, with an index instead of the words of each mistake."""
+        """Return a key for the bank, in which each mistake is an index into `rows`."""
         if "told" in key:
-            return key | {"told": [[self._index_of(mistake) for mistake in behind] for behind in key["told"]]}
-        lists = {name: [self._shorten_mistake(mistake) for mistake in key[name]] for name in LISTS if name in key}
-        return key | lists
+            return key | {
+                "told": [[self._index_of(mistake) for mistake in option_mistakes] for option_mistakes in key["told"]]
+            }
+        mistake_lists = {
+            name: [self._shorten_mistake(mistake) for mistake in key[name]] for name in LISTS if name in key
+        }
+        return key | mistake_lists
 
     def _shorten_mistake(self, mistake: Json) -> list[Any]:
         return [self._index_of(mistake), *next(mistake[name] for name in ("print", "values") if name in mistake)]
 
     def _index_of(self, mistake: Json) -> int:
         missing = [mistake["missing"]] if "missing" in mistake else []
-        place = self._places.setdefault((mistake["says"], *missing), len(self.rows))
-        if place == len(self.rows):
+        index = self._places.setdefault((mistake["says"], *missing), len(self.rows))
+        if index == len(self.rows):
             self.rows.append([mistake["name"], mistake["title"], mistake["says"], *missing])
-        return place
+        return index
 
 
 def _part(problem: Problem, part: Part, sentences: MistakeSentences) -> Json:
     svg = part_svg(problem.chain, part, part.name)
     key = sentences.shorten_key(key_of(problem, part))
-    asked = prompt(problem, part)
+    prompt_text = prompt(problem, part)
     return {
         "name": part.name,
         "kind": part.kind,
@@ -226,8 +230,8 @@ def _part(problem: Problem, part: Part, sentences: MistakeSentences) -> Json:
         "type": part.type,
         "shape": None if part.shape is None else list(part.shape),
         "points": part.points,
-        "prompt": to_html(asked),
-        "names": typed_names(problem, asked),
+        "prompt": to_html(prompt_text),
+        "names": typed_names(problem, prompt_text),
         "labels": list(ASKED[part.kind].typed_labels(problem.chain, part)),
         "columns": list(ASKED[part.kind].columns(problem.chain)),
         "grid": _grid(problem.chain, part),
@@ -241,12 +245,12 @@ def _part(problem: Problem, part: Part, sentences: MistakeSentences) -> Json:
 
 
 def _grid(chain: Chain, part: Part) -> list[list[str]]:
-    """Return labels of the rows and columns of an answer in LaTeX; empty if the prompt has none."""
+    """Return the labels of an answer's rows and columns in LaTeX; empty if the prompt has no labels."""
     question = ASKED[part.kind]
     rows, columns = question.grid(chain)
     if part.shape is not None and part.shape[1] == 1:
         names = question.entry_names(chain, part) or question.labels(chain)
-        rows = [name for name in names if r"\text" not in name]  # words of the prompt
+        rows = [name for name in names if r"\text" not in name]  # without words that are in the prompt
     return [[_label(name, chain) for name in rows], [_label(name, chain) for name in columns]]
 
 
@@ -259,9 +263,9 @@ SAME, SHORTER = 1e-9, 0.85
 
 
 def _given_pose(chain: Chain, part: Part) -> dict[str, float] | None:
-    """Return the pose of the arm beside a question: the joint values and symbols of the table that it gives."""
-    known = {symbol.name for symbol in (*chain.q, *example_values(chain))}
-    return {name: value for name, value in part.details.shown_values(chain).items() if name in known} or None
+    """Return the configuration of the arm beside a question: the joint values and lengths that the question gives."""
+    shown_symbols = {symbol.name for symbol in (*chain.q, *example_values(chain))}
+    return {name: value for name, value in part.details.shown_values(chain).items() if name in shown_symbols} or None
 
 
 def _options(problem: Problem, part: Part, language: str = ENGLISH) -> list[str] | None:

@@ -1,4 +1,4 @@
-"""The reference of the command line, made from the program itself: the texts of `--help` as a page."""
+"""Makes the reference of the command line, a page with the texts of `--help`, from the program itself."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -22,8 +22,8 @@ class Command:
 def commands_of(program: Any, name: str) -> Iterator[Command]:
     """Yield a program's commands (Click's objects), including those of groups, in the order of its help."""
     if hasattr(program, "commands"):
-        for each, inner in program.commands.items():
-            yield from commands_of(inner, f"{name} {each}")
+        for command_name, command in program.commands.items():
+            yield from commands_of(command, f"{name} {command_name}")
         return
     if program.hidden:
         return

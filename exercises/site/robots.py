@@ -1,7 +1,7 @@
-"""Example tables for the page "Your own arm": the chapter's arms in numbers, and the library's real robots.
+"""Makes example tables for the page "Your own arm": the chapter's arms with numeric values, and real robots.
 
 A table has the page's format (site/src/own/table.ts): {"name", "convention", "angles", "rows": [{"kind", "theta", "d",
-"a", "alpha"}], "tool", "place", "turn", "task"}; entries are text as it may be typed.
+"a", "alpha"}], "tool", "place", "turn", "task"}. Entries are texts in the notation for typing.
 """
 
 import json
@@ -22,12 +22,12 @@ from qdot.exercises.problem.record import Json
 from qdot.exercises.writing.languages import LANGUAGES, catalogue
 
 PLAIN = ("planar-2r", "scara", "elbow-3r", "spherical", "anthropomorphic-6r")
-"""Families whose basic arms are at the top of the list."""
+"""Families whose arms are at the top of the list."""
 NOTHING = ["0", "0", "0"]
 
 
 def robots_text() -> str:
-    """Return the file's text: {"plain": [table], "robots": [table with its source]}, names in every language."""
+    """Return the JSON text of all tables: {"plain": [table], "robots": [table with its source]}."""
     content = {"format": 1, "plain": [*_plain_arms()], "robots": [*_library()]}
     return json.dumps(content, ensure_ascii=False, separators=(",", ":"))
 
@@ -41,7 +41,7 @@ def _plain_arms() -> Iterator[Json]:
 
 
 def _table_of(chain: Chain, title: str) -> Json:
-    """Return a chain's standard table with the numbers of its drawing, angles in radians."""
+    """Return a chain's standard DH table with the numeric values of its figure, angles in radians."""
     values: dict[sp.Basic, sp.Expr] = {symbol: sp.Float(value) for symbol, value in example_values(chain).items()}
     rows = []
     for i, joint in enumerate(chain.joints, 1):
@@ -52,21 +52,28 @@ def _table_of(chain: Chain, title: str) -> Json:
 
 
 def _entry(value: sp.Expr, i: int) -> str:
-    """Return an entry as it is typed: a joint's variable is q with its number, numbers have six digits."""
+    """Return a table entry in the notation for typing: joint i is qi, and numbers have six digits."""
     joint_names = {sp.Symbol(f"theta{i}"): sp.Symbol(f"q{i}"), sp.Symbol(f"d{i}"): sp.Symbol(f"q{i}")}
-    short = value.xreplace(joint_names).xreplace({n: sp.Float(f"{float(n):.6g}") for n in value.atoms(sp.Float)})
-    return f"{float(short):.6g}" if short.is_Float else str(short)
+    shortened = value.xreplace(joint_names).xreplace({n: sp.Float(f"{float(n):.6g}") for n in value.atoms(sp.Float)})
+    return f"{float(shortened):.6g}" if shortened.is_Float else str(shortened)
 
 
 def _table(name: str, fields: Mapping[str, Any]) -> Json:
-    still = {"convention": "dh", "angles": "radians", "tool": NOTHING, "place": NOTHING, "turn": NOTHING, "task": None}
-    return {"name": name, **still, **fields}
+    defaults = {
+        "convention": "dh",
+        "angles": "radians",
+        "tool": NOTHING,
+        "place": NOTHING,
+        "turn": NOTHING,
+        "task": None,
+    }
+    return {"name": name, **defaults, **fields}
 
 
 def _library() -> Iterator[Json]:
-    """Yield the library's robots, with the entries of their files."""
-    for name, listed in robots().items():
-        content = read_toml(listed.path).content
+    """Yield the tables of the library's robots, with the entries in their files."""
+    for name, robot in robots().items():
+        content = read_toml(robot.path).content
         rows = [{key: str(row[key]) for key in ROW_KEYS} for row in content["joint"]]
         base = content.get("base", {})
         fields = {
@@ -76,4 +83,4 @@ def _library() -> Iterator[Json]:
             **({"place": [*map(str, base["position"])]} if "position" in base else {}),
             **({"turn": [*map(str, base["rpy"])]} if "rpy" in base else {}),
         }
-        yield {"key": name, "source": listed.source, **_table(listed.title, fields)}
+        yield {"key": name, "source": robot.source, **_table(robot.title, fields)}

@@ -1,7 +1,8 @@
-"""The list of the site's problems: a number of arms of each family at every step of variation, with questions.
+"""Lists the site's problems: several arms of each family at every step of variation, with their questions.
 
-The first arm of a step gets all questions. The others share them, so that each question comes with several more arms:
-a page shows one question of an arm at a time, and nobody needs all thirty questions for each of thousands of arms.
+The first arm of a step gets all questions. The others share the questions, so that each question comes with several
+more arms. A page shows one question of an arm at a time, so nobody needs all thirty questions for each of thousands of
+arms.
 """
 
 import json
@@ -27,9 +28,9 @@ ARMS_EACH = 2
 QUIZ_SEEDS = 9
 """Up to this seed, every second arm also has short questions: one arm of each step."""
 DRAWN_FROM = (1, 2, 3)
-"""Seeds that are compared to find the questions with sampled numbers."""
+"""Seeds whose problems are compared to find the questions with sampled numbers."""
 LOOKED_FURTHER = 4
-"""How many arms to search for each one that is wanted, as variation of lengths alone gives few different ones."""
+"""Number of seeds to try for each arm, because variation of lengths alone gives few different arms."""
 
 
 FrameConvention = tuple[str, str]
@@ -38,11 +39,11 @@ FrameConvention = tuple[str, str]
 
 @dataclass(frozen=True)
 class BankProblem:
-    """A problem to be in the bank: its family, its key, and how to generate it.
+    """A problem for the bank: its family, its key, and how to generate it.
 
-    `asked` are its questions: none means all of the chapter's that apply, QUIZ a short one of each form. `variation` is
-    how much its arm differs from the chapter's. `share` (index, number of shares) is for an arm that is in the bank
-    already: it gets a share of the questions with sampled numbers. `frame_convention` describes the arm.
+    `asked` are its questions: none means all applicable questions of the chapter, QUIZ a short one of each form.
+    `variation` is how much its arm differs from the chapter's. `share` (index, number of shares) is for an arm that is
+    in the bank already: it gets a share of the questions with sampled numbers. `frame_convention` describes the arm.
     """
 
     family: str
@@ -55,7 +56,7 @@ class BankProblem:
     frame_convention: FrameConvention = ("", "")
 
     def make(self, draw: int = 1) -> Problem:
-        """Return the problem; draws after the first have seeds that no other problem has."""
+        """Return the problem; for draws after the first, the seed is one that no other problem has."""
         if self.problem is not None:
             return self.problem
         questions = self.asked
@@ -69,41 +70,41 @@ class BankProblem:
         )
 
     def find_certified(self, failures: Failures) -> Problem | FailedSlot:
-        """Return the first draw that passes its certificate. Raises QdotError for a problem that has no other draws."""
+        """Return the first draw that passes its certificate. Raises QdotError if a given `problem` fails."""
         if self.problem is not None:
             return require_certified(self.problem, failures)
-        why = ""
+        first_reason = ""
         for draw in range(1, DRAWS + 1):
-            made = attempt(partial(self.make, draw), certify_by(failures))
-            if not isinstance(made, str):
-                return made[0]
-            why = why or made
-        return FailedSlot("", self.key, self.family, why)
+            result = attempt(partial(self.make, draw), certify_by(failures))
+            if not isinstance(result, str):
+                return result[0]
+            first_reason = first_reason or result
+        return FailedSlot("", self.key, self.family, first_reason)
 
 
 def wanted_of_variants(variants: Sequence[Variant]) -> list[BankProblem]:
-    """Return the variants of an assignment's bank, with each slot as a family."""
+    """Return the problems for the variants of an assignment's bank, with each slot as a family."""
     return [BankProblem(variant.slot.name, variant.key, problem=variant.problem) for variant in variants]
 
 
 def wanted_of_families(
     names: Sequence[str], variants: int, variation: str = "", convention: str = "", twist_order: str = ""
 ) -> list[BankProblem]:
-    """Return `variants` arms of each family; every second one of the first also has short questions.
+    """Return `variants` arms of each family; of the first arms, every second one also has short questions.
 
-    Without a `variation`, the arms of a family go through its steps again and again. `convention` and `twist_order`
-    apply to all of them, if given. Raises QdotError for unknown ones.
+    Without a `variation`, the arms of a family cycle through the steps of variation. `convention` and `twist_order`
+    apply to all of them, if given. Raises QdotError for unknown names.
     """
     identity = ProblemId(names[0], 0).with_convention(convention, twist_order)
     frame_convention = identity.convention, identity.twist_order
     steps = [canonical_name(variation)] if variation else list(STEPS)
     problems: list[BankProblem] = []
     for name in names:
-        climbing = (range(at, variants + 1, len(steps)) for at in range(1, len(steps) + 1))
-        each = zip(steps, climbing, strict=True)
+        seed_ranges = (range(first_seed, variants + 1, len(steps)) for first_seed in range(1, len(steps) + 1))
+        steps_and_seeds = zip(steps, seed_ranges, strict=True)
         arms = [
             replace(arm, frame_convention=frame_convention)
-            for step, seeds in each
+            for step, seeds in steps_and_seeds
             for arm in _problems_of_step(name, step, seeds, frame_convention)
         ]
         for arm in sorted(arms, key=lambda arm: arm.seed):
@@ -118,18 +119,18 @@ def wanted_of_families(
 
 
 def _problems_of_step(family: str, step: str, seeds: range, frame_convention: FrameConvention) -> Iterator[BankProblem]:
-    """Yield as many arms of a step as there are seeds: distinct ones first, then repeated ones."""
+    """Yield one arm of a step per seed: distinct arms first, then repeated arms."""
     if not seeds:
         return
-    fresh, again = _distinct_seeds(family, step, seeds)
-    wanted = partial(_wanted_at_seed, family, step)
-    yield wanted(fresh[0])
-    for place, seed in enumerate(fresh[1:]):
+    distinct, repeated = _distinct_seeds(family, step, seeds)
+    make_problem = partial(_wanted_at_seed, family, step)
+    yield make_problem(distinct[0])
+    for index, seed in enumerate(distinct[1:]):
         yield replace(
-            wanted(seed), asked=deal_questions(_questions(family, frame_convention[0]), place, len(fresh) - 1)
+            make_problem(seed), asked=deal_questions(_questions(family, frame_convention[0]), index, len(distinct) - 1)
         )
-    for place, seed in enumerate(again):
-        yield replace(wanted(seed), share=(place, len(again)))
+    for index, seed in enumerate(repeated):
+        yield replace(make_problem(seed), share=(index, len(repeated)))
 
 
 def _wanted_at_seed(family: str, step: str, seed: int) -> BankProblem:
@@ -137,31 +138,34 @@ def _wanted_at_seed(family: str, step: str, seed: int) -> BankProblem:
 
 
 def _distinct_seeds(family: str, step: str, seeds: range) -> tuple[list[int], list[int]]:
-    """Return seeds with distinct arms, also beyond the given ones, and repeated ones to complete the number."""
-    if FAMILIES[family].varied:  # each has a structure of its own
+    """Return seeds with distinct arms, and then seeds with repeated arms, in total as many as there are `seeds`.
+
+    If needed, larger seeds are searched, too.
+    """
+    if FAMILIES[family].varied:  # each arm has a structure of its own
         return list(seeds), []
     end = min(seeds.start + LOOKED_FURTHER * len(seeds) * seeds.step, MOST_SEEDS + 1)
-    first: dict[Chain, int] = {}
-    again: list[int] = []
+    seed_by_arm: dict[Chain, int] = {}
+    repeated: list[int] = []
     for seed in range(seeds.start, end, seeds.step):
-        if len(first) == len(seeds):
+        if len(seed_by_arm) == len(seeds):
             break
         chain = sample_chain(ProblemId(family, seed, variation=step))
-        if first.setdefault(chain, seed) != seed:
-            again.append(seed)
-    return list(first.values()), again[: len(seeds) - len(first)]
+        if seed_by_arm.setdefault(chain, seed) != seed:
+            repeated.append(seed)
+    return list(seed_by_arm.values()), repeated[: len(seeds) - len(seed_by_arm)]
 
 
 def deal_questions(names: Sequence[str], place: int, places: int) -> tuple[str, ...]:
-    """Return the questions of one of `places` arms that share them: each question comes with ARMS_EACH of the arms.
+    """Return the questions for arm number `place` (from 0) of `places` arms that share the questions.
 
-    If there are no more arms than that, each gets all questions.
+    Each question comes with ARMS_EACH of the arms. If there are no more arms than that, each gets all questions.
 
     >>> [deal_questions("abcd", place, 4) for place in range(4)]
     [('a', 'b'), ('c', 'd'), ('a', 'b'), ('c', 'd')]
     """
-    asked = max(min(ARMS_EACH, places) * len(names), places)
-    chosen = {names[at % len(names)] for at in range(place * asked // places, (place + 1) * asked // places)}
+    total = max(min(ARMS_EACH, places) * len(names), places)
+    chosen = {names[index % len(names)] for index in range(place * total // places, (place + 1) * total // places)}
     return tuple(name for name in names if name in chosen)
 
 
@@ -172,11 +176,17 @@ def _questions(family: str, convention: str) -> tuple[str, ...]:
 
 @lru_cache(maxsize=4)
 def questions_with_sampled_numbers(family: str, frame_convention: FrameConvention = ("", "")) -> tuple[str, ...]:
-    """Return the questions with numbers that are sampled for the same arm, such as a pose or rates."""
+    """Return the questions whose numbers vary for the same arm, such as a configuration or joint rates."""
     step, asked = next(iter(STEPS)), _questions(family, frame_convention[0])
-    drawn = [
+    problems = [
         generate(ProblemId(family, seed, asked, variation=step).with_convention(*frame_convention))
         for seed in DRAWN_FROM
     ]
-    read = [[json.dumps([part.answer.as_json(), repr(part.details)]) for part in problem.parts] for problem in drawn]
-    return tuple(part.name for part, *ways in zip(drawn[0].parts, *read, strict=True) if len(set(ways)) > 1)
+    answers_of_problems = [
+        [json.dumps([part.answer.as_json(), repr(part.details)]) for part in problem.parts] for problem in problems
+    ]
+    return tuple(
+        part.name
+        for part, *answers in zip(problems[0].parts, *answers_of_problems, strict=True)
+        if len(set(answers)) > 1
+    )
