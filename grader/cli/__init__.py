@@ -1,16 +1,16 @@
-"""The program `qdot`: its commands and what only they use.
+"""The program `qdot`: its commands and the code that only they use.
 
-It imports everything, each command when it is asked for.
+It imports all other packages, but each command's module only if the command is run.
 
     main                        the program
-    problem_commands            the commands about what is asked: init, families, questions, show, robots, solve
+    problem_commands            the commands about arms and problems: init, families, questions, show, robots, solve
     class_commands              the commands for a class: generate, verify, compare, doctor
     grade_command               `qdot grade`
     export_commands             `qdot export` and `qdot report`
     site_commands               `qdot site`
     student_command             the command for students, `qdot check`
     forget_command              `qdot forget`
-    options, overview           options that commands share; the families at a glance
+    options, overview           options that commands share; overviews of the families and robots
     demo                        the simulated class
-    reference_pages             the pages of docs/ that list outlets, reports, schemas and what the packages offer
+    reference_pages             the pages of docs/ about export formats, reports, schemas and the library
 """

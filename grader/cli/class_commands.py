@@ -158,7 +158,10 @@ NO_FOLDER = "; there is no folder of that name, either"
 def _tasks(
     what: list[str], family: str, seeds: range, task_of: Callable[[ProblemId], Task], varied: bool
 ) -> list[Task]:
-    """Return what is to be verified: of families, as many problems together as there are seeds. Raises QdotError."""
+    """Return the tasks for the problems to verify: those named by `what`, or one of the family for each seed.
+
+    If there are several families, the seeds are the number of problems of all families together. Raises QdotError.
+    """
     if not family and not what:
         raise QdotError("name problems (planar-2r/7), an assignment folder, or --family (or --family all) with --count")
     if family and what:
@@ -166,7 +169,7 @@ def _tasks(
     families = list(FAMILIES) if family == "all" else [look_up_family(family).name] if family else []
     numbers = range(len(seeds) if families else 0)
     tasks = [task_of(ProblemId(families[i % len(families)], seeds.start + i // len(families))) for i in numbers]
-    tasks.sort(key=lambda task: families.index(task.identity.family))  # a structure is derived once in each process
+    tasks.sort(key=lambda task: families.index(task.identity.family))  # each process derives a structure only once
     for item in what:
         if not Path(item).is_dir():
             tasks.append(task_of(ProblemId.parse(item, NO_FOLDER)))
@@ -257,14 +260,14 @@ def doctor(as_json: AsJson = False) -> None:
         return
     say(", ".join(f"{name} {value}" for name, value in about.items()))
     say("")
-    for each in findings.guarantees:
-        say(f"{each.name:<11} {each.by:<23} {', '.join(each.means)}")
-        say(f"{'':<11} a notebook {each.promise}")
-        for achieved in each.achieved:
+    for guarantee in findings.guarantees:
+        say(f"{guarantee.name:<11} {guarantee.by:<23} {', '.join(guarantee.means)}")
+        say(f"{'':<11} a notebook {guarantee.promise}")
+        for achieved in guarantee.achieved:
             say(f"{'':<11} the probe {achieved}")
     say("")
-    for advised in guarantees.list_remedies(findings):
-        say(advised)
+    for remedy in guarantees.list_remedies(findings):
+        say(remedy)
     can = "can" if findings.is_strict else "can't"
     say(f'sandbox = "strict" in assignment.toml {can} be had on this machine')
 

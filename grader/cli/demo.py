@@ -1,4 +1,4 @@
-"""`qdot demo`: the whole loop on a simulated class of 30: answers right, wrong in the usual ways, or broken."""
+"""`qdot demo`: runs all steps for a simulated class of 30, with correct answers, common mistakes and broken files."""
 
 import json
 from collections.abc import Callable, Mapping, Sequence
@@ -35,7 +35,7 @@ NAMES = (
 )  # fmt: skip
 
 Edit = Callable[[str, Part], str]
-"""Turns the right-hand side of a right answer into a student's, as Python text."""
+"""Changes the right-hand side of the reference answer's assignment into a student's, as Python text."""
 
 
 def _is_symbolic(part: Part) -> bool:
@@ -43,7 +43,7 @@ def _is_symbolic(part: Part) -> bool:
 
 
 def _expand(code: str, part: Part) -> str:
-    """Write the answer as another person would: with sums of angles taken apart."""
+    """Return the answer in another correct form: with the angle-sum identities applied."""
     if not _is_symbolic(part):
         return code
     is_matrix = code.startswith("Matrix")
@@ -58,8 +58,8 @@ def _negate(code: str, part: Part) -> str:
 
 def _use_relative_angles(code: str, part: Part) -> str:
     """Use relative angles instead of absolute ones: theta2 instead of theta1 + theta2."""
-    changes = "{theta1 + theta2 + theta3: theta3, theta1 + theta2: theta2, theta2 + theta3: theta3}"
-    return f"({code}).subs({changes})" if _is_symbolic(part) else code
+    substitutions = "{theta1 + theta2 + theta3: theta3, theta1 + theta2: theta2, theta2 + theta3: theta3}"
+    return f"({code}).subs({substitutions})" if _is_symbolic(part) else code
 
 
 def _transpose(code: str, part: Part) -> str:
@@ -67,7 +67,7 @@ def _transpose(code: str, part: Part) -> str:
 
 
 def _forget_joint_2(code: str, part: Part) -> str:
-    """Forget the contribution of joint 2 to velocities: the derivative by its variable is taken as zero."""
+    """Omit the contribution of joint 2 to velocities, as if the derivative with respect to its variable were zero."""
     if not _is_symbolic(part) or part.kind in ("joint-axes", "position-vectors"):
         return code
     if part.shape is not None and part.shape[1] > 1:
@@ -76,7 +76,7 @@ def _forget_joint_2(code: str, part: Part) -> str:
 
 
 def _use_degrees(code: str, part: Part) -> str:
-    """Give angles in degrees, and rates of revolute joints in degrees per second."""
+    """Use degrees for angles, and degrees per second for the rates of revolute joints."""
     if part.answer.units_due:
         factors = ["180/pi" if unit == "rad/s" else "1" for unit in part.answer.units_due]
         return f"{code}.multiply_elementwise(Matrix([{', '.join(factors)}]))"
@@ -84,7 +84,7 @@ def _use_degrees(code: str, part: Part) -> str:
 
 
 def _keep_first_condition(code: str, part: Part) -> str:
-    """Give the first singular condition only, as a student who forgets pi, or the shoulder."""
+    """Keep only the first singular condition, like a student who forgets pi or the shoulder singularity."""
     return f"{code}[:1]" if part.answer.is_a_set else code
 
 
@@ -109,20 +109,20 @@ EDITS: Sequence[tuple[str, Edit]] = (
 )  # fmt: skip
 
 FILES = ("blank", "cut off", "another assignment", "never handed in")
-"""The other ways in which notebooks of a class end."""
+"""The other kinds of submission in a class, which need no change to an answer."""
 
 RIGHT = 15
-"""The number of students who have everything right, in one of two forms, beside those with the usual mistakes."""
+"""The number of additional students whose answers are all correct, in one of two forms."""
 
 
 def kinds() -> list[str]:
     """Return the kind of submission of each of the 30 students."""
-    usual = [name for name, _ in EDITS] + list(FILES)
-    return usual + ["right" if i % 2 else "right, in another form" for i in range(RIGHT)]
+    one_of_each = [name for name, _ in EDITS] + list(FILES)
+    return one_of_each + ["right" if i % 2 else "right, in another form" for i in range(RIGHT)]
 
 
 def run_demo(folder: Path, jobs: int) -> None:
-    """Make a class in `folder`, hand in its notebooks, grade them, and say where to look."""
+    """Make a class in `folder`, submit notebooks for its students, grade them, and print where the results are."""
     students = [Student(f"s{i:03d}", name, f"s{i:03d}@example.org") for i, name in enumerate(NAMES, 1)]
     if folder.exists() and any(folder.iterdir()):
         _check_is_demo(folder)
@@ -153,10 +153,10 @@ def run_demo(folder: Path, jobs: int) -> None:
     say(f"{'id':<4}  {'name':<20} {'handed in':<32} {'points':>{len(_score(results[0]))}}  status")
     for student, kind, result in zip(assignment.roster, kinds(), results, strict=True):
         say(f"{student.id:<4}  {student.name:<20} {kind:<32} {_score(result)}  {status(result)}")
-    first = assignment.roster[0].id
+    first_student = assignment.roster[0].id
     say("")
-    say(f"a student's notebook   {folder / 'released' / first / f'{KEY}.ipynb'}")
-    say(f"the staff's            {folder / 'solutions' / first / f'{KEY}.ipynb'}")
+    say(f"a student's notebook   {folder / 'released' / first_student / f'{KEY}.ipynb'}")
+    say(f"the staff's            {folder / 'solutions' / first_student / f'{KEY}.ipynb'}")
     say(f"a feedback page        {folder / 'graded' / 'feedback' / f'{assignment.roster[8].id}.html'}")
     say(f"grades                 {folder / 'graded' / 'grades.csv'}")
     if missing := explain_missing("report", "the report of the class", "matplotlib"):
@@ -181,7 +181,7 @@ def _check_is_demo(folder: Path) -> None:
 
 
 def hand_in(assignment: Assignment, student: str, kind: str) -> None:
-    """Write what a student of that kind hands in, made from the notebook that was handed out."""
+    """Write the submission of this kind for a student, made from the student's released notebook."""
     released = assignment.folder / "released" / student / f"{assignment.key}.ipynb"
     text = released.read_text(encoding="utf-8")
     target = assignment.folder / "submitted" / student / f"{assignment.key}.ipynb"
@@ -197,12 +197,12 @@ def hand_in(assignment: Assignment, student: str, kind: str) -> None:
 
 
 def fill_in_answers(text: str, problems: Sequence[tuple[str, Problem]], edit: Edit) -> str:
-    """Return the student's notebook with every answer cell filled in from the reference, through `edit`."""
+    """Return a student's notebook with the reference answers, changed by `edit`, in its answer cells."""
     parts: Mapping[str, Part] = {f"{slot}.{part.name}": part for slot, problem in problems for part in problem.parts}
     notebook = nbformat.reads(text, as_version=4)
     for cell in notebook.cells:
         name = cell.metadata.get("qdot", {}).get("part")
         if name in parts:
-            left = cell.source.split("=", 1)[0]
-            cell.source = f"{left}= {edit(parts[name].answer.code(), parts[name])}"
+            variable = cell.source.split("=", 1)[0]
+            cell.source = f"{variable}= {edit(parts[name].answer.code(), parts[name])}"
     return json.dumps(notebook, indent=1, sort_keys=True, ensure_ascii=False) + "\n"

@@ -1,4 +1,4 @@
-"""The commands that hand problems and results to other programs and to people: export, report."""
+"""The commands that write problems and results for other programs and for people: export, report."""
 
 import contextlib
 from collections.abc import Mapping, Sequence
@@ -92,7 +92,7 @@ def export(
     after = replace(assignment, redrawn=read_redrawn(folder))
     for message in (*describe_redraws(assignment, after), *dict.fromkeys(map(str, failed_slots))):
         note(message)
-    if failed and failed_slots:  # both are reported, the latter as the error
+    if failed and failed_slots:  # report both, the failed slots as the error
         note(_describe_failures(failed, names))
     raise_left_out(after, failed_slots)
     if failed:
@@ -139,26 +139,26 @@ def report(
 
 
 def _check(names: Sequence[str], sheet: str, page: str, variation: str) -> None:
-    """Raise QdotError for what no assignment can be exported with."""
+    """Check the options of `export` that don't depend on the assignment. Raises QdotError if one is invalid."""
     for name in names:
         if name not in EXPORT_FORMATS:
             raise unknown("outlet", name, list(EXPORT_FORMATS))
         if variation and not EXPORT_FORMATS[name].holds_a_bank:
-            banks = ", ".join(each.name for each in EXPORT_FORMATS.values() if each.holds_a_bank)
+            banks = ", ".join(outlet.name for outlet in EXPORT_FORMATS.values() if outlet.holds_a_bank)
             raise QdotError(f"--variation is for banks ({banks}); for {name}, assignment.toml says how arms vary")
-    for value, known, what in ((sheet, SHEETS, "sheet"), (page, PAGES, "page size")):
+    for value, known, description in ((sheet, SHEETS, "sheet"), (page, PAGES, "page size")):
         if value not in known:
-            raise unknown(what, value, list(known))
+            raise unknown(description, value, list(known))
 
 
 def _write(order: Order, targets: Mapping[str, Path]) -> dict[str, str]:
-    """Write the outlets into their folders; return those that can't be written, each with the reason."""
+    """Write each export format into its folder; return the formats that can't be written, each with the reason."""
     assignment = order.assignment
-    failed = {name: lacking for name in targets if (lacking := EXPORT_FORMATS[name].missing())}
+    failed = {name: reason for name in targets if (reason := EXPORT_FORMATS[name].missing())}
     for name, target in targets.items():
         if name in failed:
             continue
-        redrawn = read_redrawn(assignment.folder)  # what an outlet before has settled
+        redrawn = read_redrawn(assignment.folder)  # the previous format may have added to it
         try:
             count = _export(replace(order, assignment=replace(assignment, redrawn=redrawn)), name, target)
         except QdotError as error:
@@ -169,7 +169,7 @@ def _write(order: Order, targets: Mapping[str, Path]) -> dict[str, str]:
 
 
 def _describe_failures(failed: Mapping[str, str], names: Sequence[str]) -> str:
-    """Return which outlets are not written, and why."""
+    """Return a message that names the export formats that were not written, with the reasons."""
     if len(names) == 1:
         return failed[names[0]]
     verb = "is" if len(failed) == 1 else "are"
@@ -179,11 +179,11 @@ def _describe_failures(failed: Mapping[str, str], names: Sequence[str]) -> str:
 
 
 def _export(order: Order, name: str, target: Path) -> int:
-    outlet = EXPORT_FORMATS[name]
+    export_format = EXPORT_FORMATS[name]
     count = 0
     with (
-        progress(f"exporting to {name}", outlet.steps(order)) as counter,
-        contextlib.closing(outlet.files(replace(order, each=counter.step))) as files,
+        progress(f"exporting to {name}", export_format.steps(order)) as counter,
+        contextlib.closing(export_format.files(replace(order, each=counter.step))) as files,
     ):
         for file in files:
             write_atomically(target / file.path, file.content, 0o600 if file.private else 0o644)

@@ -53,7 +53,7 @@ def forget(
 
 
 def _confirm() -> bool:
-    """Ask at the terminal whether to remove everything. Raises QdotError if nobody is there."""
+    """Ask at the terminal whether to remove everything. Raises QdotError if there is no terminal."""
     if not sys.stdin.isatty():
         raise QdotError("there is no terminal to ask: --yes removes it, --dry-run only lists it")
     return typer.confirm("Remove this permanently?", err=True)

@@ -100,7 +100,7 @@ def grade(
     if received and not student:
         raise QdotError("--received is the time of one student's notebook: name the student with --student ID")
     assignment = load_assignment(folder)
-    tell = note if any(path == STDOUT for _, path in reports) else say
+    print_line = note if any(path == STDOUT for _, path in reports) else say
     if student and executor:
         raise QdotError("--student is graded here; --executor is for a class")
     if allow_missing and student:
@@ -110,16 +110,20 @@ def grade(
         points = f"{format_points(results[0].score)} of {format_points(results[0].max_score)} points"
         summary = f"{results[0].student}: {status(results[0])}, {points}"
     else:
-        place = submissions or folder / "submitted"
-        earlier, results, summary = _grade_class(assignment, place, make_limits(seconds), jobs, executor, allow_missing)
+        source = submissions or folder / "submitted"
+        earlier, results, summary = _grade_class(
+            assignment, source, make_limits(seconds), jobs, executor, allow_missing
+        )
         if diff:
-            tell(describe_moves(earlier, results))
-    tell(summary)
+            print_line(describe_moves(earlier, results))
+    print_line(summary)
     write_asked(assignment, results, reports)
     _check_graded(results)
-    under = [result.student for result in results if result.percent < fail_under]
-    if under:
-        note(f"{len(under)} of {len(results)} students have less than {fail_under:g} %, or no mark: {', '.join(under)}")
+    failed = [result.student for result in results if result.percent < fail_under]
+    if failed:
+        note(
+            f"{len(failed)} of {len(results)} students have less than {fail_under:g} %, or no mark: {', '.join(failed)}"
+        )
         raise typer.Exit(1)
 
 
@@ -128,7 +132,7 @@ def _grade_class(
 ) -> tuple[Mapping[str, Result], list[Result], str]:
     """Grade a class's submissions, in a folder or a zip, and write feedback.
 
-    Returns the results of the last run, the new ones, and a summary.
+    Return the results of the previous run, the new results, and a summary.
     """
     from qdot.grader.reports.write import write_reports
 
@@ -136,7 +140,7 @@ def _grade_class(
         submitted = find_submissions(assignment, root)
         check_class(assignment, submitted, root, place)
         _note_ownerless(assignment, submitted)
-        if not executor:  # each worker looks for itself
+        if not executor:  # each worker of a cluster checks its own sandbox
             check_sandbox(assignment.sandbox == "strict")
         with lock_folder(assignment.folder):
             earlier = read_earlier_results(assignment)
@@ -151,8 +155,8 @@ def _grade_class(
                 results = write_reports(assignment, results, jobs, counter.step)
     _tell_notes(results)
     groups = Counter(part.group for result in results for part in result.parts.values() if part.group is not None)
-    by_size = [group for group, _ in groups.most_common()]
-    for message in note_unused_groups(assignment, read_overrides(assignment), by_size):
+    largest_first = [group for group, _ in groups.most_common()]
+    for message in note_unused_groups(assignment, read_overrides(assignment), largest_first):
         note(message)
     ownerless = len(submitted.unsure) + len(submitted.strangers)
     if not ownerless and all(result.submission is None for result in results):
@@ -163,24 +167,25 @@ def _grade_class(
 def _check_all_there(
     assignment: Assignment, place: Path, earlier: Mapping[str, Result], by_student: Mapping[str, StudentFiles]
 ) -> None:
-    """Raise QdotError if students had submitted at the last run and have not now: they would lose their marks.
+    """Raise QdotError if students who had a submission in the last run have none now: they would lose their marks.
 
-    This happens with a second zip of latecomers only, or if a platform's zip was graded and is not named again.
+    This happens if a second zip contains only late submissions, or if a platform's zip was graded but is not named in
+    this run.
     """
     names = [student.id for student in assignment.roster]
     submitted = {name for name, result in earlier.items() if result.submission is not None}
-    lost = [name for name in names if name not in by_student and name in submitted]
-    if lost:
-        some = ", ".join(lost[:5]) + (f" and {len(lost) - 5} more" if len(lost) > 5 else "")
+    missing = [name for name in names if name not in by_student and name in submitted]
+    if missing:
+        listing = ", ".join(missing[:5]) + (f" and {len(missing) - 5} more" if len(missing) > 5 else "")
         raise QdotError(
-            f"{place}: nothing is here of {len(lost)} of {len(names)} students, who had handed in at "
-            f"the last run: {some}; put theirs with the rest, everybody's into one folder or zip, or say "
+            f"{place}: nothing is here of {len(missing)} of {len(names)} students, who had handed in at "
+            f"the last run: {listing}; put theirs with the rest, everybody's into one folder or zip, or say "
             "--allow-missing to take their marks away"
         )
 
 
 def _note_ownerless(assignment: Assignment, submitted: SubmissionFolder) -> None:
-    """Tell the staff which files belong to nobody on the roster, or possibly to several students."""
+    """Print notes on the files that belong to nobody on the roster or fit several students."""
     for message in submitted.unsure:
         note(message)
     for name in submitted.strangers:
@@ -189,7 +194,7 @@ def _note_ownerless(assignment: Assignment, submitted: SubmissionFolder) -> None
 
 
 def _grade_student(assignment: Assignment, path: Path | None, name: str, received: str, limits: Limits) -> Result:
-    """Grade one student alone, from a notebook or folder, or from what the class has submitted."""
+    """Grade only one student, from a notebook or folder, or from the submissions of the class."""
     student = find_student(assignment, name)
     time = read_time(received) if received else None
     if path is not None:
@@ -198,8 +203,8 @@ def _grade_student(assignment: Assignment, path: Path | None, name: str, receive
         files = find_submissions(assignment, assignment.folder / "submitted").by_student.get(student.id)
         if files is not None and time is not None:
             files = replace(files, received=time, platform="option")
-    read = read_sample(assignment, {} if files is None else {student.id: files}, [student.id])
-    check_secret(assignment, [submission for _, submission in read], path or assignment.folder / "submitted")
+    sample = read_sample(assignment, {} if files is None else {student.id: files}, [student.id])
+    check_secret(assignment, [submission for _, submission in sample], path or assignment.folder / "submitted")
     check_sandbox(assignment.sandbox == "strict")
     result = grade_one(assignment, student, files, limits)
     _tell_notes([result])
@@ -207,12 +212,13 @@ def _grade_student(assignment: Assignment, path: Path | None, name: str, receive
 
 
 def _check_graded(results: list[Result]) -> None:
-    """Report the students who have no mark because a limit was exceeded. Raises QdotError if qdot failed."""
-    over = [result.student for result in results if status(result) == "over limit"]
-    if over:
+    """Print a note on the students who have no mark because of a limit. Raises QdotError if qdot failed on any."""
+    over_limit = [result.student for result in results if status(result) == "over limit"]
+    if over_limit:
         note(
-            f"without a mark, for what they handed in takes more to grade than a limit allows: {', '.join(over[:5])}"
-            f"{', …' if len(over) > 5 else ''}; feedback says which, and overrides.csv can set points"
+            "without a mark, for what they handed in takes more to grade than a limit allows: "
+            f"{', '.join(over_limit[:5])}{', …' if len(over_limit) > 5 else ''}; feedback says which, and "
+            "overrides.csv can set points"
         )
     if any(status(result) == "ungraded" for result in results):
         raise QdotError(
@@ -222,7 +228,7 @@ def _check_graded(results: list[Result]) -> None:
 
 
 def check_sandbox(strict: bool) -> None:
-    """Say what this machine does not enforce. Raises QdotError where the assignment demands that it does."""
+    """Print a note on what this machine's sandbox does not enforce. If `strict`, raise QdotError instead."""
     check_system()
     findings = guarantees.probe(quick=not strict)
     if strict and not findings.is_strict:
@@ -232,7 +238,7 @@ def check_sandbox(strict: bool) -> None:
 
 
 def _tell_notes(results: list[Result]) -> None:
-    """Tell the staff what is odd, in a line for each student and note; outdated notebooks in one line for the class."""
+    """Print the notes for the staff, one line for each note of a student, and one line about all outdated notebooks."""
     for result in results:
         for message in list_staff_notes(result):
             if message != OTHER_EDITION:
@@ -250,7 +256,7 @@ def _summary(results: list[Result], folder: Path, ownerless: int) -> str:
     kinds = ", ".join(f"{count} {kind}" for kind, count in Counter(map(status, results)).items())
     percents = [result.percent for result in results if result.submission is not None and status(result) not in NO_MARK]
     mean = f"mean {fmean(percents):.1f} % of those handed in; " if percents else ""
-    left = f"{ownerless} of nobody on the roster, or not surely of one; " if ownerless else ""
+    not_graded = f"{ownerless} of nobody on the roster, or not surely of one; " if ownerless else ""
     overridden = sum(map(count_overridden, results))
     by_hand = f"{overridden} set by {OVERRIDES}; " if overridden else ""
-    return f"{len(results)} students: {kinds}; {mean}{by_hand}{left}see {folder / 'graded'}"
+    return f"{len(results)} students: {kinds}; {mean}{by_hand}{not_graded}see {folder / 'graded'}"

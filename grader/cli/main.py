@@ -32,7 +32,7 @@ STOPPED = {
     "forget": "stopped; run the same command again to remove the rest",
     "verify": "stopped; the same command begins at the first problem again, and --first-seed SEED begins a sweep later",
 }
-"""What is printed when Ctrl-C or SIGTERM stops a command, if there is more to say than "stopped"."""
+"""The messages that are printed when Ctrl-C or SIGTERM stops a command, unless it is just "stopped"."""
 
 COMMANDS = {
     **dict.fromkeys(("init", "families", "questions", "show", "robots", "solve"), "qdot.grader.cli.problem_commands"),
@@ -43,25 +43,26 @@ COMMANDS = {
     "forget": "qdot.grader.cli.forget_command",
     "demo": "qdot.grader.cli.class_commands",
 }
-"""Each command, and the module in which it is the function of that name, with _ for -."""
+"""For each command, the module that defines it as a function of the same name, with _ instead of -."""
 
 ENDING = [signal.SIGTERM, *([signal.SIGHUP] if hasattr(signal, "SIGHUP") else [])]
-"""Signals that end the program as Ctrl-C does: a request to terminate, and a closed terminal."""
+"""The signals that end the program like Ctrl-C: a request to terminate, and a closed terminal."""
 SITE = {"build": "build_site", "serve": "serve"}
 
 
 BETWEEN_COLLECTIONS = 20_000, 10, 10
-"""Thresholds of garbage collection: formulas are trees and need none; Python's default takes a tenth of the time."""
+"""Thresholds of garbage collection. They are high because formulas are trees, which need no collection; with Python's
+default, it takes a tenth of the time."""
 
 LISTING = "--help"
-"""The part of the program that only lists the commands."""
+"""The value of `only` for a program that only lists the commands."""
 
 
 @functools.cache
 def program(only: str = "") -> "typer.Typer":
-    """Return the program with all its commands, or with one of them, because loading the others takes time.
+    """Return the program with all its commands, or `only` with one of them, because loading the others takes time.
 
-    For the list of commands, `only` is LISTING: the descriptions are parsed from the text of the modules.
+    If `only` is LISTING, the program can only list its commands, with descriptions parsed from the modules' source.
     """
     import typer
 
@@ -101,7 +102,7 @@ def program(only: str = "") -> "typer.Typer":
 
 
 def _describe(module: str, function: str) -> Callable[[], None]:
-    """Return a function that does nothing, with the docstring of a module's function; the module is not loaded."""
+    """Return a function that does nothing but has the docstring of a module's function; don't load the module."""
 
     def described() -> None: ...
 
@@ -112,10 +113,10 @@ def _describe(module: str, function: str) -> Callable[[], None]:
 @functools.cache
 def _docstrings(module: str) -> dict[str, str | None]:
     """Return the docstrings of a module's functions."""
-    place = find_spec(module)
-    assert place is not None and place.origin is not None, module
-    functions = ast.parse(Path(place.origin).read_bytes()).body
-    return {each.name: ast.get_docstring(each) for each in functions if isinstance(each, ast.FunctionDef)}
+    spec = find_spec(module)
+    assert spec is not None and spec.origin is not None, module
+    statements = ast.parse(Path(spec.origin).read_bytes()).body
+    return {node.name: ast.get_docstring(node) for node in statements if isinstance(node, ast.FunctionDef)}
 
 
 def __getattr__(name: str) -> Any:
@@ -125,7 +126,7 @@ def __getattr__(name: str) -> Any:
 
 
 def _report_errors(command: Callable[..., None]) -> Callable[..., None]:
-    """Return a command that reports its errors in one line; exit code 2 for errors, 130 or 143 if it was stopped."""
+    """Return a command that reports its errors in one line, and exits with 2 for errors, or 130 or 143 if stopped."""
     import typer
 
     from qdot.exercises.common.errors import QdotError, of_machine
@@ -140,7 +141,7 @@ def _report_errors(command: Callable[..., None]) -> Callable[..., None]:
         except KeyboardInterrupt as stop:
             _leave(STOPPED.get(command.__name__, "stopped"), 128 + (stop.args or (signal.SIGINT,))[0])
         except BrokenPipeError:
-            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # the reader of our output has ended
+            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # the reading program has ended
         except (typer.Exit, typer.Abort, typer.BadParameter):
             raise
         except Exception as error:
@@ -169,29 +170,29 @@ def _stop_at_once(number: int, _: object) -> NoReturn:
 
 
 def _begin() -> None:
-    """Begin a command: from now on, Ctrl-C, SIGTERM and SIGHUP end it after it has cleaned up."""
+    """Prepare a command so that, from now on, Ctrl-C, SIGTERM and SIGHUP end it after it has cleaned up."""
     if not gc.isenabled():
         gc.freeze()
         gc.set_threshold(*BETWEEN_COLLECTIONS)
         gc.enable()
-    for number, handler in ((signal.SIGINT, signal.default_int_handler), *((each, _stop) for each in ENDING)):
+    for number, handler in ((signal.SIGINT, signal.default_int_handler), *((ending, _stop) for ending in ENDING)):
         if signal.getsignal(number) is _stop_at_once:
             signal.signal(number, handler)
 
 
 def _stop(number: int, _: object) -> NoReturn:
-    """Stop as for Ctrl-C, so that processes are ended and everything is cleaned up."""
-    signal.signal(number, signal.SIG_IGN)  # once is enough
+    """Stop as on Ctrl-C, so that processes are ended and everything is cleaned up."""
+    signal.signal(number, signal.SIG_IGN)  # ignore the signal if it comes again
     raise KeyboardInterrupt(number)
 
 
 def _encoding(stream: io.TextIOWrapper) -> str | None:
-    """Return UTF-8 for output to a file or another program, as Windows has another default; None for a terminal."""
+    """Return UTF-8 for output to a file or another program (Windows has another default); None for a terminal."""
     return None if stream.isatty() or os.environ.get("PYTHONIOENCODING") else "utf-8"
 
 
 def needed_part(typed: Sequence[str], environment: Mapping[str, str]) -> str:
-    """Return the part of the program that is needed: one command, LISTING, or nothing for the whole program.
+    """Return the part of the program that is needed: one command, LISTING, or "" for the whole program.
 
     >>> needed_part(["grade", "homework"], {}), needed_part([], {}), needed_part(["site", "build"], {})
     ('grade', '--help', 'site')
@@ -199,9 +200,9 @@ def needed_part(typed: Sequence[str], environment: Mapping[str, str]) -> str:
     >>> needed_part([], begun), needed_part([], {**begun, "COMP_WORDS": "qdot gr"})
     ('grade', '--help')
     """
-    if "_QDOT_COMPLETE" in environment:  # a shell asks what may come next
+    if "_QDOT_COMPLETE" in environment:  # a shell asks for completions
         line = environment.get("COMP_WORDS") or environment.get("_TYPER_COMPLETE_ARGS") or ""
-        typed = f"{line}x".split()[1:]  # the last word is one that is begun
+        typed = f"{line}x".split()[1:]  # the added x makes sure that there is a last, unfinished word
         return typed[0] if len(typed) > 1 else LISTING
     return " ".join(typed[:1]) if typed and typed[0] not in ("--help", "--version", *COMPLETION) else LISTING
 
@@ -210,23 +211,23 @@ COMPLETION = ("--install-completion", "--show-completion")
 
 
 def main() -> None:
-    """Run the command line: 0 done, 1 something is not as it should be, 2 bad input or our own failure."""
-    if signal.getsignal(signal.SIGINT) is not signal.SIG_IGN:  # else it was started in the background, to go on
-        signal.signal(signal.SIGINT, _stop_at_once)  # nothing has been begun yet
+    """Run the command line. Exit codes: 0 for success, 1 if a check failed, 2 for bad input or a failure of qdot."""
+    if signal.getsignal(signal.SIGINT) is not signal.SIG_IGN:  # it is ignored if qdot was started in the background
+        signal.signal(signal.SIGINT, _stop_at_once)  # nothing has to be cleaned up yet
     for number in ENDING:
-        if signal.getsignal(number) is not signal.SIG_IGN:  # as with nohup
+        if signal.getsignal(number) is not signal.SIG_IGN:  # it is ignored under nohup
             signal.signal(number, _stop_at_once)
-    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # matrices are small; without threads a process can be forked
-    os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__")  # else it reads what every installed package offers
-    gc.disable()  # until all is loaded, and stays
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # matrices are small; threads prevent forking
+    os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__")  # Pydantic would search all installed packages
+    gc.disable()  # until everything is loaded, because nothing loaded becomes garbage
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
-            stream.reconfigure(encoding=_encoding(stream), errors="replace")  # a terminal that knows no "θ" shows "?"
+            stream.reconfigure(encoding=_encoding(stream), errors="replace")  # a terminal without "θ" shows "?"
     program(needed_part(sys.argv[1:], os.environ))()
 
 
 def run() -> NoReturn:
-    """Run the command line, and end at once, because unloading all modules takes a third of a second."""
+    """Run the command line, and exit without unloading the modules, which would take a third of a second."""
     code: object = 1
     try:
         main()
@@ -239,7 +240,7 @@ def run() -> NoReturn:
     try:
         sys.stdout.flush()
         sys.stderr.flush()
-    except (OSError, ValueError):  # the reader has ended
+    except (OSError, ValueError):  # the reading program has ended
         code = code or 120
     os._exit(code or 0)
 

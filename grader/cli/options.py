@@ -18,13 +18,13 @@ def name_option(
 
 
 def _convention(default: str) -> Any:
-    known = f"{', '.join(CONVENTIONS)}; default: {default}{CONVENTIONS[0]}"
-    return name_option(f"How arms are told: {known}.", "--convention", names=CONVENTIONS)
+    choices = f"{', '.join(CONVENTIONS)}; default: {default}{CONVENTIONS[0]}"
+    return name_option(f"How arms are told: {choices}.", "--convention", names=CONVENTIONS)
 
 
 def _twist_order(default: str) -> Any:
-    known = f"{' or '.join(TWIST_ORDERS)}; default: {default}{TWIST_ORDERS[0]}"
-    return name_option(f"Of arms told by their axes: {known}.", "--twist-order", names=TWIST_ORDERS, metavar="ORDER")
+    choices = f"{' or '.join(TWIST_ORDERS)}; default: {default}{TWIST_ORDERS[0]}"
+    return name_option(f"Of arms told by their axes: {choices}.", "--twist-order", names=TWIST_ORDERS, metavar="ORDER")
 
 
 OF_ID = "what the id says, else "

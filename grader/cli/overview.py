@@ -1,4 +1,4 @@
-"""The families for `qdot families`, by kind of arm, what can be asked of one, and the real robots."""
+"""Makes the texts of `qdot families` and `qdot robots`: the families, the questions for one of them, the robots."""
 
 import textwrap
 from collections.abc import Callable
@@ -19,7 +19,7 @@ KINDS: tuple[tuple[str, Callable[[Chain], bool]], ...] = (
     ("Spatial arms with slides", lambda chain: any(joint.kind == "P" for joint in chain.joints)),
     ("Spatial arms of revolute joints", lambda _: True),
 )
-"""Kinds of arms: an arm is of the first kind whose test it passes."""
+"""The kinds of arms, each with a test: an arm is of the first kind whose test it passes."""
 RANDOM = "Arms whose structure is drawn, too"
 ORDER = (
     "Planar arms", "Spatial arms of revolute joints", "Spatial arms with slides", "Wrists",
@@ -29,76 +29,79 @@ ORDER = (
 
 def kinds() -> dict[str, list[Family]]:
     """Return the families by kind of arm, in the order in which they are shown."""
-    kinds: dict[str, list[Family]] = {name: [] for name in ORDER}
+    families_by_kind: dict[str, list[Family]] = {name: [] for name in ORDER}
     for family in FAMILIES.values():
-        kinds[_kind(family)].append(family)
-    return kinds
+        families_by_kind[_kind(family)].append(family)
+    return families_by_kind
 
 
 def _kind(family: Family) -> str:
     if family.varied:
         return RANDOM
     chain = sample_chain(ProblemId(family.name, 0), family)
-    return next(name for name, is_such in KINDS if is_such(chain))
+    return next(name for name, is_of_kind in KINDS if is_of_kind(chain))
 
 
 def overview() -> str:
-    """Return all families by kind, each with how many questions can be asked of it."""
+    """Return a text that lists all families by kind, each with the number of questions that apply to it."""
     lines = ["The families: joints, difficulty from 0 to 4, and what they are an example of:"]
     for kind, families in kinds().items():
         lines += ["", kind, ""]
         for family in families:
-            about = listing_of(family.name)
-            first = f"  {family.name:<20}{about.kinds or 'varied':<9}{about.difficulty:<8}"
-            lines += _wrap(first, f"{family.title}; {family.source}; {len(about.questions)} questions")
+            listing = listing_of(family.name)
+            prefix = f"  {family.name:<20}{listing.kinds or 'varied':<9}{listing.difficulty:<8}"
+            lines += _wrap(prefix, f"{family.title}; {family.source}; {len(listing.questions)} questions")
     lines += ["", "What can be asked of one of them: qdot families NAME. Drawings of all: docs/families.md"]
     return "\n".join(lines)
 
 
 def robots_overview() -> str:
-    """Return the robots of the library: name, joints, convention, what it is and its source."""
+    """Return a text that lists the robots of the library: name, joints, convention, description and source."""
     lines = ["Real robots: name, joints, convention, what it is, and where its numbers are from:", ""]
     for robot in robots().values():
-        first = f"  {robot.name:<16}{robot.joints:<9}{robot.convention:<13}"
-        lines += _wrap(first, f"{robot.title}; {robot.source}")
+        prefix = f"  {robot.name:<16}{robot.joints:<9}{robot.convention:<13}"
+        lines += _wrap(prefix, f"{robot.title}; {robot.source}")
     lines += ["", "All that is derived of one: qdot solve NAME. As a file: qdot solve NAME --convert dh > arm.toml"]
     return "\n".join(lines)
 
 
 def describe_family(family: Family, convention: str = "") -> str:
-    """Describe a family, or a robot: what it is, what can be asked of its arms, and why the rest can't be asked.
+    """Return a text about a family or robot: what it is, which questions apply to its arms, and why the rest don't.
 
-    The arms are described in a convention, if one is named, else in that of the family or the robot's file.
+    The arms are described in the named convention, else in that of the family or the robot's file.
     """
-    about = listing_of(family, convention)
-    joints = f"joints {about.kinds}" if about.kinds else "joints of several kinds"
-    lines = [f"{family.name}: {family.title}; {family.source}", f"{joints}, difficulty {about.difficulty}", ""]
-    lines += _wrap("can be asked     ", ", ".join(name for name in QUESTIONS if name in about.questions))
+    listing = listing_of(family, convention)
+    joints = f"joints {listing.kinds}" if listing.kinds else "joints of several kinds"
+    lines = [f"{family.name}: {family.title}; {family.source}", f"{joints}, difficulty {listing.difficulty}", ""]
+    lines += _wrap("can be asked     ", ", ".join(name for name in QUESTIONS if name in listing.questions))
     by_reason: dict[str, list[str]] = {}
-    for name, why in refusals(family, convention).items():
-        by_reason.setdefault(why, []).append(name)
+    for name, reason in refusals(family, convention).items():
+        by_reason.setdefault(reason, []).append(name)
     if by_reason:
         lines += ["", f"can't be asked{' of any, as of this one,' if family.varied else ''}"]
-    for why, names in by_reason.items():
-        lines += _wrap("  ", f"{', '.join(names)}: {why}")
+    for reason, names in by_reason.items():
+        lines += _wrap("  ", f"{', '.join(names)}: {reason}")
     if family.robot:
-        last = f"Ask about it by robot in assignment.toml. All that is derived of it: qdot solve {family.robot}"
+        advice = f"Ask about it by robot in assignment.toml. All that is derived of it: qdot solve {family.robot}"
     else:
         problem = f"{family.name}/1@{convention}" if convention else f"{family.name}/1"
-        last = f"Short questions for quizzes: qdot questions. One such arm: qdot show {problem} --solution"
-    lines += ["", last]
+        advice = f"Short questions for quizzes: qdot questions. One such arm: qdot show {problem} --solution"
+    lines += ["", advice]
     return "\n".join(lines)
 
 
 def refusals(family: Family, convention: str = "") -> dict[str, str]:
-    """Return why each question that can't be asked of a family's arms in a convention is refused."""
+    """Return the questions that don't apply to a family's arms in a convention, each with the reason."""
     missing = [name for name in QUESTIONS if name not in listing_of(family, convention).questions]
     chain = sample_chain(ProblemId(family.name, 0, convention=convention), family)
     return {name: QUESTIONS[name].refusal(chain) or "other arms of the family can't be asked" for name in missing}
 
 
 def _wrap(first: str, text: str) -> list[str]:
-    """Return a text in lines, after what the first begins with; words with hyphens are names, and stay whole."""
+    """Return a text in lines, indented under the prefix `first` of the first line.
+
+    Words with hyphens are not broken, because they are names.
+    """
     return textwrap.wrap(
         text, WIDTH, initial_indent=first, subsequent_indent=" " * len(first), break_on_hyphens=False,
         break_long_words=False,

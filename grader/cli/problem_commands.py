@@ -1,4 +1,4 @@
-"""The commands about what is asked: init, families, questions, show, robots, solve."""
+"""The commands about arms and problems: init, families, questions, show, robots, solve."""
 
 import json
 from dataclasses import asdict, replace
@@ -59,18 +59,21 @@ def init(
           which sets there are
     """
     if list_sets:
-        for each in SETS.values():
-            say(f"{each.name:<18} {each.title}: {each.purpose}")
-            say(f"{'':<18} {each.problems} problems, {each.points:g} points, about {each.minutes} minutes")
+        for problem_set in SETS.values():
+            say(f"{problem_set.name:<18} {problem_set.title}: {problem_set.purpose}")
+            say(
+                f"{'':<18} {problem_set.problems} problems, {problem_set.points:g} points, "
+                f"about {problem_set.minutes} minutes"
+            )
         return
     if folder is None:
         raise QdotError("name the folder to make, as in 'qdot init homework', or list the sets with 'qdot init --list'")
     from qdot.exercises.assignment.release import init_assignment
 
-    chosen = find_set(problems)
-    init_assignment(folder, title or chosen.title, key, roster=roster, problems=chosen)
-    first = f"put your class into {folder / 'roster.csv'}" if roster is None else "edit assignment.toml"
-    say(f"made {folder}: {first}, then run: qdot generate {folder}")
+    chosen_set = find_set(problems)
+    init_assignment(folder, title or chosen_set.title, key, roster=roster, problems=chosen_set)
+    next_step = f"put your class into {folder / 'roster.csv'}" if roster is None else "edit assignment.toml"
+    say(f"made {folder}: {next_step}, then run: qdot generate {folder}")
 
 
 def families(
@@ -118,7 +121,7 @@ def families(
 
 
 def _find_family(name: str) -> Family:
-    """Return the family of a name, or that of a robot: of a file, or of the library. Raises QdotError."""
+    """Return the family with this name, or that of a robot file or of a robot in the library. Raises QdotError."""
     if name not in FAMILIES and (name.lower().endswith(ENDINGS) or Path(name).is_file() or is_in_library(name)):
         path = robot_path(name)
         robot = read_robot_file(path)
@@ -129,9 +132,9 @@ def _find_family(name: str) -> Family:
 
 
 def _derive_questions(family: Family, convention: str) -> None:
-    """Find out with a progress bar what can be asked of an arm, which takes a minute for long arms.
+    """Find out which questions apply to an arm, with a progress bar, because this takes a minute for long arms.
 
-    The results are cached; for registered families in their own convention, they are listed already.
+    The results are cached. For registered families in their own convention, they are listed already.
     """
     if family.varied or not (family.robot or convention):
         return
@@ -143,10 +146,10 @@ def _derive_questions(family: Family, convention: str) -> None:
 
 
 def _family_json(family: Family, convention: str = "") -> dict[str, Any]:
-    about = listing_of(family, convention)
+    listing = listing_of(family, convention)
     return {
-        "name": family.name, "title": family.title, "source": family.source, "joints": about.kinds or "varied",
-        "questions": list(about.questions), "difficulty": about.steps[1], "difficulties": list(about.steps),
+        "name": family.name, "title": family.title, "source": family.source, "joints": listing.kinds or "varied",
+        "questions": list(listing.questions), "difficulty": listing.steps[1], "difficulties": list(listing.steps),
     }  # fmt: skip
 
 
@@ -218,17 +221,17 @@ def show(
         identity = replace(
             identity, questions=short_quiz(identity.family, identity.convention) if ask == "quiz" else _split_names(ask)
         )
-    made = make_problem(identity)
+    generated = make_problem(identity)
     certificate = None
     if format == "json":
         from qdot import certify
 
-        certificate = certify(made).as_json()
-    say(show_problem(made, solution, format, certificate, hints))
+        certificate = certify(generated).as_json()
+    say(show_problem(generated, solution, format, certificate, hints))
 
 
 def _split_names(listed: str) -> tuple[str, ...]:
-    """Return names with commas between them. Raises QdotError where there is none."""
+    """Return the names in a text with commas between them. Raises QdotError if there are none."""
     names = tuple(name.strip() for name in listed.split(","))
     if not any(names):
         raise QdotError("--questions names no question; leave the option out to ask all that apply")
@@ -298,13 +301,13 @@ def solve(
     from qdot.exercises.solve.time_limited import write_solution
 
     seconds = seconds_of(time)
-    read = read_robot_file(robot_path(robot), tip)
-    for message in read.notes:
+    parsed_robot = read_robot_file(robot_path(robot), tip)
+    for message in parsed_robot.notes:
         note(message)
     if convert:
         one_of(convert, CONVENTIONS, "--convert")
         if format != "text":
             raise QdotError("--convert writes a ROBOT.toml, and --format is for what is derived; give one of both")
-        say(robot_text(read, convert).rstrip())
+        say(robot_text(parsed_robot, convert).rstrip())
         return
-    write_solution(read, format, seconds, say, show_work)
+    write_solution(parsed_robot, format, seconds, say, show_work)

@@ -1,6 +1,6 @@
-"""Pages of docs/ that are made from the registries of outlets and reports, the schemas, and what the packages offer.
+"""Makes the pages of docs/ about export formats, reports, schemas and the library, from the code itself.
 
-`python -m qdot.grader.cli.reference_pages` writes them; a test says when they are out of date.
+`python -m qdot.grader.cli.reference_pages` writes them; a test fails if they are out of date.
 """
 
 import inspect
@@ -26,26 +26,26 @@ SCHEMAS = ROOT / "docs" / "schemas"
 
 
 def pages() -> dict[str, str]:
-    """Return the pages by their names."""
+    """Return the texts of the pages by file name."""
     return {
         "outlets.md": outlets_page(), "library.md": library_page(), "compatibility.md": compatibility_page(),
     }  # fmt: skip
 
 
 def outlets_page() -> str:
-    """Return the page: what is written, which program reads it, and what in our tests reads it as that would."""
-    order = ["generate", *EXPORT_FORMATS]  # students' notebooks have rows, too
+    """Return the page of export formats: which program reads each, and which tests check that it can be read."""
+    order = ["generate", *EXPORT_FORMATS]  # the table of tests has rows for students' notebooks, too
     records = sorted(_records(), key=lambda record: (order.index(record["outlet"]), record["software"]))
     return render("docs/outlets.md.j2", outlets=EXPORT_FORMATS.values(), formats=FORMATS.values(), records=records)
 
 
 def _records() -> Iterator[dict[str, str]]:
-    """Yield the records of runs in the real programs (tests/platforms), with their counts in words."""
+    """Yield the records of runs in the real programs (tests/platforms), with the counts of each run as a phrase."""
     for path in RUNS.glob("*.json"):
         run = json.loads(path.read_text(encoding="utf-8"))
         counts = (
-            f"{what}: {count['passed']} of {count['of']}" + (f" ({count['but']})" if count["but"] else "")
-            for what, count in run["counts"].items()
+            f"{item}: {count['passed']} of {count['of']}" + (f" ({count['but']})" if count["but"] else "")
+            for item, count in run["counts"].items()
         )
         yield {**run, "told": "; ".join(counts)}
 
@@ -54,9 +54,9 @@ def _records() -> Iterator[dict[str, str]]:
 
 
 def compatibility_page() -> str:
-    """Return the page on what stays as it is, with the version of each schema."""
-    read = [(path, json.loads(path.read_text(encoding="utf-8"))) for path in sorted(SCHEMAS.glob("*.json"))]
-    schemas = [{"name": path.stem, "id": schema["$id"], **schema} for path, schema in read]
+    """Return the page on compatibility between versions, with the version of each schema."""
+    parsed = [(path, json.loads(path.read_text(encoding="utf-8"))) for path in sorted(SCHEMAS.glob("*.json"))]
+    schemas = [{"name": path.stem, "id": schema["$id"], **schema} for path, schema in parsed]
     return render("docs/compatibility.md.j2", schemas=schemas, engine=ENGINE)
 
 
@@ -65,7 +65,7 @@ def compatibility_page() -> str:
 
 @dataclass(frozen=True)
 class LibraryName:
-    """A name that the library offers: how it is called, what its docstring says, and an example."""
+    """A public name of the library: its call with parameters, the text of its docstring, and an example."""
 
     name: str
     call: str
@@ -74,11 +74,11 @@ class LibraryName:
 
 
 def library_page() -> str:
-    """Return the reference of what `qdot` offers, from docstrings."""
+    """Return the reference of the public names of `qdot`, made from their docstrings."""
     homes = {name: home for home, names in qdot._HOMES.items() for name in names}
-    ordered = sorted(homes, key=str.casefold)
+    sorted_names = sorted(homes, key=str.casefold)
     packages = [
-        (title, [_describe(name, homes[name]) for name in ordered if homes[name].startswith(package)])
+        (title, [_describe(name, homes[name]) for name in sorted_names if homes[name].startswith(package)])
         for title, package in (("What is asked", "exercises"), ("What is handed in", "grader"))
     ]
     return render("docs/library.md.j2", packages=packages)
@@ -96,12 +96,12 @@ def _describe(name: str, home: str) -> LibraryName:
 
 
 def _signature(item: Any) -> str:
-    """Return how a function or class is called, with types by their own names."""
+    """Return the parameters of a function or class as text, with the names of types without their modules."""
     if inspect.isclass(item) and (item.__init__ is object.__init__ or issubclass(item, (Exception, str))):
         return ""
-    shown = str(inspect.signature(item)).replace("typing.", "")
-    shown = re.sub(r"<factory>", "…", re.sub(r"<function (\w+) at \w+>", r"\1", shown))
-    return re.sub(r"\b(?:[a-z_]\w*\.)+(?=[A-Za-z])", "", shown).removesuffix(" -> None")
+    signature = str(inspect.signature(item)).replace("typing.", "")
+    signature = re.sub(r"<factory>", "…", re.sub(r"<function (\w+) at \w+>", r"\1", signature))
+    return re.sub(r"\b(?:[a-z_]\w*\.)+(?=[A-Za-z])", "", signature).removesuffix(" -> None")
 
 
 if __name__ == "__main__":

@@ -95,8 +95,8 @@ def build_site(
     order = Order(out, wanted, titles, find_failures, min(jobs, len(wanted)), commands, docs_folder(), course, level)
     left_out: list[FailedSlot] = []
     with progress("building the site", len(wanted)) as counter:
-        made = build(order, counter.step, left_out.append)
-    say(f"{made['problems']} problems with {made['questions']} questions in {out}; see them: qdot site serve {out}")
+        totals = build(order, counter.step, left_out.append)
+    say(f"{totals['problems']} problems with {totals['questions']} questions in {out}; see them: qdot site serve {out}")
     for slot in left_out:
         note(str(slot))
     if left_out:
@@ -156,12 +156,12 @@ def serve(
 
 
 class _Quiet(http.server.SimpleHTTPRequestHandler):
-    """Serves files without logging, and as hosts do, the site's own page for missing ones."""
+    """Serves files without logging, and sends the site's own page for missing files, as web hosts do."""
 
     error_content_type = "text/html; charset=utf-8"
 
     def send_error(self, code: int, message: str | None = None, explain: str | None = None) -> None:
-        """Send the site's own page for missing files; all else as usual."""
+        """Send the site's own page if a file is missing; send the usual page for other errors."""
         page = Path(self.directory) / "404.html"
         if code == HTTPStatus.NOT_FOUND and page.is_file():
             self.error_message_format = page.read_text(encoding="utf-8").replace("%", "%%")

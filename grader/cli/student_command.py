@@ -1,4 +1,4 @@
-"""The command for students: check. It loads nothing of classes, which takes as long as all that it does."""
+"""The command for students: check. It loads no code for classes, because that would double its run time."""
 
 from pathlib import Path
 from typing import Annotated
