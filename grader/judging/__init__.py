@@ -1,11 +1,11 @@
-"""One answer against its reference: parsed, compared, and judged right, wrong or in part.
+"""Parse one answer, compare it with its reference, and judge it correct, wrong or partly correct.
 
-It imports the sandbox's clock, and nothing else of the grader.
+From the rest of the grader it imports only parts of the sandbox.
 
-    verdict                     outcomes and points; where an answer differs, in words
-    answer                      an answer, parsed once, or why it is refused
-    formulas, choices           formulas, numbers, directions and sets; letters
-    functions                   Python functions: where they are called, and their values judged
-    answer_parser, judge        the door: an answer to a part, parsed in the form that is expected; and judged
-    compare                     two texts (`qdot compare`)
+    verdict                     outcomes and points; counterexamples in words
+    answer                      parses an answer once, or refuses it with a reason
+    formulas, choices           judge formulas, numbers, directions and sets; letters of options
+    functions                   judges Python functions by their values
+    answer_parser, judge        the entry points: parse the answer to a part in the expected form; judge it
+    compare                     compares two texts (`qdot compare`)
 """

@@ -1,4 +1,4 @@
-"""Parse a text as the answer to one part of a problem, in the form that is expected there."""
+"""Parse a text as the answer to one part of a problem, in the form that the part expects."""
 
 import re
 from dataclasses import dataclass, replace
@@ -23,10 +23,10 @@ from qdot.grader.judging.functions import constant_text, is_table, read_table
 
 @dataclass(frozen=True)
 class ExpectedForm:
-    """What is known of a part before its answer is parsed: the form of the answer, and the names that it may contain.
+    """The form in which a part's answer is expected, and the names that it may contain.
 
-    The entries of a vector may be named by `labels`, those of a matrix stand below the names of its `columns`. A
-    determinant is in a power of metres.
+    The entries of a vector may be named by `labels`, the columns of a matrix by `columns`. `metres` is the power of
+    metres that is the unit of a determinant.
     """
 
     answer: answers.Answer
@@ -38,7 +38,7 @@ class ExpectedForm:
 
 
 def expected_form(problem: Problem, part: Part) -> ExpectedForm:
-    """Return the form that is expected as the answer to a part of a problem."""
+    """Return the form in which a part's answer is expected."""
     question, joints = ASKED[part.kind], tuple(q.name for q in problem.chain.q)
     labels, columns = question.typed_labels(problem.chain, part), question.columns(problem.chain)
     return ExpectedForm(part.answer, problem.domain(), joints, labels, columns, find_power_of_metres(part))
@@ -67,8 +67,10 @@ def read_as(expected: ExpectedForm, text: str, points_seed: str = "") -> ParsedA
     parsed = expected.answer.accept(_Reading(text, expected))
     is_formula = isinstance(expected.answer, answers.Expression | answers.Matrix)
     if parsed.refusal is not None and is_formula and (with_point := with_points(text)) != text:
-        pointed = expected.answer.accept(_Reading(with_point, expected))  # as pages of many languages print decimals
-        return parsed if pointed.refusal is not None else replace(pointed, text=text)
+        parsed_with_point = expected.answer.accept(
+            _Reading(with_point, expected)
+        )  # as pages of many languages print decimals
+        return parsed if parsed_with_point.refusal is not None else replace(parsed_with_point, text=text)
     return parsed
 
 
@@ -79,39 +81,39 @@ CUBED = 3
 
 @dataclass(frozen=True)
 class _Reading(answers.AnswerVisitor[ParsedAnswer]):
-    """Reads a text in the form of the expected answer."""
+    """Parses a text in the form of the expected answer."""
 
     text: str
     expected: ExpectedForm
 
     def formula(self, answer: answers.Expression) -> ParsedAnswer:
-        """Read a formula."""
+        """Parse a formula."""
         return read_formula(self.text, self.expected.domain, self.expected.labels)
 
     def matrix(self, answer: answers.Matrix) -> ParsedAnswer:
-        """Read rows of formulas."""
+        """Parse rows of formulas."""
         return read_matrix(self.text, answer.shape, self.expected.domain, self.expected.labels, self.expected.columns)
 
     def direction(self, answer: answers.Direction) -> ParsedAnswer:
-        """Read a vector."""
+        """Parse a vector."""
         return read_matrix(self.text, answer.shape, self.expected.domain, self.expected.labels)
 
     def numbers(self, answer: answers.Number) -> ParsedAnswer:
-        """Read numbers."""
+        """Parse numbers."""
         return read_numbers(self.text, len(answer.reference), self.expected.labels, answer.units)
 
     def conditions(self, answer: answers.ConditionSet) -> ParsedAnswer:
-        """Read conditions."""
+        """Parse conditions."""
         return read_conditions(self.text, self.expected.domain, self.expected.joints)
 
     def one_of(self, answer: answers.Choice) -> ParsedAnswer:
-        """Read an option."""
+        """Parse an option."""
         return read_choice(self.text, answer.options)
 
     def some_of(self, answer: answers.Selection) -> ParsedAnswer:
-        """Read letters."""
+        """Parse letters."""
         return read_selection(self.text, len(answer.options))
 
     def matching(self, answer: answers.Matching) -> ParsedAnswer:
-        """Read a letter for each item."""
+        """Parse a letter for each item."""
         return read_matching(self.text, answer.items, len(answer.options))

@@ -1,4 +1,4 @@
-"""Letters of options, read and judged: one, several, one for each item; true or false."""
+"""Parse and judge letters of options: one option, several, or one for each item; true or false."""
 
 import re
 import unicodedata
@@ -19,24 +19,24 @@ NOTHING = ("", "blank", "ellipsis", "none")
 
 
 LONGEST = 1000
-"""Characters of an answer, without blanks in a row, of which the option is looked for."""
+"""Maximum number of characters of an answer (with single spaces) that are searched for an option."""
 
 
 def read_choice(text: str, options: Sequence[str]) -> ParsedAnswer:
-    """Read an option, by its letter (in any case, in brackets or quotes) or its own text."""
+    """Parse one option, given by its letter (upper or lower case, in brackets or quotes) or by its text."""
     chosen = chosen_option(text, options)
     names = options if tuple(options) == TRUE_FALSE else LETTERS[: len(options)]
     return _parse(text, None if chosen is None else [chosen], f"is none of the options {', '.join(names)}")
 
 
 def read_selection(text: str, options: int) -> ParsedAnswer:
-    """Read letters of options, as many as were chosen."""
+    """Parse the letters of any number of options."""
     letters = ", ".join(LETTERS[:options])
     return _parse(text, chosen_letters(text, options), f'is no choice of the letters {letters}, as in "AC"')
 
 
 def read_matching(text: str, items: Sequence[str], options: int) -> ParsedAnswer:
-    """Read a letter for each item, in their order."""
+    """Parse a letter for each item, in the order of the items."""
     chosen, letters = chosen_letters(text, options), ", ".join(LETTERS[:options])
     is_complete = chosen is not None and len(chosen) == len(items)
     expected = f"{len(items)} of the letters {letters}, one for each of {items[0]} to {items[-1]}"
@@ -45,7 +45,7 @@ def read_matching(text: str, items: Sequence[str], options: int) -> ParsedAnswer
 
 
 def _parse(text: str, chosen: Sequence[int] | None, problem: str) -> ParsedAnswer:
-    """Return the chosen options as an answer; a text that is blank, or has a `problem`, is refused."""
+    """Return the chosen options as an answer; refuse a blank text, and a text without options for the given reason."""
     if _strip(text) in NOTHING:
         return ParsedAnswer(text, _BLANK)
     return refuse(text, f"{text[:40]!r} {problem}") if chosen is None else ParsedAnswer(text, chosen=tuple(chosen))
@@ -55,7 +55,7 @@ _BLANK = missing("the answer was left blank")
 
 
 def chosen_letters(student: str, options: int) -> list[int] | None:
-    r"""Return the options for letters in a row or with commas between them; None for any other text.
+    r"""Return the options for consecutive letters, or letters separated by commas; None for any other text.
 
     >>> chosen_letters("A, c", 4), chosen_letters("['B', 'A']", 4), chosen_letters("{1: 'B', 2: 'A'}", 4)
     ([0, 2], [1, 0], [1, 0])
@@ -70,14 +70,14 @@ def chosen_letters(student: str, options: int) -> list[int] | None:
 
 
 def _plain(text: str) -> str:
-    """Return a text in small letters, wide ones as plain ones, without marks that nobody sees.
+    """Return a text in lower case, with wide letters as plain ones and without invisible marks.
 
-    Of one that is longer than any option, no more is looked at than shows that it is none.
+    A text longer than any option is cut off and marked, so that it matches no option.
     """
     words = " ".join(text.split())
-    shown = "".join(sign for sign in words[:LONGEST] if unicodedata.category(sign) != "Cf")
-    shown += "\N{REPLACEMENT CHARACTER}" if len(words) > LONGEST else ""
-    return unicodedata.normalize("NFKC", shown).casefold()
+    visible = "".join(sign for sign in words[:LONGEST] if unicodedata.category(sign) != "Cf")
+    visible += "\N{REPLACEMENT CHARACTER}" if len(words) > LONGEST else ""
+    return unicodedata.normalize("NFKC", visible).casefold()
 
 
 def _strip(student: str) -> str:
@@ -85,23 +85,23 @@ def _strip(student: str) -> str:
 
 
 _LABEL = re.compile(r"^(?:answer|option|antwort|lösung|solution)(?: is| ist| ?[:=])? ?(?=[\"'(\[]?[a-h](?![a-z]))")
-"""What stands before a letter, as in "Answer: C"."""
+"""The words before a letter, as in "Answer: C"."""
 
 
 def chosen_option(student: str, options: Sequence[str]) -> int | None:
-    """Return the option with this letter or text; None if that is not clear."""
+    """Return the option with this letter or text; None if there is no such option or several."""
     plain = _strip(student)
     if tuple(options) == TRUE_FALSE:
         plain = {"t": "true", "f": "false"}.get(plain, plain)
-    if same := [index for index, option in enumerate(options) if plain == _strip(option)]:
-        return same[0]
-    lettered = re.match(r"([a-h])\s*[.):]", plain)
-    plain = plain if lettered is None else lettered.group(1)
+    if exact_matches := [index for index, option in enumerate(options) if plain == _strip(option)]:
+        return exact_matches[0]
+    letter_match = re.match(r"([a-h])\s*[.):]", plain)
+    plain = plain if letter_match is None else letter_match.group(1)
     letters = LETTERS[: len(options)].casefold()
-    similar = [index for index, option in enumerate(options) if len(plain) > 3 and plain in option.casefold()]
+    partial_matches = [index for index, option in enumerate(options) if len(plain) > 3 and plain in option.casefold()]
     if len(plain) == 1 and plain in letters:
         return letters.index(plain)
-    return similar[0] if len(similar) == 1 else None
+    return partial_matches[0] if len(partial_matches) == 1 else None
 
 
 # --- judging ---
@@ -122,8 +122,10 @@ def judge_choice(parsed: ParsedAnswer, options: Sequence[str], right: int) -> Ju
 
 
 def judge_selection(parsed: ParsedAnswer, options: int, right: Sequence[int]) -> Judgement:
-    """Judge a choice of letters: those that are right share the points, those that are wrong take them off in equal
-    shares, none below zero.
+    """Judge a choice of letters.
+
+    Each correct letter earns an equal share of the points. Each wrong letter costs an equal share of them, but the
+    result is never negative.
     """
     if parsed.refusal is not None:
         return parsed.refusal
@@ -133,17 +135,17 @@ def judge_selection(parsed: ParsedAnswer, options: int, right: Sequence[int]) ->
     share = Fraction(hits, len(right)) - Fraction(misses, max(options - len(right), 1))
     verbs = ["is" if count == 1 else "are" for count in (hits, misses)]
     reason = f"{hits} of the letters {verbs[0]} right, {misses} {verbs[1]} not"
-    missed = f"; {len(right) - hits} more should be there" if hits < len(right) else ""
-    return partial(float(max(share, Fraction(0))), reason + missed, _CERTIFICATE)
+    missed_words = f"; {len(right) - hits} more should be there" if hits < len(right) else ""
+    return partial(float(max(share, Fraction(0))), reason + missed_words, _CERTIFICATE)
 
 
 def judge_matching(parsed: ParsedAnswer, items: Sequence[str], right: Sequence[int]) -> Judgement:
-    """Judge a letter for each item, in their order, one by one; a letter that is given twice is no choice."""
+    """Judge the letter for each item; a letter that is given more than once counts as wrong."""
     if parsed.refusal is not None:
         return parsed.refusal
     pairs = zip(items, parsed.chosen, right, strict=True)
-    off = [item for item, chosen, expected in pairs if chosen != expected or parsed.chosen.count(chosen) > 1]
-    if not off:
+    wrong_items = [item for item, chosen, expected in pairs if chosen != expected or parsed.chosen.count(chosen) > 1]
+    if not wrong_items:
         return correct(_CERTIFICATE)
-    share = float(Fraction(len(items) - len(off), len(items)))
-    return partial(share, f"not right for {', '.join(off)}", _CERTIFICATE)
+    share = float(Fraction(len(items) - len(wrong_items), len(items)))
+    return partial(share, f"not right for {', '.join(wrong_items)}", _CERTIFICATE)

@@ -1,4 +1,4 @@
-"""The grader's comparison by itself: two texts in, a judgement out (`qdot compare`)."""
+"""Compare two texts as the grader does, and return a judgement (`qdot compare`)."""
 
 import contextlib
 import hashlib
@@ -22,10 +22,11 @@ TYPES = ("expression", "matrix", "angles", "singular")
 
 
 def compare(kind: str, student: str, reference: Any, joints: Sequence[str] = ()) -> Judgement:
-    """Compare a student's text with a reference (text, or a list of texts, or of rows of them) of one of TYPES.
+    """Compare a student's text with a reference; `kind` is one of TYPES.
 
-    Symbols have the roles of their names: theta* an angle, a*, d*, L* a length, others any number. Raises QdotError
-    for a reference that can't be read or a type that is none.
+    The reference is a text, a list of texts, or a list of rows of texts. A symbol's name determines its role: theta* is
+    an angle, a*, d* and L* are lengths, others any number. Raises QdotError if the reference can't be parsed or the
+    type is unknown.
     """
     if kind not in TYPES:
         raise QdotError(f"type {kind!r} is none of {', '.join(TYPES)}")
@@ -65,17 +66,17 @@ def _rows(reference: Any, known: frozenset[str]) -> list[list[Node]]:
             return as_matrix(read(reference, known))
         except ReadError as error:
             raise QdotError(f"the reference is no matrix: {error}") from None
-    listed = reference if isinstance(reference, list) else [reference]
-    rows = [row if isinstance(row, list) else [row] for row in listed]
+    row_list = reference if isinstance(reference, list) else [reference]
+    rows = [row if isinstance(row, list) else [row] for row in row_list]
     if len({len(row) for row in rows}) != 1:
         raise QdotError("the rows of the reference have different lengths")
     return [[tree_of_reference(str(entry), known) for entry in row] for row in rows]
 
 
 def _domain(nodes: Sequence[Node], student: str, joints: Sequence[str]) -> Domain:
-    """Return the roles of the reference's symbols and the joints, and of a student's of the usual names."""
+    """Return the default roles of the joints and of all symbols in the reference and in the student's text."""
     used = set().union(*(names(node) for node in nodes), joints)
-    with contextlib.suppress(ReadError):  # the judgement will say what can't be read
+    with contextlib.suppress(ReadError):  # the judgement will report what can't be parsed
         used |= names(read(student, used))
     return Domain({name: default_role(name) for name in sorted(used)})
 
@@ -83,7 +84,7 @@ def _domain(nodes: Sequence[Node], student: str, joints: Sequence[str]) -> Domai
 def compare_line(line: str, number: int) -> dict[str, Any]:
     """Return the answer to one line of a batch, in the form of docs/schemas/compare.json.
 
-    Raises QdotError for a line that is no request.
+    Raises QdotError if the line is not a valid request.
     """
     try:
         request = json.loads(line)
@@ -100,21 +101,23 @@ def compare_line(line: str, number: int) -> dict[str, Any]:
 
 
 def compare_lines(lines: Iterable[str], refused: list[str]) -> Iterator[str]:
-    """Yield the answer to every line of a batch that is not empty, as a line; why one is no request is `refused`."""
+    """Yield one line of JSON for each nonempty line of a batch; append the errors of invalid requests to `refused`."""
     for number, line in enumerate(lines, 1):
         if not line.strip():
             continue
         try:
             answer = json.dumps(compare_line(line, number), ensure_ascii=False)
-        except (QdotError, RecursionError) as error:  # the latter where its id can't be written
-            why = str(error) if isinstance(error, QdotError) else f"line {number}: its id is nested too deeply"
-            refused.append(why)
-            answer = json.dumps({"id": None, **content_of(Judgement(Outcome.UNGRADED, 0.0, why))}, ensure_ascii=False)
+        except (QdotError, RecursionError) as error:  # RecursionError if its id can't be written
+            reason = str(error) if isinstance(error, QdotError) else f"line {number}: its id is nested too deeply"
+            refused.append(reason)
+            answer = json.dumps(
+                {"id": None, **content_of(Judgement(Outcome.UNGRADED, 0.0, reason))}, ensure_ascii=False
+            )
         yield answer
 
 
 def safely(request: Mapping[str, Any], number: int) -> Judgement:
-    """Return the judgement; a failure in our own code is UNGRADED and does not stop the batch."""
+    """Return the judgement on one request; a failure in qdot's code is UNGRADED and does not stop the batch."""
     joints = request.get("joints") or ()
     if not isinstance(joints, (list, tuple)) or not all(isinstance(joint, str) for joint in joints):
         raise QdotError(f'line {number}: joints is a list of names, as in ["theta1", "theta2"]')
@@ -128,7 +131,7 @@ def safely(request: Mapping[str, Any], number: int) -> Judgement:
         raise QdotError(f"line {number}: {error}") from None
     except Overlong:
         return Judgement(Outcome.UNGRADED, 0.0, f"it takes longer than {budget.seconds:g} s of processor time")
-    except Exception as error:  # our own failure is reported and never a verdict
+    except Exception as error:  # a failure of qdot is reported and is never a verdict
         return Judgement(Outcome.UNGRADED, 0.0, f"qdot failed: {type(error).__name__}: {error}"[:300])
 
 
@@ -136,14 +139,14 @@ def as_text(student: Any, depth: int = 0) -> str:
     """Return an answer (a text, a number or nested lists of these) as one text; "" for null."""
     if student is None:
         return ""
-    if isinstance(student, list):  # what lies deeper than the reader goes is left out, and refused there
-        inside = student if depth <= MAX_DEPTH else []
-        return "[" + ", ".join(as_text(item, depth + 1) for item in inside) + "]"
+    if isinstance(student, list):  # lists too deep for the parser are omitted; it refuses the rest
+        items = student if depth <= MAX_DEPTH else []
+        return "[" + ", ".join(as_text(item, depth + 1) for item in items) + "]"
     return student if isinstance(student, str) else repr(student)
 
 
 def likely_type(reference: str) -> str:
-    """Return the type that a reference looks like: a matrix for a list, angles for a set, else an expression."""
+    """Guess the type of a reference: matrix for a list, angles for a set, singular for conditions, else expression."""
     try:
         return {"list": "matrix", "set": "angles", "eq": "singular", "or": "singular"}.get(
             read(reference).kind, "expression"
@@ -153,7 +156,7 @@ def likely_type(reference: str) -> str:
 
 
 def content_of(judgement: Judgement) -> dict[str, Any]:
-    """Return outcome, reason and certificate as JSON has them."""
+    """Return the outcome, reason and certificate as data for JSON."""
     return {
         "outcome": judgement.outcome.value,
         "reason": judgement.reason,

@@ -1,8 +1,8 @@
-"""Answers that are Python functions: at which points they are called, and their values there judged.
+"""Judge answers that are Python functions by their values at random points.
 
-A function that takes symbols left the sandbox as a formula and does not come here (see `callables`). What comes here
-are doubles from code that is not ours, so that nothing is left to look at with more digits: they must be right to nine
-digits of the size of the terms, or as the assignment allows. No one knows the points before.
+A function that accepts symbols leaves the sandbox as a formula and is not judged here (see `callables`). The values
+judged here are doubles from the student's code, which can't be recomputed with more digits. They must be correct to
+nine digits, relative to the size of the terms, or as the assignment allows. Nobody knows the points beforehand.
 """
 
 import hashlib
@@ -36,7 +36,7 @@ SHOWN = f"a Python function; its values at {POINTS} random configurations were c
 
 
 def calls_of(problem: Problem, domain: Domain, seed: str) -> Calls:
-    """Return the joints, and the names and values of all symbols at the points at which a function is called."""
+    """Return the calls of a student's function: the joints, and the names and values of all symbols at the points."""
     values = _points(domain, seed)
     symbols = tuple(sorted(values))
     points = np.array([values[symbol] for symbol in symbols]).T.tolist()
@@ -48,17 +48,17 @@ def _points(domain: Domain, seed: str) -> dict[str, np.ndarray]:
 
 
 def is_table(answer: str) -> bool:
-    """Tell whether an answer is the values of a function."""
+    """Return whether an answer is a table of a function's values."""
     return answer.startswith(TABLE)
 
 
 def read_table(text: str, domain: Domain, seed: str) -> Table:
-    """Read the values of a function at the points of `seed`."""
+    """Parse the values of a function at the points that `seed` determines."""
     return Table(*table_values(text), _points(domain, seed))
 
 
 def constant_text(text: str) -> str | None:
-    """Return the values as the text of a matrix if they are the same at all points, else None."""
+    """Return the text of a matrix if a function has the same value at all points, else None."""
     shape, values = table_values(text)
     if shape is None or not np.all(values == values[0]) or np.any(values.imag != 0):
         return None
@@ -67,7 +67,7 @@ def constant_text(text: str) -> str | None:
 
 
 def table_values(answer: str) -> tuple[tuple[int, ...] | None, np.ndarray]:
-    """Return shape and values (points, entries) of a table; (None, no values) if the text is no table."""
+    """Return the shape and values (points, entries) of a table; (None, no values) if the text is not a table."""
     try:
         content = json.loads(answer.removeprefix(TABLE))
         shape = tuple(int(size) for size in content["shape"])
@@ -80,7 +80,7 @@ def table_values(answer: str) -> tuple[tuple[int, ...] | None, np.ndarray]:
 
 
 def judge_function(part: Part, table: Table, joints: Sequence[str], known: Iterable[str]) -> Judgement:
-    """Judge the values of a function of the `joints`. A table that is malformed was made by the student."""
+    """Judge the values of a function of the `joints`. A malformed table is the student's own, and wrong."""
     if not part.answer.entries():
         return wrong("a function of the configuration stands where no formula is due")
     reference = part.answer.trees(known)
@@ -90,8 +90,8 @@ def judge_function(part: Part, table: Table, joints: Sequence[str], known: Itera
         return wrong("these are no values of a function")
     is_matrix = len(shape) == 2 and 1 not in shape
     if values.shape[1] != len(nodes) or (is_matrix and shape != expected_shape):
-        returned = " x ".join(map(str, shape)) or "one number"
-        return wrong(f"the function returns {returned}, and {expected_shape[0]} x {expected_shape[1]} is due")
+        returned_words = " x ".join(map(str, shape)) or "one number"
+        return wrong(f"the function returns {returned_words}, and {expected_shape[0]} x {expected_shape[1]} is due")
     expected, size = evaluate(compile_program(nodes), table.at, POINTS)
     answered = _scale_to(expected, values.T) if part.answer.counts_up_to_a_factor else values.T
     shown = set(joints).union(*map(names, nodes))
@@ -100,7 +100,7 @@ def judge_function(part: Part, table: Table, joints: Sequence[str], known: Itera
 
 
 def _scale_to(expected: np.ndarray, answered: np.ndarray) -> np.ndarray:
-    """Return vectors scaled and turned to be compared with the expected ones, if they lie along them."""
+    """Return the vectors scaled by the factors that bring them closest to the expected ones."""
     with np.errstate(all="ignore"):
         factor = np.sum(expected * answered.conj(), axis=0) / np.sum(np.abs(answered) ** 2, axis=0)
         return np.asarray(answered * factor)
@@ -117,13 +117,16 @@ def _compare(
     with np.errstate(all="ignore"):
         largest = np.nanmax(np.where(np.isfinite(size), size, 0.0), axis=0)
         scale = np.where(size > 0, size, np.where(largest > 0, largest, 1.0))
-        right = np.abs(answered - expected) <= max(NINE_DIGITS, relative) * scale + absolute
+        is_within = np.abs(answered - expected) <= max(NINE_DIGITS, relative) * scale + absolute
     defined = np.isfinite(expected)
-    equal = [bool(np.all(same[there]) and np.any(there)) for same, there in zip(right, defined, strict=True)]
+    equal = [
+        bool(np.all(same[is_defined]) and np.any(is_defined))
+        for same, is_defined in zip(is_within, defined, strict=True)
+    ]
     example = None
     if not all(equal):
         entry = equal.index(False)
-        point = int(np.argmax(~right[entry] & defined[entry]))
+        point = int(np.argmax(~is_within[entry] & defined[entry]))
         yours, right_value = tell_apart(complex(answered[entry, point]), complex(expected[entry, point]))
         values = {name: float(f"{column[point]:.6g}") for name, column in sorted(at.items())}
         example = EntryDifference(entry, values, yours, right_value)

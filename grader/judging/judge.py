@@ -1,4 +1,4 @@
-"""Judge the answer to one part of a problem, whatever its type, against its reference."""
+"""Judge an answer of any type to one part of a problem by comparing it with the reference."""
 
 import secrets
 from dataclasses import dataclass
@@ -17,8 +17,8 @@ from qdot.grader.judging.verdict import Judgement
 def judge(problem: Problem, part: Part, answer: str, seed: str | None = None, points_seed: str = "") -> Judgement:
     """Judge the text of an answer to a part.
 
-    `seed` determines the points at which it is compared (random by default), `points_seed` those at which a function
-    was called before.
+    `seed` determines the points at which it is compared (random by default), `points_seed` those at which a Python
+    function was called in the sandbox.
 
     >>> from qdot import generate
     >>> problem = generate("polar-rp/1", ["determinant"])
@@ -38,7 +38,7 @@ def judge_given(problem: Problem, part: Part, parsed: ParsedAnswer, seed: str) -
 
 @dataclass(frozen=True)
 class _Judging(answers.AnswerVisitor[Judgement]):
-    """Judges by the form of the answer that is expected."""
+    """Judges a parsed answer by the method for the expected form."""
 
     problem: Problem
     part: Part
@@ -56,14 +56,14 @@ class _Judging(answers.AnswerVisitor[Judgement]):
         return judge_matrix(self.parsed, answer.trees(self.domain.roles), self.domain, self.seed, self.part.rounding)
 
     def direction(self, answer: answers.Direction) -> Judgement:
-        """Compare up to a factor."""
+        """Compare vectors up to a factor."""
         expected = [entry for row in answer.trees(self.domain.roles) for entry in row]
         return judge_direction(self.parsed, expected, self.domain, self.seed, answer.tolerance_with(self.part.rounding))
 
     def numbers(self, answer: answers.Number) -> Judgement:
-        """Compare numbers, each within what it may be off."""
-        right = [float(value) for value in answer.reference]
-        return judge_numbers(self.parsed, right, answer.units, *answer.tolerance_and_floor(self.part.rounding))
+        """Compare numbers within their tolerances."""
+        expected = [float(value) for value in answer.reference]
+        return judge_numbers(self.parsed, expected, answer.units, *answer.tolerance_and_floor(self.part.rounding))
 
     def conditions(self, answer: answers.ConditionSet) -> Judgement:
         """Compare sets of configurations."""
@@ -72,13 +72,13 @@ class _Judging(answers.AnswerVisitor[Judgement]):
         return judge_singular(self.parsed, expected, joints, self.domain, self.seed, self.part.rounding)
 
     def one_of(self, answer: answers.Choice) -> Judgement:
-        """Look whether it is the right option."""
+        """Judge the choice of one option."""
         return judge_choice(self.parsed, answer.options, answer.correct)
 
     def some_of(self, answer: answers.Selection) -> Judgement:
-        """Count the right options."""
+        """Count the correct options."""
         return judge_selection(self.parsed, len(answer.options), answer.correct)
 
     def matching(self, answer: answers.Matching) -> Judgement:
-        """Count the right pairs."""
+        """Count the correct pairs."""
         return judge_matching(self.parsed, answer.items, answer.correct)

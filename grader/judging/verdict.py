@@ -1,4 +1,4 @@
-"""What is said of an answer: outcome, points, the reason, and the certificate behind it."""
+"""The verdict on an answer: outcome, points, reason, and the certificate of the comparison."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -8,7 +8,7 @@ from qdot.exercises.formula.identity import Certificate, EntryDifference
 
 
 class Outcome(StrEnum):
-    """CORRECT only when every comparison passed; UNGRADED, without a mark, when qdot failed or a limit was exceeded."""
+    """CORRECT only if every comparison passed; UNGRADED (without a mark) if qdot failed or a limit was exceeded."""
 
     CORRECT = "correct"
     PARTIAL = "partial"
@@ -19,9 +19,9 @@ class Outcome(StrEnum):
 
 @dataclass(frozen=True)
 class Judgement:
-    """How good an answer is: share of the points from 0 to 1, the reason, which entries are right.
+    """The judgement on an answer: its share of the points from 0 to 1, the reason, and which entries are correct.
 
-    One that is UNGRADED may be so because it took more than a limit allows; else qdot failed.
+    If the outcome is UNGRADED, `over_limit` tells whether a limit was exceeded; else qdot failed.
     """
 
     outcome: Outcome
@@ -37,11 +37,11 @@ class Judgement:
 
 @dataclass(frozen=True)
 class Diagnosis:
-    """The names of the mistakes that together give a wrong answer, and what is said of them to the student.
+    """The names of the mistakes that together explain a wrong answer, and the feedback `says` for the student.
 
-    Without a name, what to look at is said. `cause` is the name and the words of a single one that gives the whole
-    answer; `inherited` the earlier part in which it was found, where it has no name of its own here. `known_by` tells
-    what the mistakes are and where they were made, whatever was found in earlier parts.
+    If no mistake is named, the feedback tells what to look at. `cause` is the name and the words of a single mistake
+    that explains the whole answer. `inherited` is the earlier part in which the mistake was found, if it has no name
+    in this part. `known_by` lists the mistakes and where they were made, regardless of those found in earlier parts.
     """
 
     mistakes: tuple[str, ...]
@@ -50,40 +50,42 @@ class Diagnosis:
     inherited: str | None = None
     known_by: tuple[str, ...] = ()
     either: bool = False
-    """Whether it was one of the mistakes, each of which gives the answer, and not all together."""
+    """Whether each of the mistakes alone explains the answer, so that only one of them was made."""
 
     @property
     def is_one(self) -> bool:
-        """Whether a single known mistake, made here or earlier, gives the answer: not several kinds or slips."""
+        """Whether a single known mistake, made here or in an earlier part, explains the answer."""
         return self.inherited is not None or self.either or (len(self.mistakes) == 1 and len(self.known_by) <= 1)
 
     @property
     def names(self) -> str:
-        """The names of the mistakes as in results.jsonl, "" for none."""
+        """The names of the mistakes as written in results.jsonl, "" for none."""
         return (" or " if self.either else " and ").join(self.mistakes)
 
 
 NOT_THE_MISTAKE = ("degrees", "every", "zero")
-"""Words of a sentence that don't say which mistake it is: numbers of the student's own arm, and what J is like."""
+"""Words of a sentence that don't identify the mistake: numbers of the student's own arm, and properties of J."""
 
 
 def locate_mistake(mistake: str, words: Mapping[str, object]) -> str:
-    """Return a mistake with its place, the same for all arms on which it is made there.
+    """Return a mistake's name and location, such as the joint; the text doesn't depend on the arm's numbers.
 
     >>> locate_mistake("offset-sign", {"joint": 2, "degrees": "45°"})
     'offset-sign joint=2'
     """
-    places = [f"{name}={value}" for name, value in sorted(words.items()) if name not in NOT_THE_MISTAKE and value != ""]
-    return " ".join([mistake, *places])
+    details = [
+        f"{name}={value}" for name, value in sorted(words.items()) if name not in NOT_THE_MISTAKE and value != ""
+    ]
+    return " ".join([mistake, *details])
 
 
 @dataclass(frozen=True)
 class Verdict:
-    """The judgement on one part with its points (None where ungraded), the answer's text, and what is known of it.
+    """The judgement on one part with its points (None if ungraded), the answer's text, and its diagnosis.
 
-    `group` is the key of all wrong answers that are the same as this one (`grader.groups`); `follows` the entries that
-    follow from the earlier answer. `attempt` tells whether formulas are an attempt at this arm,
-    as what is right is; None of options and what is not known.
+    `group` is the key shared by all equivalent wrong answers (`grader.groups`). `follows` marks the entries that follow
+    from the earlier answer. `attempt` tells whether a symbolic answer is an attempt at this arm, as a correct one is;
+    None for options and if that is unknown.
     """
 
     part: str
@@ -103,7 +105,7 @@ class Verdict:
 
 
 def missing(reason: str = "nothing was handed in for this part") -> Judgement:
-    """Return the judgement on an answer that is not there."""
+    """Return the judgement on a missing answer."""
     return Judgement(Outcome.MISSING, 0.0, reason)
 
 
@@ -123,13 +125,13 @@ def correct(certificate: Certificate | None = None, reason: str = "right") -> Ju
     return Judgement(Outcome.CORRECT, 1.0, reason, certificate)
 
 
-# --- a counterexample in words, as part of a reason; `feedback_levels` takes them out again ---
+# --- a counterexample in words, as part of a reason; `feedback_levels` can remove them ---
 
 
 def at_words(at: Mapping[str, float]) -> str:
-    """Return where an entry differs, as in " at theta1 = 0.61, theta2 = -1.32"; "" without symbols."""
-    listed = ", ".join(f"{name} = {value:g}" for name, value in at.items())
-    return f" at {listed}" if listed else ""
+    """Return the point at which an entry differs, as in " at theta1 = 0.61, theta2 = -1.32"; "" without symbols."""
+    assignments = ", ".join(f"{name} = {value:g}" for name, value in at.items())
+    return f" at {assignments}" if assignments else ""
 
 
 def values_words(example: EntryDifference) -> str:
@@ -139,8 +141,8 @@ def values_words(example: EntryDifference) -> str:
 
 def number_words(example: EntryDifference, unit: str = "") -> str:
     """Return both values, as in " is 0.41, and 0.77 rad/s is right"."""
-    right = f"{example.expected:.4g} {unit}".rstrip() if isinstance(example.expected, float) else ""
-    return f" is {show_value(example.yours)}, and {right} is right"
+    expected_words = f"{example.expected:.4g} {unit}".rstrip() if isinstance(example.expected, float) else ""
+    return f" is {show_value(example.yours)}, and {expected_words} is right"
 
 
 def pose_words(at: Mapping[str, float], joints: Sequence[str]) -> str:
@@ -150,10 +152,10 @@ def pose_words(at: Mapping[str, float], joints: Sequence[str]) -> str:
 
 
 def show_value(value: float | str | None) -> str:
-    """Return a value as it stands in a reason."""
+    """Return a value in the form used in a reason."""
     return f"{value:.6g}" if isinstance(value, float) else str(value)
 
 
 def entry_name(entry: int, columns: int) -> str:
-    """Return what an entry is called: "entry 2" of a vector, "entry (1, 2)" of a matrix."""
+    """Return the name of an entry: "entry 2" of a vector, "entry (1, 2)" of a matrix."""
     return f"entry {entry + 1}" if columns == 1 else f"entry ({entry // columns + 1}, {entry % columns + 1})"
