@@ -38,7 +38,7 @@ def _if_square(stage: str, change: Change, least: int = 2, most: int = 6) -> Var
 
 
 def _expand_without_signs(w: Working, _: np.ndarray) -> np.ndarray:
-    """Expand along the first row with correct 2 x 2 minors, but without their signs."""
+    """Return the determinant expanded along the first row, with correct 2 x 2 minors but without their signs."""
     return np.asarray((w["jacobian"][0] * w["minors"][0]).sum(axis=0))
 
 
@@ -65,14 +65,14 @@ def _lose_factor(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
 
 
 def _lose_square(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
-    """Drop one of the repeated factors of |det J|, the manipulability."""
+    """Yield variants without one of the repeated factors of |det J|, the manipulability."""
     for factor, power in _arm_factors(chain):
         if power > 1 and not factor.is_number:
             yield _variant_without_factor("manipulability", chain, factor, sp.Abs(factor))
 
 
 def _exchange_trig(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
-    """Exchange sine and cosine in a factor of the determinant that contains only one of them.
+    """Yield variants with sine and cosine exchanged in a factor of the determinant that contains only one of them.
 
     If the angle contains a constant offset, the factor can be written as a sine or as a cosine. Swapping them can then
     give either sign, so both are yielded.
@@ -130,7 +130,10 @@ def _sum_of_minors(w: Working, sign: int = 1) -> np.ndarray:
 
 
 def _miscount_minors(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
-    """Use the square of one maximal minor instead of the sum of all the squares, or omit one square from the sum."""
+    """Yield variants with wrong numbers of squared maximal minors.
+
+    The square of one minor replaces the sum of all the squares, or one square is omitted from the sum.
+    """
 
     def take(w: Working, value: np.ndarray, columns: Sequence[int], leaves_out: bool) -> np.ndarray:
         square = _minor(w, columns) * _minor(w, columns)
@@ -142,7 +145,7 @@ def _miscount_minors(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
 
 
 def _flip_product_sign(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
-    """Flip the sign of one term of the cofactor expansion.
+    """Yield variants with the sign of one term of the cofactor expansion flipped.
 
     A term is an entry of J, or one link's contribution to that entry, times the cofactor of the entry.
     """

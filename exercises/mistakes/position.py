@@ -79,7 +79,7 @@ def _use_relative_angle(chain: Chain, shape: Shape) -> Iterator[MistakeVariant]:
 
 
 def _constant_choices(chain: Chain) -> tuple[bool, ...]:
-    """Return whether a lost angle keeps the constant that the table adds: False and, if there is one, True."""
+    """Return the values of `constants` to try: False and, if the table adds a constant to an angle, True."""
     revolute_offsets = (offset for joint, offset in zip(chain.joints, chain.offsets, strict=True) if joint.kind == "R")
     return (False, True) if any(constant != 0 for constant in revolute_offsets) else (False,)
 

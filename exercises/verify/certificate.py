@@ -110,7 +110,7 @@ def _check_full_rank(numeric: NumericReference) -> Check:
 
 
 def _check_modified_table(numeric: NumericReference) -> Checks:
-    """Multiply the rows of a modified table, and compare the axes and the point with the standard table."""
+    """Check that the axes and the point of a modified table agree with the standard table."""
     chain = numeric.chain
     standard_axes, written_axes = numeric.frames[:, : chain.n, :3, 2], numeric.convention_frames[:, 1:, :3, 2]
     point = convention_of(chain).point
@@ -121,7 +121,7 @@ def _check_modified_table(numeric: NumericReference) -> Checks:
 
 
 def _check_axes(numeric: NumericReference) -> Checks:
-    """Compare directions, points on axes and P at home with 4 x 4 products at zero joint variables."""
+    """Check directions, points on axes and P at home against 4 x 4 products at zero joint variables."""
     axes, point = axes_of(numeric.chain)
     z, origins = numeric.home[:, :-1, :3, 2], numeric.home[:, :-1, :3, 3]
     directions = np.stack([numeric.numbers(axis.direction) for axis in axes], axis=1)

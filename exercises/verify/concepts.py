@@ -18,6 +18,7 @@ ROUNDED = 0.0006
 
 
 def _check_size(numeric: NumericReference, part: Part) -> Checks:
+    """Check the size of J, and that none of the rows of the task is always zero."""
     task = part.about(ForTask).task
     task_rows = numeric.differenced_jacobian[:, [TASK_ROWS.index(row) for row in task]]
     expected = np.array([[float(task_rows.shape[1])], [float(task_rows.shape[2])]])
@@ -33,6 +34,7 @@ def _parse_numbers(text: str) -> np.ndarray:
 
 
 def _check_effect(numeric: NumericReference, part: Part) -> Checks:
+    """Check the velocity that one joint causes, by finite differences."""
     answer, effect = part.of(Choice), part.about(OfJoint).effect
     velocity = _difference_velocity(at_place(numeric, effect.place), effect.joint - 1)
     expected = velocity[[TASK_ROWS.index(row) for row in effect.rows]]
@@ -55,6 +57,7 @@ def _difference_velocity(sample: Sample, joint: int) -> np.ndarray:
 
 
 def _check_use(numeric: NumericReference, part: Part) -> Checks:
+    """Check whether J is regular, singular, redundant or has too few columns, by its size and rank."""
     answer, asked = part.of(Choice), part.about(ForUse)
     jacobian = exponential_at(numeric, asked.place)[[TASK_ROWS.index(row) for row in asked.task]]
     rank, is_clear = rank_of(jacobian)
@@ -67,7 +70,7 @@ def _check_use(numeric: NumericReference, part: Part) -> Checks:
 
 
 def _check_cost(numeric: NumericReference, part: Part) -> Checks:
-    """Solve J qd = v by least squares for each option, and check the residuals."""
+    """Check which options are possible velocities, by the residuals of J qd = v solved by least squares."""
     answer, cost = part.of(Choice), part.about(OfCost).cost
     jacobian = exponential_at(numeric, cost.place)[numeric.task]
     rank, is_clear = rank_of(jacobian)

@@ -160,8 +160,8 @@ class NumericReference:
         """
         program = compile_program([self.tree(text_of(entry)) for entry in entries])
         values = evaluate(program, self.values, self.points)[0]
-        values_or_real = values.real if np.all(np.abs(values.imag) <= 1e-12 * (1 + np.abs(values))) else values
-        return values_or_real.T.reshape(self.points, *entries.shape)
+        result = values.real if np.all(np.abs(values.imag) <= 1e-12 * (1 + np.abs(values))) else values
+        return result.T.reshape(self.points, *entries.shape)
 
 
 APART, TRIES = 0.005, 30

@@ -77,7 +77,7 @@ class LineFollower:
 
 
 def _check_path_rates(numeric: NumericReference, part: Part) -> Checks:
-    """Follow the line to the distance in the question, and compare the rates there."""
+    """Check the joint rates at the distance in the question, by following the line to it."""
     details = part.about(AtDistance)
     line, s = LineFollower(numeric, details.seam), float(details.distance)
     joints = line.joints(np.linspace(0, s, STATIONS))

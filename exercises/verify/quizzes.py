@@ -59,6 +59,7 @@ def _as_answer(numeric: NumericReference, subject: Subject, option: sp.Matrix) -
 
 
 def _check_formula_choice(numeric: NumericReference, part: Part) -> Checks:
+    """Check that exactly the correct formula passes the checks of the question it answers."""
     subject = part.about(AboutSubject).subject
     check = BASE_CHECKS[subject.base]
     offered = _offered_options(part)
@@ -89,6 +90,7 @@ def _check_different(numeric: NumericReference, options: Sequence[sp.Matrix]) ->
 
 
 def _check_set_choice(numeric: NumericReference, part: Part) -> Checks:
+    """Check that exactly the correct singular set passes the checks of singular sets."""
     passed = []
     for option in _offered_options(part):
         claimed = Part("singular-angles", "singular-angles", ConditionSet(option.shown))
@@ -111,6 +113,7 @@ def _ranks(numeric: NumericReference, part: Part) -> list[tuple[int, bool]]:
 
 
 def _check_configurations(numeric: NumericReference, part: Part) -> Checks:
+    """Check which of the offered configurations are singular, by the rank of J."""
     answer = part.answer
     full = min(len(numeric.task), numeric.chain.n)
     ranks = _ranks(numeric, part)
@@ -148,6 +151,7 @@ def _quantity_values(numeric: NumericReference, asked: Quantity, moved: int | No
 
 
 def _check_forms(numeric: NumericReference, part: Part) -> Checks:
+    """Check which of the offered expressions are equal to the quantity, by their values."""
     answer, expected = part.of(Selection), _quantity_values(numeric, part.about(EqualForms).quantity)
     equal_indices = []
     for index, option in enumerate(_offered_options(part)):
@@ -176,6 +180,7 @@ def _check_dependence(numeric: NumericReference, part: Part) -> Checks:
 
 
 def _check_columns(numeric: NumericReference, part: Part) -> Checks:
+    """Check which of the offered columns belongs to each joint."""
     answer = part.of(Matching)
     offered = _offered_options(part)
     jacobian = numeric.exponential_jacobian[:, numeric.task]
@@ -210,6 +215,7 @@ def _check_speed(numeric: NumericReference, part: Part) -> Checks:
 
 
 def _check_statement(numeric: NumericReference, part: Part) -> Checks:
+    """Check whether a statement is true, and clearly so."""
     answer, statement = part.of(Choice), part.about(PoseStatement)
     jacobian = exponential_at(numeric, statement.place)
     if isinstance(statement, JointStatement):

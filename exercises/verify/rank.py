@@ -54,6 +54,7 @@ def rank_of(jacobian: np.ndarray) -> tuple[int, bool]:
 
 
 def _check_rank(numeric: NumericReference, part: Part) -> Checks:
+    """Check a rank by singular values, which also have to be clearly zero or clearly not zero."""
     part.of(Number)
     rank, is_clear = rank_of(exponential_at(numeric, part.about(AtPose).place)[numeric.task])
     yield agree("rank", reference_numbers(part), np.array([[[float(rank)]]]), EXACT)
@@ -64,6 +65,7 @@ def _check_rank(numeric: NumericReference, part: Part) -> Checks:
 
 
 def _check_direction(numeric: NumericReference, part: Part) -> Checks:
+    """Check a lost direction u, in formulas or as a numeric unit vector, by u J = 0."""
     answer = part.of(Direction)
     m = len(numeric.task)
     if answer.reference.shape != (m, 1):
@@ -82,12 +84,12 @@ def _check_direction(numeric: NumericReference, part: Part) -> Checks:
 def _check_written_form(part: Part) -> Check:
     """Check that the entries don't all share a minus sign, and that their coefficients are short."""
     entries = [entry for entry in part.answer.as_matrix() if entry != 0]
-    share_minus = bool(entries) and all(entry.could_extract_minus_sign() for entry in entries)
+    all_negative = bool(entries) and all(entry.could_extract_minus_sign() for entry in entries)
     terms = [term for entry in entries for term in sp.Add.make_args(sp.expand(entry))]
     numbers = [term.as_coeff_Mul()[0] for term in terms]
     unwieldy = [number for number in numbers if number.is_Rational and max(abs(number.p), number.q) > 99_999]
     return Check(
-        "short", bool(entries) and not share_minus and not unwieldy, f"{len(entries)} entries, {len(terms)} terms"
+        "short", bool(entries) and not all_negative and not unwieldy, f"{len(entries)} entries, {len(terms)} terms"
     )
 
 
@@ -112,7 +114,7 @@ def _check_formula(numeric: NumericReference, part: Part, lost: LostAt) -> Check
 
 
 def _check_perpendicular(vectors: np.ndarray, jacobians: np.ndarray) -> Check:
-    """Test that u J = 0, that the vector is not zero, and that J has lost exactly one rank."""
+    """Check that u J = 0, that the vector is not zero, and that the rank of J is exactly one less than full."""
     norms = np.linalg.norm(vectors, axis=1, keepdims=True)
     ranks = {rank_of(jacobian)[0] for jacobian in jacobians}
     if np.any(norms < 1e-9) or not np.all(np.isfinite(vectors)) or np.iscomplexobj(vectors):
@@ -166,9 +168,9 @@ def _more_arms(numeric: NumericReference) -> Iterator[tuple[NumericChain, Mappin
 
 
 def _check_motion(numeric: NumericReference, part: Part) -> Checks:
-    """Check which lines a possible velocity can have a component along.
+    """Check that the correct line is the only one along which no velocity is possible.
 
-    None has one along the correct line, and some have one along each of the others.
+    Along each of the other lines, some possible velocity has a component.
     """
     answer, asked = part.of(Choice), part.about(OfMotion).asked
     texts = tuple(line.words for line in asked.lines)
@@ -214,6 +216,7 @@ def _possible_velocities(sample: Sample, task: Sequence[int], moving: str, held:
 
 
 def _check_meaning(numeric: NumericReference, part: Part) -> Checks:
+    """Check that only the correct statement on the geometric cause of a singularity holds."""
     answer, asked = part.of(Choice), part.about(OfMeaning).asked
     samples = samples_at(numeric, asked.values, asked.condition)
     correct = answer.correct

@@ -61,6 +61,7 @@ from the set. The further searches decide then."""
 
 
 def _check_singular_set(numeric: NumericReference, part: Part) -> Checks:
+    """Check a singular set in both directions, and what the worked solution says about it."""
     answer = part.of(ConditionSet)
     joints = [q.name for q in numeric.chain.q]
     texts = answer.pieces()

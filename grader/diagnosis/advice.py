@@ -1,8 +1,8 @@
-"""Advise what to look at in a wrong answer if no mistake of the catalogue gives it: what a teacher would ask first.
+"""Advise what to look at in a wrong answer that no mistake of the catalogue gives, as a teacher would.
 
 Each remark holds for the answer, which was compared numerically with the reference, and gives no part of the reference
-away. A remark is about a factor common to all entries, a joint on which the answer should or should not depend, or a
-configuration that is easy to draw.
+away. A remark names a factor common to all entries, a joint on which the answer should or should not depend, or a
+simple configuration.
 """
 
 from collections.abc import Iterator
@@ -57,7 +57,7 @@ def advise(problem: Problem, part: Part, parsed_answer: ParsedAnswer, seed: str 
 
 
 def _advise_on_numbers(part: Part, parsed_answer: ParsedAnswer) -> str | None:
-    """Look for a factor between the given and the expected numbers of a question without a derivation."""
+    """Return advice on the given numbers in a question without a derivation, such as a factor that they are off by."""
     try:
         numbers_given = evaluate(compile_program(parsed_answer.entries), {}, 1)[0]
     except (KeyError, ReadError):  # names among the numbers

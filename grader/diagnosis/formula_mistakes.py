@@ -272,7 +272,7 @@ class _Entry:
     def _by_angle(self) -> Iterator[Slip]:
         """Yield a mistake if one angle is wrong by any constant c.
 
-        With w a sine or cosine and w' the same a quarter turn ahead, the entry is A + B (w cos c + w' sin c). This
+        Let w be a sine or cosine, and w' the same a quarter turn ahead. The entry is A + B (w cos c + w' sin c), which
         gives c.
         """
         if size_of(self.reference) > LONGEST or self.right.shape[-1] < POINTS_FOR_CONSTANT:

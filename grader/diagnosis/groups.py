@@ -1,9 +1,9 @@
 """Groups of equal wrong answers: a key for each, shared by all students whose answers are wrong in the same way.
 
-Two answers are the same if the same mistake was made at the same joint or entry. If no mistake is known, they are the
-same if the formulas are equal and so are the expected answers, after each student's own numbers have been replaced by
-names. A given length becomes its name (0.6 becomes a2). Joint variables include their offset: theta1 + pi/4 becomes
-one angle. A number that can't be replaced stays, so only students with the same numbers share that key.
+Two answers are the same if the same mistake was made at the same joint or entry. If no mistake is known, two answers
+are the same if their formulas are equal and so are the expected answers. For this, each student's own numbers are
+replaced by names: a given length becomes its name (0.6 becomes a2). Joint variables include their offset: theta1 + pi/4
+becomes one angle. A number that can't be replaced stays, so only students with the same numbers share that key.
 
 A key depends on the problem, the answer and the assignment's secret, but not on other students' answers. It doesn't
 change when others submit, and without the secret nobody can compute it.
@@ -110,8 +110,8 @@ def _numbers(entries: Sequence[Node]) -> tuple[str, ...]:
 class _GeneralForm:
     """Rewrites formulas into a form common to all students: numbers that are given lengths become names.
 
-    `factors` looks numbers up as products of lengths, and `terms` as sums of lengths first. `zeros` has the offsets of
-    joints, and `names` the joint variables without their offset.
+    `factors` looks numbers up as products of lengths, and `terms` as sums of lengths first. `zeros` has the
+    offsets of joints, and `names` maps each joint variable to the variable minus its offset.
     """
 
     def __init__(self, chain: Chain) -> None:
@@ -228,7 +228,7 @@ NumbersAndNodes = Iterator[tuple[Fraction, Node]]
 
 
 def _name_lengths(lengths: Iterator[tuple[str, sp.Expr]]) -> dict[Fraction, Node]:
-    """Map the absolute value of each length to its name.
+    """Return a mapping from the absolute value of each length to its name.
 
     Lengths of equal value share one name made of all theirs.
     """

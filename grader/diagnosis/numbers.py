@@ -8,7 +8,7 @@ import numpy as np
 PRECISE = 1e-4
 """Maximum relative tolerance of numbers at which all mistakes can be told apart."""
 ENDLESS = 1e6
-"""Factor from which terms are too large for their rounding errors to be a tolerance; SAME applies to them."""
+"""Ratio of terms to values from which the size of the terms gives no useful tolerance; SAME limits it then."""
 SAME = 1e-9
 """Fraction of the size of the terms by which equal values may differ."""
 
