@@ -19,10 +19,10 @@ from qdot.grader.statistics.statistics import Interval, discrimination, reliabil
 
 @dataclass(frozen=True)
 class PartOfClass:
-    """A part of the assignment: its outcomes, its mean share (difficulty), and its discrimination.
+    """A part of the assignment: its outcomes, the mean share of its points (difficulty), and its discrimination.
 
-    `shares` are of those whose work was graded and who have points for it. `followed` counts what earned points because
-    it follows from a wrong earlier answer.
+    `share` is the mean over the students who have points for the part. `followed` is the number of answers that follow
+    from a wrong earlier answer.
     """
 
     name: str
@@ -35,13 +35,13 @@ class PartOfClass:
 
     @property
     def graded(self) -> int:
-        """How many handed in work that could be graded."""
+        """The number of students who submitted work that could be graded."""
         return sum(self.count.values())
 
 
 @dataclass(frozen=True)
 class MistakeOfClass:
-    """A mistake of the catalogue: who made it, and in which parts."""
+    """A mistake of the catalogue: the students who made it, and the parts in which it was made."""
 
     name: str
     title: str
@@ -51,10 +51,10 @@ class MistakeOfClass:
 
 @dataclass(frozen=True)
 class GroupOfClass:
-    """A group of equal wrong answers; the `typical` student wrote it as most did.
+    """A group of equal wrong answers; the `typical` student used the most common wording.
 
-    `mistake` is the title of the mistake of the catalogue that gives the answer, empty where none is known. `earned`
-    are the least and the most points that the grader gave for it; `override` is what overrides.csv says of it.
+    `mistake` is the title of the catalogued mistake that gives the answer, empty if none is known. `earned` is the
+    minimum and the maximum of the points that the grader gave; `override` is the group's override in overrides.csv.
     """
 
     key: str
@@ -69,20 +69,20 @@ class GroupOfClass:
 
     @property
     def count(self) -> int:
-        """How many students gave the answer."""
+        """The number of students who gave the answer."""
         return len(self.students)
 
     @property
     def is_of_one(self) -> bool:
-        """Whether a single student gave the answer."""
+        """Whether only one student gave the answer."""
         return self.count == 1
 
 
 @dataclass(frozen=True)
 class Scores:
-    """The scores of those who have a mark, in per cent, and what they come to.
+    """The scores of students who have a mark, as percentages, and their statistics.
 
-    `tenths` are how many scores there are in each tenth of 100 %, `full` how many have all points.
+    `tenths` are the numbers of scores in each tenth of the range 0 to 100 %. `full` is the number of full scores.
     """
 
     percents: tuple[float, ...]
@@ -95,7 +95,7 @@ class Scores:
 
 
 def describe_student(student: Student) -> str:
-    """Return a student as the staff knows them.
+    """Return a student's name with the identifier, or only the identifier if there is no name.
 
     >>> describe_student(Student("s1", "Ada Lovelace")), describe_student(Student("s2"))
     ('Ada Lovelace (s1)', 's2')
@@ -109,7 +109,10 @@ def select_graded(results: Sequence[Result]) -> list[Result]:
 
 
 def summarize_scores(results: Sequence[Result]) -> Scores | None:
-    """Return the scores of those who have a mark; None if nobody has. Cronbach's alpha is of those with all points."""
+    """Return the scores of students who have a mark; None if nobody has one.
+
+    Cronbach's alpha is computed from the students who have points for every part.
+    """
     percents = tuple(result.percent for result in results if is_marked(result))
     if not percents:
         return None
@@ -132,66 +135,69 @@ def _rows(results: Sequence[Result]) -> list[list[float]]:
 
 
 def summarize_parts(assignment: Assignment, results: Sequence[Result]) -> list[PartOfClass]:
-    """Return every part of the assignment, in its order."""
-    work = [result.parts for result in select_graded(results)]
+    """Return a summary of every part of the assignment, in its order."""
+    student_parts = [result.parts for result in select_graded(results)]
     rows = _rows(results)
-    of_class = []
-    for index, (name, most) in enumerate(list_max_points(assignment).items()):
-        answers = [parts[name] for parts in work]
-        shares = [part.points / most for part in answers if part.points is not None]
+    summaries = []
+    for index, (name, max_points) in enumerate(list_max_points(assignment).items()):
+        answers = [parts[name] for parts in student_parts]
+        shares = [part.points / max_points for part in answers if part.points is not None]
         count = Counter(part.outcome for part in answers)
-        of_class.append(
+        summaries.append(
             PartOfClass(
                 name,
                 ASKED[name.split(".", 1)[1]].title,
-                most,
+                max_points,
                 {outcome: count[outcome] for outcome in Outcome},
                 statistics.fmean(shares) if shares else None,
                 discrimination(rows, index) if rows else None,
                 sum(part.followed_from is not None for part in answers),
             )
         )
-    return of_class
+    return summaries
 
 
 def summarize_mistakes(results: Sequence[Result]) -> list[MistakeOfClass]:
-    """Return the mistakes that were diagnosed, the most frequent first; of two mistakes in one answer, each counts."""
-    who: dict[str, dict[str, None]] = {}
-    where: dict[str, dict[str, None]] = {}
+    """Return the diagnosed mistakes, the most frequent first; two mistakes in one answer both count."""
+    students_by_mistake: dict[str, dict[str, None]] = {}
+    parts_by_mistake: dict[str, dict[str, None]] = {}
     for result in select_graded(results):
         for name, part in result.parts.items():
             for mistake in part.mistake.replace(" or ", " and ").split(" and ") if part.mistake else ():
-                who.setdefault(mistake, {})[result.student] = None
-                where.setdefault(mistake, {})[name] = None
-    titles = {name: CATALOGUE[name].title if name in CATALOGUE else name for name in who}
-    made = [MistakeOfClass(name, titles[name], tuple(students), tuple(where[name])) for name, students in who.items()]
-    return sorted(made, key=lambda mistake: (-len(mistake.students), mistake.title))
+                students_by_mistake.setdefault(mistake, {})[result.student] = None
+                parts_by_mistake.setdefault(mistake, {})[name] = None
+    titles = {name: CATALOGUE[name].title if name in CATALOGUE else name for name in students_by_mistake}
+    summaries = [
+        MistakeOfClass(name, titles[name], tuple(students), tuple(parts_by_mistake[name]))
+        for name, students in students_by_mistake.items()
+    ]
+    return sorted(summaries, key=lambda mistake: (-len(mistake.students), mistake.title))
 
 
 def group_wrong_answers(results: Sequence[Result]) -> list[GroupOfClass]:
-    """Return the groups of equal wrong answers: those of a part together, of most students first."""
+    """Return the groups of equal wrong answers, part by part; the largest groups come first."""
     answers: dict[tuple[int, str], list[tuple[str, str, PartResult]]] = {}
     for result in select_graded(results):
         for index, (name, part) in enumerate(result.parts.items()):
             if part.group is not None:
                 answers.setdefault((index, part.group), []).append((result.student, name, part))
-    of_class = [(index, _group(key, of_group)) for (index, key), of_group in answers.items()]
-    return [group for _, group in sorted(of_class, key=lambda each: (each[0], -len(each[1].students), each[1].key))]
+    groups = [(index, _group(key, members)) for (index, key), members in answers.items()]
+    return [group for _, group in sorted(groups, key=lambda each: (each[0], -len(each[1].students), each[1].key))]
 
 
 def _group(key: str, answers: Sequence[tuple[str, str, PartResult]]) -> GroupOfClass:
     parts = [part for _, _, part in answers]
-    often = Counter(_without_blanks(part) for part in parts)
-    most = max(often.values())
+    wordings = Counter(_without_blanks(part) for part in parts)
+    highest_count = max(wordings.values())
     mistake = next((part.mistake for part in parts if part.mistake), "")
     overrides = [part.override for part in parts if part.override is not None]
-    before = [part.points if part.override is None else part.override.was for part in parts]
-    earned = [points for points in before if points is not None] or [0.0]
+    grader_points = [part.points if part.override is None else part.override.was for part in parts]
+    earned = [points for points in grader_points if points is not None] or [0.0]
     return GroupOfClass(
         key,
         answers[0][1],
         tuple(student for student, _, _ in answers),
-        next(student for student, _, part in answers if often[_without_blanks(part)] == most),
+        next(student for student, _, part in answers if wordings[_without_blanks(part)] == highest_count),
         " and ".join(CATALOGUE[name].title if name in CATALOGUE else name for name in mistake.split(" and ") if name),
         (min(earned), max(earned)),
         parts[0].max_points,
@@ -214,12 +220,12 @@ class NotOnTime:
 
     @property
     def has_mark(self) -> bool:
-        """Whether there is a mark all the same."""
+        """Whether the student has a mark nevertheless."""
         return is_marked(self.result)
 
 
 def find_late_or_missing(results: Sequence[Result]) -> list[NotOnTime]:
-    """Return who has no mark or was late, and what is known of it."""
+    """Return the students who have no mark or were late, with the reasons."""
     rows = []
     for result in results:
         state, late = status(result), result.late
@@ -239,9 +245,10 @@ def find_late_or_missing(results: Sequence[Result]) -> list[NotOnTime]:
 
 
 def find_without_attempt(results: Sequence[Result]) -> dict[str, list[str]]:
-    """Return whose wrong formulas, two or more, are all no attempt at their own arm, and the names of the parts.
+    """Return the students who gave at least two wrong formulas, none of them an attempt at their own arm.
 
-    Nothing but options is right in the work of these students.
+    The values are the names of these parts. Apart from choice questions, nothing in the work of these students is
+    correct.
     """
     parts_of_students = {}
     for result in select_graded(results):

@@ -1,7 +1,7 @@
-"""Make the feedback page of a student: for each part, what is right and what is not, where, and why.
+"""Write a student's feedback page: for each part, what is correct and what is not, where, and why.
 
-It is made from a result as results.jsonl holds it, and from the student's problems: their figures, the units of their
-symbols, and the worked solutions where the assignment says `feedback = "solutions"`.
+The page is made from a result as stored in results.jsonl, and from the student's problems: their figures, the units of
+their symbols, and the worked solutions if the assignment sets `feedback = "solutions"`.
 """
 
 import hashlib
@@ -31,34 +31,34 @@ from qdot.grader.reports.example import draw_example
 from qdot.grader.reports.feedback_levels import at_least, hold_back, remove_numbers
 
 PAGE = 7
-"""Version of the page: any change of what it shows raises it, and every page is written anew."""
+"""Version of the page; increase it when the page's content changes, so that every page is rewritten."""
 
 WORDS = {
     Outcome.CORRECT: "right", Outcome.PARTIAL: "partly right", Outcome.WRONG: "wrong",
     Outcome.MISSING: "not answered", Outcome.UNGRADED: "not graded yet",
 }  # fmt: skip
 MANY = 6
-"""More parts than that are listed at the top."""
+"""If a student has more parts than this, the page begins with an overview of them."""
 
 OURS = (
     r"the|these|this|its|it|not|nothing|no|entry|numbers?|an? \w+ is missing|a (list|configuration|singular)|say|left"
     r"|qdot failed|cells?|right but|claimed|commas"
 )
-"""Words with which the grader's reasons begin; whatever else begins one may be a name out of the notebook."""
+"""Words with which the grader's reasons begin; any other first word may be a name from the notebook."""
 
 IN_SHORT = {
     r"\bit is not right; differs$": "it is not right",
     r"(?<![\w)] )\bdiffers$": "its value differs from the solution's",
     r"\bclaimed, but no singular configuration\b": "a configuration is claimed that is not singular",
 }
-"""What is left of a reason whose numbers stand in a table, and how it is said there."""
+"""Patterns of reasons whose numbers have been moved to a table, with the wording used instead."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class PartOnPage:
-    """A part as the template shows it, with what the feedback level leaves of its `result`.
+    """A part as the template shows it; `result` is limited to the feedback level.
 
-    `asked`, `figure`, `example` and `solution` are HTML; `entries` say of each entry "right", "follows" or "wrong".
+    `asked`, `figure`, `example` and `solution` are HTML. `entries` has "right", "follows" or "wrong" for each entry.
     """
 
     id: str
@@ -81,7 +81,7 @@ class PartOnPage:
 
 @dataclass(frozen=True)
 class ProblemOnPage:
-    """A problem as the template shows it; its figure and what is given are HTML."""
+    """A problem as the template shows it; `figure` and `statement` are HTML."""
 
     id: str
     title: str
@@ -91,13 +91,13 @@ class ProblemOnPage:
 
 
 def page_fingerprint(assignment: Assignment, student: Student, result: Result) -> str:
-    """Return a short text that changes whenever the page does; the page holds it."""
+    """Return a short text that changes whenever the page changes; the page contains it."""
     content = [PAGE, assignment.edition, assignment.feedback, student.name, as_json(result)]
     return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()[:16]
 
 
 def make_feedback_page(assignment: Assignment, student: Student, result: Result) -> str:
-    """Return the student's page as self-contained HTML; nothing in it regenerates a problem."""
+    """Return the student's page as self-contained HTML. Problems are loaded from the store, not regenerated."""
     problems = [] if result.obstacle is not None else _problems(assignment, student, result)
     parts = [part for problem in problems for part in problem.parts]
     return render(
@@ -119,15 +119,15 @@ def make_feedback_page(assignment: Assignment, student: Student, result: Result)
 
 
 def _how_much_is_marked(result: Result) -> str:
-    """Return how much has a mark: "nothing", "some" parts, or "all"."""
-    points = [part.points for part in result.parts.values()]
-    if None not in points or result.override is not None:
+    """Return how much of the work has a mark: "nothing", "some" parts, or "all"."""
+    part_points = [part.points for part in result.parts.values()]
+    if None not in part_points or result.override is not None:
         return "all"
-    return "some" if any(each is not None for each in points) else "nothing"
+    return "some" if any(points is not None for points in part_points) else "nothing"
 
 
 def _describe_level(level: str, parts: Sequence[PartOnPage]) -> str:
-    """Tell the student what the page does not show of answers that are not right; empty if it shows everything."""
+    """Return a note on what the page doesn't show about wrong answers; "" if it shows everything."""
     if at_least(level, "values") or not any(part.result.outcome in NOT_RIGHT for part in parts):
         return ""
     if at_least(level, "counterexample"):
@@ -138,7 +138,7 @@ def _describe_level(level: str, parts: Sequence[PartOnPage]) -> str:
 
 
 def _describe_decisions(result: Result) -> list[str]:
-    """Return what decided the points beside the answers: lateness, a total set by a person, parts that aren't shown."""
+    """Return notes on the late penalty and the overrides, other than those that a part on the page shows."""
     notes = []
     late = result.late
     if late is not None:
@@ -155,7 +155,7 @@ def _describe_decisions(result: Result) -> list[str]:
 
 
 def _describe_override(override: AppliedOverride, what: str) -> str:
-    """Tell the student what a person set (`what`: the points of a part, or the total) or says."""
+    """Return a note for the student on an override; `what` names what was set: the points of a part, or the total."""
     comment = make_visible(override.comment)
     if override.points is None:
         return f"Your instructor says: {comment}"
@@ -181,7 +181,7 @@ def _problems(assignment: Assignment, student: Student, result: Result) -> list[
 
 
 def _add_caption(table: str, problem: Problem) -> str:
-    """Return the statement with a caption for its table, which a screen reader reads first."""
+    """Return the statement with a caption for its table, because screen readers read the caption first."""
     caption = f'<table><caption class="unseen">{convention_of(problem.chain).caption}</caption>'
     return re.sub(r"<th\b(?!ead)", '<th scope="col"', table.replace("<table>", caption))
 
@@ -189,15 +189,15 @@ def _add_caption(table: str, problem: Problem) -> str:
 def _parts(
     stored: StoredProblems, number: int, slot: str, problem: Problem, results: Sequence[PartResult], feedback: str
 ) -> tuple[PartOnPage, ...]:
-    """Return the parts of a problem; other parts are called by their numbers."""
+    """Return the parts of a problem; their texts refer to other parts by number."""
     numbers = {result.name: f"{number}.{index}" for index, result in enumerate(results, 1)}
-    shown = []
+    parts = []
     for index, result in enumerate((hold_back(result, feedback) for result in results), 1):
         part, outcome, text = problem[result.name], result.outcome, result.answer
         is_blank = outcome is Outcome.MISSING and _is_blank(text or "")
         example = result.certificate and result.certificate.counterexample
         table = make_counterexample_table(problem, part, example) if outcome in NOT_RIGHT and example else None
-        shown.append(
+        parts.append(
             PartOnPage(
                 id=f"part-{number}-{index}",
                 number=numbers[part.name],
@@ -219,32 +219,35 @@ def _parts(
                 solution=to_html(worked_solution(problem, part)) if feedback == "solutions" else None,
             )
         )
-    return tuple(shown)
+    return tuple(parts)
 
 
 def _mark_entries(entries: Entries, follows: Entries | None) -> list[list[str]] | None:
-    """Return for each entry whether it is right, wrong, or follows from an earlier wrong one; None for a single one."""
+    """Return for each entry whether it is correct, wrong, or follows from an earlier wrong answer.
+
+    Return None if there is only one entry.
+    """
     if sum(map(len, entries)) <= 1:
         return None
 
     def mark(is_right: bool, does_follow: bool) -> str:
         return "right" if is_right else "follows" if does_follow else "wrong"
 
-    nothing = [(False,) * len(row) for row in entries]
-    return [list(map(mark, row, following)) for row, following in zip(entries, follows or nothing, strict=True)]
+    default = [(False,) * len(row) for row in entries]
+    return [list(map(mark, row, following)) for row, following in zip(entries, follows or default, strict=True)]
 
 
 def _number_parts(text: str, problem: Problem, numbers: Mapping[str, str]) -> str:
-    """Return a text in which parts of the problem are called by their numbers, as the page does."""
+    """Return a text that refers to parts of the problem by their numbers on the page."""
     for part in problem.parts:
-        for called in (part.name, ASKED[part.kind].title):
+        for name in (part.name, ASKED[part.kind].title):
             if part.name in numbers:
-                text = re.sub(rf"(\bto|\bin) '{re.escape(called)}'", rf"\1 {numbers[part.name]}", text)
+                text = re.sub(rf"(\bto|\bin) '{re.escape(name)}'", rf"\1 {numbers[part.name]}", text)
     return text
 
 
 def _is_blank(answer: str) -> bool:
-    """Tell whether nothing was answered; a vector that is only partly blank is an answer."""
+    """Return whether an answer is completely blank; a partly blank vector is an answer."""
     return not re.sub(r"blank|[\s\[\](),]", "", answer)
 
 
@@ -253,7 +256,7 @@ def _points(points: float) -> str:
 
 
 def _reason(part: PartResult, is_short: bool) -> str:
-    """Return why an answer is not right, without the numbers if these are in the table."""
+    """Return the reason why an answer is wrong, without its numbers if `is_short`, because a table shows them."""
     reason = part.reason
     if is_short:
         reason = remove_numbers(reason)
@@ -263,7 +266,7 @@ def _reason(part: PartResult, is_short: bool) -> str:
 
 
 def _describe_certainty(certificate: Certificate | None) -> str:
-    """Return how a right answer was compared, and the chance that a wrong one would have passed."""
+    """Return how a correct answer was compared, and the probability that a wrong one would have passed."""
     if certificate is None or (certificate.points < 2 and not certificate.bound):
         return ""
     points, bound = certificate.points, certificate.bound
@@ -280,5 +283,5 @@ def _describe_certainty(certificate: Certificate | None) -> str:
 
 
 def _capitalize(reason: str) -> str:
-    """Return a reason with a capital, if its first word is one of ours: `p1_jacobian` and `a2` are names."""
+    """Return a reason with a capital first letter, unless its first word may be a name such as `p1_jacobian`."""
     return reason[:1].upper() + reason[1:] if re.match(rf"({OURS})\b", reason) else reason

@@ -22,12 +22,12 @@ from qdot.grader.reports.tables import grades_csv
 
 @dataclass(frozen=True)
 class Format:
-    """A form of the results; `read_by` says which program reads it, `checked` what in our tests reads it as that would.
+    """An export format; `read_by` are the programs that read it, `checked` what reads it in qdot's tests.
 
-    `make` takes the assignment and the results in the roster's order, and returns what the file holds; what `printed`
-    returns goes to standard output besides, and `notes` is what the staff should know of it. Some forms are
-    `of_one_student` only. `check` raises QdotError where a library is missing, before anything is graded. What is
-    `private` is for the staff's eyes, and its file for its owner's.
+    `make` takes the assignment and the results in the roster's order, and returns the content of the file. The text
+    that `printed` returns is also written to standard output; `notes` returns notes for the staff. A format that is
+    `of_one_student` contains only one student. `check` raises QdotError if a library is missing; it is called before
+    grading. A `private` format is for the staff, so only the owner can read its file.
     """
 
     name: str
@@ -73,14 +73,17 @@ FORMATS = {
                make_class_page, private=True, check=charts.check_library),
     )
 }  # fmt: skip
-"""Every format: one line each."""
+"""The export formats by name."""
 
 STDOUT = "-"
-"""The path that is standard output."""
+"""The path that means standard output."""
 
 
 def read_reports(asked: Sequence[str], of_one: bool) -> list[tuple[str, str]]:
-    """Return what `--report FORMAT=PATH` asks for, as (format, path), of one student or a class. Raises QdotError."""
+    """Return the values of `--report FORMAT=PATH` as pairs (format, path). Raises QdotError.
+
+    `of_one` is True if the results are those of one student.
+    """
     reports = []
     for text in asked:
         name, equals, path = text.partition("=")
@@ -95,19 +98,19 @@ def read_reports(asked: Sequence[str], of_one: bool) -> list[tuple[str, str]]:
 
 
 def write_asked(assignment: Assignment, results: Sequence[Result], asked: Sequence[tuple[str, str]]) -> None:
-    """Write the reports that were asked for. Raises QdotError if a file can't be written."""
+    """Write the requested reports, given as pairs (format, path). Raises QdotError if a file can't be written."""
     for name, path in asked:
-        made = FORMATS[name]
-        content = made.make(assignment, results)
-        for message in made.notes(assignment, results):
+        form = FORMATS[name]
+        content = form.make(assignment, results)
+        for message in form.notes(assignment, results):
             note(f"{name}: {message}")
-        write_out(path, content, 0o600 if made.private else 0o644)
-        if printed := made.printed(assignment, results):
+        write_out(path, content, 0o600 if form.private else 0o644)
+        if printed := form.printed(assignment, results):
             say(printed)
 
 
 def write_out(path: str, content: str | bytes, mode: int = 0o644) -> None:
-    """Write to a path, or to standard output. Raises QdotError if it can't be written."""
+    """Write content to a path, or to standard output if the path is "-". Raises QdotError if writing fails."""
     if path != STDOUT:
         write_atomically(Path(path), content, mode)
     elif isinstance(content, bytes):
