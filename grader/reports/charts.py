@@ -1,8 +1,8 @@
-"""Draw the charts of the class overview: matplotlib makes SVG, which takes its colours from the page.
+"""Draw the charts of the class overview with matplotlib, as SVG that takes its colours from the page.
 
-Every chart is the same bytes for the same numbers. It is drawn in placeholder colours, which become variables of the
-page's style sheet, so that it follows light and dark; what colours tell is told by hatching and by words, too. No text
-of a student's is in a chart.
+The same numbers give the same bytes. A chart is drawn in placeholder colours, which are then replaced by variables of
+the page's style sheet, so that it follows the light and the dark theme. Hatching and words repeat all information that
+colours carry. No chart contains a student's text.
 """
 
 import io
@@ -24,17 +24,17 @@ COLOURS = {
     "ink": "#010203", "soft": "#020304", "line": "#030405", "good": "#040506", "half": "#050607", "bad": "#060708",
     "none": "#070809", "bar": "#08090a", "field": "#090a0b",
 }  # fmt: skip
-"""Placeholders by the name of the variable that stands for them on the page."""
+"""Placeholder colours by the name of the page's variable that replaces them."""
 
 LONGEST = 44
-"""Characters of a mistake's title in a chart."""
+"""Maximum number of characters of a mistake's title in a chart."""
 
 WIDE = 4.7
-"""Inches: as wide as a phone shows it without making its letters small."""
+"""Width of a chart in inches; a phone shows it without shrinking the letters."""
 
 
 def check_library() -> None:
-    """Raise QdotError if nothing can be drawn."""
+    """Raise QdotError if matplotlib is not installed."""
     need("report", "the report", "matplotlib")
 
 
@@ -52,7 +52,7 @@ _STYLE: dict[str, Any] = {
 
 @contextmanager
 def _style(name: str) -> "Iterator[None]":
-    """Draw by matplotlib's own defaults and ours, whatever the user's matplotlibrc says."""
+    """Use matplotlib's defaults and qdot's settings, regardless of the user's matplotlibrc."""
     import matplotlib as mpl
 
     settings: Any = {key: value for key, value in mpl.rcParamsDefault.items() if key != "backend"}
@@ -62,7 +62,7 @@ def _style(name: str) -> "Iterator[None]":
 
 
 def _chart(name: str, height: float, draw: "Callable[[Axes], None]") -> str:
-    """Return what `draw` draws, as SVG to be embedded in a page."""
+    """Return the chart that `draw` draws, as SVG to be embedded in a page."""
     from matplotlib.backends.backend_svg import FigureCanvasSVG
     from matplotlib.figure import Figure
 
@@ -70,20 +70,20 @@ def _chart(name: str, height: float, draw: "Callable[[Axes], None]") -> str:
         figure = Figure(figsize=(WIDE, height))
         FigureCanvasSVG(figure)
         draw(figure.add_subplot())
-        out = io.BytesIO()
-        figure.savefig(out, format="svg", metadata={"Date": None, "Creator": None, "Format": None, "Type": None})
-    return _inline(out.getvalue().decode(), name)
+        svg = io.BytesIO()
+        figure.savefig(svg, format="svg", metadata={"Date": None, "Creator": None, "Format": None, "Type": None})
+    return _inline(svg.getvalue().decode(), name)
 
 
 def _inline(text: str, name: str) -> str:
-    """Return an SVG without its preamble; colours by name, the page's letters, and ids of its own."""
+    """Return an SVG without its preamble, with named colours, the page's font, and ids unique on the page."""
     text = re.sub(r"<metadata>.*?</metadata>\s*", "", text[text.index("<svg") :], flags=re.DOTALL)
     for colour, placeholder in COLOURS.items():
         text = text.replace(placeholder, f"var(--{colour})")
     text = re.sub(r"(font(?:-family)?:)[^;\"]*?([\d.]+px)[^;\"]*", r"font-size: \2", text)
     text = re.sub(r" *font-family:[^;\"]*;?", "", text)
     text = re.sub(r'\b(id="|href="#|url\(#)', rf"\g<1>{name}-", text)
-    text = re.sub(r"<style.*?</style>\s*", "", text, flags=re.DOTALL)  # it would be the whole page's
+    text = re.sub(r"<style.*?</style>\s*", "", text, flags=re.DOTALL)  # it would apply to the whole page
     opening, end, rest = text.partition(">")
     opening = re.sub(r' (width|height|version|xmlns:xlink)="[^"]*"', "", opening)
     return f'{opening} aria-hidden="true" focusable="false"{end}{rest.replace("xlink:href", "href")}'
@@ -98,11 +98,11 @@ OUTCOMES: Mapping[Outcome, tuple[str, str, str]] = {
     Outcome.MISSING: ("blank", "none", "..."),
     Outcome.UNGRADED: ("ungraded", "line", "|||"),
 }
-"""What an outcome is called, its colour, and its hatching."""
+"""The word, the colour and the hatching for each outcome."""
 
 
 def draw_histogram(percents: Sequence[float], mean: float, median: float) -> str:
-    """Draw how many students have which score, in tenths; 100 % is in the last."""
+    """Draw the number of students in each tenth of the score range; 100 % belongs to the last tenth."""
     counts = [0] * 10
     for percent in percents:
         counts[min(9, int(percent // 10))] += 1
@@ -121,20 +121,20 @@ def draw_histogram(percents: Sequence[float], mean: float, median: float) -> str
 
 
 def draw_outcomes(parts: Sequence[str], counts: Sequence[Mapping[Outcome, int]]) -> str:
-    """Draw the outcomes of each part, from the left: right, partly right, wrong, blank, ungraded."""
+    """Draw the outcomes of each part, from left to right: correct, partly correct, wrong, blank, ungraded."""
 
     def draw(axes: "Axes") -> None:
         rows = range(len(parts))
-        left = [0.0] * len(parts)
+        starts = [0.0] * len(parts)
         for outcome, (word, colour, hatch) in OUTCOMES.items():
-            sums = [max(1, sum(count.values())) for count in counts]
-            wide = [100 * count[outcome] / whole for count, whole in zip(counts, sums, strict=True)]
-            if any(wide):
+            totals = [max(1, sum(count.values())) for count in counts]
+            widths = [100 * count[outcome] / total for count, total in zip(counts, totals, strict=True)]
+            if any(widths):
                 axes.barh(
-                    rows, wide, left=left, height=0.68, label=word, color=COLOURS[colour], hatch=hatch,
+                    rows, widths, left=starts, height=0.68, label=word, color=COLOURS[colour], hatch=hatch,
                     edgecolor=COLOURS["field"], linewidth=0.8,
                 )  # fmt: skip
-            left = [begin + width for begin, width in zip(left, wide, strict=True)]
+            starts = [start + width for start, width in zip(starts, widths, strict=True)]
         _by_row(axes, parts)
         axes.set(xlim=(0, 100), xticks=range(0, 101, 25))
         axes.set_xlabel("% of those who handed in")
@@ -147,16 +147,16 @@ def draw_outcomes(parts: Sequence[str], counts: Sequence[Mapping[Outcome, int]])
 
 
 def draw_intervals(parts: Sequence[str], of_parts: Sequence[Interval | None]) -> str:
-    """Draw a point for each part, with its interval of 95 %; return "" if no part has one."""
+    """Draw a point with its 95 % confidence interval for each part; return "" if no part has one."""
     if not any(of_parts):
         return ""
 
     def draw(axes: "Axes") -> None:
         axes.axvline(0, color=COLOURS["soft"], linewidth=1)
-        for row, each in enumerate(of_parts):
-            if each is not None:
-                axes.plot([each.low, each.high], [row, row], color=COLOURS["bar"], linewidth=2.2)
-                axes.plot(each.value, row, "o", color=COLOURS["bar"], markersize=6.5)
+        for row, interval in enumerate(of_parts):
+            if interval is not None:
+                axes.plot([interval.low, interval.high], [row, row], color=COLOURS["bar"], linewidth=2.2)
+                axes.plot(interval.value, row, "o", color=COLOURS["bar"], markersize=6.5)
         _by_row(axes, parts)
         axes.grid(axis="x")
         axes.set(xlim=(-1, 1), xticks=[-1, -0.5, 0, 0.5, 1])
@@ -166,7 +166,7 @@ def draw_intervals(parts: Sequence[str], of_parts: Sequence[Interval | None]) ->
 
 
 def draw_mistakes(count_by_title: Mapping[str, int]) -> str:
-    """Draw how many students made each mistake, by its title; return "" if there is none."""
+    """Draw the number of students who made each mistake, by its title; return "" if there are no mistakes."""
     if not count_by_title:
         return ""
     counts = list(count_by_title.values())
@@ -183,17 +183,17 @@ def draw_mistakes(count_by_title: Mapping[str, int]) -> str:
 
 
 def draw_groups(number: int, names: Sequence[str], shares: Sequence[Sequence[float]]) -> str:
-    """Draw a dot for each student in the row of the group, and each group's mean as a line."""
+    """Draw a row for each group: a dot for each student, and a line at the group's mean."""
 
     def draw(axes: "Axes") -> None:
         for row, values in enumerate(shares):
-            stacked: dict[float, int] = {}
+            levels: dict[float, int] = {}
             for value in sorted(values):
-                level = stacked[value] = stacked.get(value, -1) + 1
+                level = levels[value] = levels.get(value, -1) + 1
                 offset = (-1) ** level * ((level + 1) // 2) * min(0.09, 0.7 / max(1, values.count(value)))
                 axes.plot(value, row + offset, "o", color=COLOURS["bar"], markersize=3.4, markeredgewidth=0)
-            middle = sum(values) / len(values)
-            axes.plot([middle, middle], [row - 0.42, row + 0.42], color=COLOURS["ink"], linewidth=2.2)
+            mean = sum(values) / len(values)
+            axes.plot([mean, mean], [row - 0.42, row + 0.42], color=COLOURS["ink"], linewidth=2.2)
         _by_row(axes, names)
         axes.grid(axis="x")
         axes.set(xlim=(-3, 103), xticks=range(0, 101, 25))
@@ -203,7 +203,7 @@ def draw_groups(number: int, names: Sequence[str], shares: Sequence[Sequence[flo
 
 
 def _by_row(axes: "Axes", names: Sequence[str]) -> None:
-    """Put a name at every row, the first on top."""
+    """Label every row with its name; the first row is at the top."""
     axes.set_yticks(range(len(names)), list(names))
     axes.set_ylim(len(names) - 0.4, -0.6)
     axes.tick_params(axis="y", length=0)

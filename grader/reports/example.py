@@ -1,6 +1,6 @@
-"""Draw a counterexample: the arm in that pose, to scale, with P and the point that the answer gives.
+"""Draw a counterexample: the arm at that configuration, to scale, with P and the point that the answer gives.
 
-Of sets of singular configurations, the one that is missing and the one that is not singular are drawn side by side.
+For a set of singular configurations, a missing one and one that is not singular are drawn side by side.
 """
 
 import math
@@ -23,13 +23,13 @@ from qdot.grader.judging.answer_parser import read_answer
 from qdot.grader.judging.functions import SHOWN
 
 FREE = {"R": 0.7, "P": 0.4}
-"""What a joint is drawn at that a configuration leaves open, in rad or m."""
+"""Joint variables, in rad or m, used in the figure for joints that the configuration doesn't specify."""
 USUAL = [sp.Rational(twentieths, 20) for twentieths in (12, 9, 7, 11, 8, 10, 6, 13, 14, 15, 16, 17)]
-"""Lengths that are left open, in m, no two of them equal."""
+"""Values for symbolic lengths, in m, all different."""
 FAR = 3.0
-"""Times as far from the base as P: a point beyond that is not drawn, so that the arm is seen."""
+"""Maximum distance of a drawn point from the base, relative to P's; a farther point would make the arm too small."""
 LONGEST = 2_000
-"""Characters of an answer of which a point is worked out."""
+"""Maximum number of characters of an answer whose point is computed."""
 
 MISSING, SURPLUS = "singular, not in your answer", "in your answer, not singular"
 CROSS = "Dot: P. Cross: where your answer puts it."
@@ -39,21 +39,24 @@ def draw_example(problem: Problem, part: Part, example: Counterexample, answer: 
     """Return the counterexample of a wrong answer as an SVG element, empty if there is nothing to draw."""
     name = f"{part.name}-example"
     if isinstance(example, SetDifference):
-        every = ((MISSING, example.missing), (SURPLUS, example.surplus))
-        places = [(caption, at) for caption, at in every if at is not None]
-        arms = [arm for caption, at in places if (arm := _arm_at(problem.chain, caption, at)) is not None]
-        return examples_svg(arms, name) if arms and len(arms) == len(places) else ""
+        candidates = ((MISSING, example.missing), (SURPLUS, example.surplus))
+        configurations = [(caption, at) for caption, at in candidates if at is not None]
+        arms = [arm for caption, at in configurations if (arm := _arm_at(problem.chain, caption, at)) is not None]
+        return examples_svg(arms, name) if arms and len(arms) == len(configurations) else ""
     if part.kind != "position" or answer is None or answer == SHOWN or len(answer) > LONGEST:
         return ""
-    beside = _arm_with_answer(problem, part, example.at, answer)
-    return "" if beside is None else examples_svg([beside], name, CROSS)
+    arm_with_answer = _arm_with_answer(problem, part, example.at, answer)
+    return "" if arm_with_answer is None else examples_svg([arm_with_answer], name, CROSS)
 
 
 def _arm_at(chain: Chain, caption: str, at: Mapping[str, float]) -> Example | None:
-    """Return an arm at a configuration, with usual values for what that leaves open; None if it is not finite."""
-    usual = iter([length for length in USUAL if length not in list_table_lengths(chain)])
+    """Return an arm at a configuration, with default values for unspecified lengths and joints.
+
+    Return None if a joint variable is not finite or a length is not positive.
+    """
+    default_lengths = iter([length for length in USUAL if length not in list_table_lengths(chain)])
     lengths = {
-        symbol: sp.Rational(str(round(at[symbol.name], 4))) if symbol.name in at else next(usual)
+        symbol: sp.Rational(str(round(at[symbol.name], 4))) if symbol.name in at else next(default_lengths)
         for symbol in chain.parameters
     }
     pose = {q.name: at.get(q.name, FREE[joint.kind]) for q, joint in zip(chain.q, chain.joints, strict=True)}
@@ -63,9 +66,9 @@ def _arm_at(chain: Chain, caption: str, at: Mapping[str, float]) -> Example | No
 
 
 def _arm_with_answer(problem: Problem, part: Part, at: Mapping[str, float], answer: str) -> Example | None:
-    """Return the arm with the point that an answer gives; None if it gives none, or one far away."""
-    shown, tree = _arm_at(problem.chain, "the arm there", at), read_answer(problem, part, answer).tree
-    if shown is None or tree is None:
+    """Return the arm with the point that an answer gives; None if it gives no point or one that is too far away."""
+    figure, tree = _arm_at(problem.chain, "the arm there", at), read_answer(problem, part, answer).tree
+    if figure is None or tree is None:
         return None
     axes = ["xyz".index(axis) for axis in part.details.axes]  # type: ignore[attr-defined]  # of a position
     try:
@@ -75,11 +78,11 @@ def _arm_with_answer(problem: Problem, part: Part, at: Mapping[str, float], answ
         return None
     if len(entries) != len(axes) or not np.isfinite(values).all() or np.abs(values.imag).max() > 1e-9:
         return None
-    arm = NumericChain(shown.chain, {})
-    right = arm.point(np.array([shown.pose[q.name] for q in shown.chain.q]))
-    yours = right.copy()
+    arm = NumericChain(figure.chain, {})
+    correct = arm.point(np.array([figure.pose[q.name] for q in figure.chain.q]))
+    yours = correct.copy()
     yours[axes] = values[:, 0].real
     base = arm.base[:3, 3]
-    if np.linalg.norm(yours - base) > FAR * max(float(np.linalg.norm(right - base)), 0.3):
+    if np.linalg.norm(yours - base) > FAR * max(float(np.linalg.norm(correct - base)), 0.3):
         return None
-    return replace(shown, beside=yours - right)
+    return replace(figure, beside=yours - correct)

@@ -1,7 +1,7 @@
 """Report results to GitHub Actions: a job summary in Markdown, and annotations as workflow commands.
 
-GitHub shows ten annotations of a kind for each step and drops the others, and takes no summary above 1 MiB; both are
-kept to. Texts in which students' words may be are written so that they are neither commands nor markup.
+GitHub shows only ten annotations of a kind for each step, and accepts no summary larger than 1 MiB; qdot stays within
+both limits. Texts that may contain students' words are escaped, so that they act neither as commands nor as markup.
 """
 
 import re
@@ -19,19 +19,19 @@ from qdot.grader.reports.rows import list_notes, make_rows
 from qdot.grader.reports.tables import NO_MARK, list_staff_notes, status
 
 MOST_ANNOTATIONS = 10
-"""Of each kind, for a step."""
+"""Maximum number of annotations of each kind for a step."""
 LARGEST_SUMMARY = 1_000_000
-"""Bytes; GitHub's limit is 1024 KiB."""
+"""Maximum size of a summary in bytes; GitHub's limit is 1024 KiB."""
 LONGEST_TEXT = 500
-"""Characters that are shown of what is said of a part."""
+"""Maximum number of characters shown of the message on a part."""
 
 _MARKUP = re.compile(r"([\\`*_{}\[\]()<>#+|~$&!@:])")
 
 
 def make_summary(assignment: Assignment, results: Sequence[Result]) -> str:
-    """Return the job summary: a table of the class, and each student's parts; of one student, the parts alone.
+    """Return the job summary: a table of the class, and each student's parts; for one student, only the parts.
 
-    If all parts would be too much, those of the first students are shown, and how many are left out.
+    If the summary would be too large, only the first students' parts are shown, with the number of students left out.
     """
     students = results if len(results) > 1 else []
     shown = list[Result]()
@@ -51,7 +51,7 @@ def _size(assignment: Assignment, students: Sequence[Result], shown: Sequence[Re
 
 
 def _page(assignment: Assignment, students: Sequence[Result], shown: Sequence[Result], left_out: int) -> str:
-    """Return the page with a table of `students` (none for one student alone) and the parts of those `shown`."""
+    """Return the page with a table of `students` (which may be empty) and the parts of the students in `shown`."""
     return render(
         "reports/github.md.j2",
         title=assignment.title,
@@ -64,13 +64,13 @@ def _page(assignment: Assignment, students: Sequence[Result], shown: Sequence[Re
 
 
 def _markdown(text: str) -> str:
-    """Return a text for a table's cell, in which nothing is markup: neither a link, nor a formula, nor HTML."""
+    """Return a text for a table cell, escaped so that it contains no links, formulas or HTML."""
     return _MARKUP.sub(r"\\\1", _cut(" ".join(make_visible(text).split())))
 
 
 @dataclass(frozen=True)
 class Annotation:
-    """A remark that GitHub shows beside a job, or beside a file: an "error" or a "warning"."""
+    """A message that GitHub shows next to a job or a file; its kind is "error" or "warning"."""
 
     kind: str
     title: str
@@ -79,15 +79,16 @@ class Annotation:
 
     @property
     def command(self) -> str:
-        """The workflow command, a line of standard output."""
+        """The workflow command, as a line for standard output."""
         file = f"file={_property(self.file)}," if self.file else ""
         return f"::{self.kind} {file}title={_property(self.title)}::{_message(self.message)}\n"
 
 
 def make_annotations(assignment: Assignment, results: Sequence[Result]) -> str:
-    """Return workflow commands, a line each: errors for what earned nothing, warnings for what is right in part.
+    """Return workflow commands, one a line.
 
-    For a class, there is one for each student who has no mark or whose notebook could not be used.
+    For one student, they are errors for parts without points and warnings for partly correct parts. For a class, there
+    is one for each student who has no mark or whose notebook could not be used.
     """
     if len(results) == 1:
         notes = [
@@ -106,7 +107,7 @@ def make_annotations(assignment: Assignment, results: Sequence[Result]) -> str:
 
 
 def _commands(kind: str, notes: Sequence[Annotation], title: str) -> str:
-    """Return the commands of a kind, as many as GitHub shows; the last says under `title` how many are left out."""
+    """Return the commands of a kind, as many as GitHub shows; the last, called `title`, counts those left out."""
     shown = [note for note in notes if note.kind == kind]
     if len(shown) > MOST_ANNOTATIONS:
         left_out = len(shown) - MOST_ANNOTATIONS + 1
@@ -116,13 +117,13 @@ def _commands(kind: str, notes: Sequence[Annotation], title: str) -> str:
 
 
 def make_check_summary(checked: CheckedNotebook) -> str:
-    """Return the job summary of `qdot check`: what will be read of a notebook."""
+    """Return the job summary of `qdot check`: the answers that qdot finds in a notebook."""
     rows = [{"part": row.part, "readable": row.readable, "message": _markdown(row.message)} for row in checked.rows]
     return render("reports/github-check.md.j2", rows=rows, notes=[_markdown(note) for note in checked.notes])
 
 
 def make_check_annotations(path: Path, checked: CheckedNotebook) -> str:
-    """Return a warning for every answer of a notebook that can't be read."""
+    """Return a warning for every answer of a notebook that can't be parsed."""
     unreadable = [row for row in checked.rows if not row.readable]
     notes = [Annotation("warning", row.part, row.message, path.as_posix()) for row in unreadable]
     return _commands("warning", notes, "qdot")

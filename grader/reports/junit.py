@@ -1,7 +1,7 @@
 """Write results as JUnit XML, which GitLab, Jenkins, Artemis and most other CI systems show: a test for every part.
 
-Every pair of classname and name is there once, as GitLab drops the second: KEY.STUDENT, and "p1.jacobian: title".
-Failed is a part without all of its points, an error one on which qdot itself failed.
+A test has the classname KEY.STUDENT and a name such as "p1.jacobian: title". These pairs are unique, because GitLab
+drops duplicates. A part without all of its points is a failure; a part that qdot failed to grade is an error.
 """
 
 import xml.etree.ElementTree as ET
@@ -15,12 +15,12 @@ from qdot.grader.reports.rows import Row, make_rows
 
 
 def junit_xml(assignment: Assignment, results: Sequence[Result]) -> str:
-    """Return the XML text, with a suite for every student."""
-    everything = [(result, make_rows(result)) for result in results]
+    """Return the XML text, with a test suite for every student."""
+    student_rows = [(result, make_rows(result)) for result in results]
     root = ET.Element(
-        "testsuites", {"name": assignment.key, **_counts([row for _, rows in everything for row in rows])}
+        "testsuites", {"name": assignment.key, **_counts([row for _, rows in student_rows for row in rows])}
     )
-    for result, rows in everything:
+    for result, rows in student_rows:
         classname = f"{assignment.key}.{result.student}"
         suite = ET.SubElement(root, "testsuite", {"name": classname, **_counts(rows)})
         properties = ET.SubElement(suite, "properties")

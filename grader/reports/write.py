@@ -1,4 +1,4 @@
-"""Write the reports of a graded class into graded/, each file whole or not at all; results.jsonl is the last."""
+"""Write the reports of a graded class into graded/; every file is written atomically, results.jsonl last."""
 
 import contextlib
 import os
@@ -17,10 +17,10 @@ from qdot.grader.reports.feedback import make_feedback_page, page_fingerprint
 from qdot.grader.reports.tables import grades_csv, results_jsonl
 
 BEGINNING = 1000
-"""Characters at the beginning of a page among which it says what it was made from."""
+"""Number of characters at the beginning of a page that contain its fingerprint."""
 
 ENDING = b"</html>\n"
-"""What a page ends with, unless a loss of power tore it."""
+"""The end of every complete page; a page lacks it if a power failure interrupted writing."""
 
 
 def write_reports(
@@ -28,28 +28,28 @@ def write_reports(
 ) -> list[Result]:
     """Write the feedback pages that are not up to date, grades.csv and results.jsonl; call `each` for every page.
 
-    Returns the results as they are written: a student whose page or line can't be made is UNGRADED. What the run before
-    gave goes into the history before it is replaced. Raises QdotError where a file can't be written.
+    Return the results as they are written: a student whose page or line can't be made is UNGRADED. The previous run's
+    results are added to the history before they are replaced. Raises QdotError if a file can't be written.
     """
     folder = assignment.folder / "graded"
     by_id = {student.id: student for student in assignment.roster}
     pages = [(by_id[result.student], _check_writable(assignment, result)) for result in results]
     final = {student.id: result for student, result in pages}
-    # Its figures take longer than all the rest of a page: they are drawn on several processes, and only once.
-    old = [(student, result) for student, result in pages if not _is_up_to_date(assignment, student, result)]
+    # Drawing the figures takes most of the time for a page, so only outdated pages are written, on several processes.
+    outdated = [(student, result) for student, result in pages if not _is_up_to_date(assignment, student, result)]
     unwritten = []
-    lost = _report_lost_page if jobs > 1 else None
-    ours = [*(_page_path(folder, student) for student, _ in pages), results_path(assignment), folder / "grades.csv"]
-    every = ordered_map(_write_or_mark_ungraded, old, jobs, _keep_assignment, (assignment,), lost)
-    with clean_up_after(ours):
-        with contextlib.closing(every), flush_disks_after():
-            for (student, _), result in zip(old, every, strict=True):
+    report_lost = _report_lost_page if jobs > 1 else None
+    paths = [*(_page_path(folder, student) for student, _ in pages), results_path(assignment), folder / "grades.csv"]
+    page_results = ordered_map(_write_or_mark_ungraded, outdated, jobs, _keep_assignment, (assignment,), report_lost)
+    with clean_up_after(paths):
+        with contextlib.closing(page_results), flush_disks_after():
+            for (student, _), result in zip(outdated, page_results, strict=True):
                 if result is None:
                     unwritten.append(student.id)
                 else:
                     final[student.id] = result
                 each()
-        for _ in range(len(pages) - len(old)):
+        for _ in range(len(pages) - len(outdated)):
             each()
         keep_earlier_results(assignment, list(final.values()))
         write_atomically(folder / "grades.csv", grades_csv(list(final.values()), assignment.roster), 0o600)
@@ -67,12 +67,12 @@ def _keep_assignment(assignment: Assignment) -> Assignment:
 
 
 def _check_writable(assignment: Assignment, result: Result) -> Result:
-    """Return the result if it can be written as a line of each table, otherwise one that is UNGRADED and says why."""
+    """Return the result if it can be written as a line of each table, otherwise an UNGRADED result with the reason."""
     try:
         results_jsonl([result])
         grades_csv([result], assignment.roster)
         return result
-    except Exception as error:  # one student's result must not keep the others' from being written
+    except Exception as error:  # an error in one student's result must not stop the others
         return ungraded_result(assignment, result, describe_error(error))
 
 
@@ -83,13 +83,13 @@ def write_page(assignment: Assignment, student: Student, result: Result) -> None
 
 
 def _write_or_mark_ungraded(assignment: Assignment, about: tuple[Student, Result]) -> Result:
-    """Write a student's page and return the result that it shows, which is UNGRADED if the page can't be made."""
+    """Write a student's page and return the result that it shows; the result is UNGRADED if the page can't be made."""
     student, result = about
     try:
         write_page(assignment, student, result)
     except QdotError:
         raise
-    except Exception as error:  # the others have their pages
+    except Exception as error:  # an error in one page must not stop the others
         result = ungraded_result(assignment, result, describe_error(error))
         with contextlib.suppress(Exception):
             write_page(assignment, student, result)
@@ -105,11 +105,11 @@ def _page_path(folder: Path, student: Student) -> Path:
 
 
 def _is_up_to_date(assignment: Assignment, student: Student, result: Result) -> bool:
-    """Tell whether there is a whole page that was made from the same result."""
+    """Return whether there is a complete page that was made from the same result."""
     try:
         with _page_path(assignment.folder / "graded", student).open("rb") as page:
-            begins = f'content="{page_fingerprint(assignment, student, result)}"'.encode() in page.read(BEGINNING)
+            is_current = f'content="{page_fingerprint(assignment, student, result)}"'.encode() in page.read(BEGINNING)
             page.seek(-len(ENDING), os.SEEK_END)
-            return begins and page.read() == ENDING
+            return is_current and page.read() == ENDING
     except OSError:
         return False

@@ -1,8 +1,8 @@
-"""Statistics for the class overview.
+"""Compute statistics for the class overview.
 
-It imports results, and what judges answers.
+This package imports results, and the modules that judge answers.
 
-    statistics                  discrimination of every part, reliability, permutation tests
-    fairness_tests              whether some variants were harder
-    shared_answers              how many students of a class share an answer
+    statistics                  compute the discrimination of parts, the reliability, and permutation tests
+    fairness_tests              test whether some variants were harder than others
+    shared_answers              count the students of a class who share an answer
 """

@@ -1,8 +1,8 @@
 """Test whether students with some variants of a problem did better than others by more than chance.
 
-Students get another arm each, of about the same difficulty. Their arms are grouped by what can be seen of them (the
-kinds of joints, offsets, senses of the axes, …), and a permutation test says how often groups dealt out at random
-differ as much. Many such tests are made, so their p-values are corrected by Holm's method.
+Each student gets a different arm of about the same difficulty. The arms are grouped by visible features (the kinds of
+joints, offsets, senses of the axes, …), and a permutation test computes how often random groups differ as much. The
+p-values are corrected by Holm's method, because there are many such tests.
 """
 
 from collections import Counter
@@ -20,12 +20,12 @@ from qdot.grader.statistics.statistics import chance_of_groups, holm
 LEAST_IN_GROUP = 3
 OTHERS = "others"
 SMALL = 0.05
-"""A corrected p below it is told as hardly chance."""
+"""A corrected p-value below this is reported as "hardly chance"."""
 
 
 @dataclass(frozen=True)
 class Comparison:
-    """The shares (per cent) of a problem's points by group, and how likely such a difference is by chance.
+    """The shares (in %) of a problem's points by group, and the probability of such a difference by chance.
 
     `corrected` is `chance` after Holm's correction for all comparisons of the class.
     """
@@ -44,7 +44,7 @@ class Comparison:
 
     @property
     def verdict(self) -> str:
-        """What the corrected p-value means, in words."""
+        """The meaning of the corrected p-value, in words."""
         return describe_chance(self.corrected)
 
 
@@ -59,8 +59,8 @@ def _describe_offsets(chain: Chain) -> str:
 
 def _describe_senses(chain: Chain) -> str:
     twists = [row.alpha for row in convention_of(chain).rows if row.alpha.is_number]
-    turned = sum(bool(twist < 0) or twist == sp.pi for twist in twists)
-    return f"{turned} {'twist' if turned == 1 else 'twists'} of 180° or negative"
+    count = sum(bool(twist < 0) or twist == sp.pi for twist in twists)
+    return f"{count} {'twist' if count == 1 else 'twists'} of 180° or negative"
 
 
 def _describe_base(chain: Chain) -> str:
@@ -71,8 +71,8 @@ def _describe_base(chain: Chain) -> str:
 
 
 def _describe_point(chain: Chain) -> str:
-    place = "at" if convention_of(chain).point.is_origin else "beside"
-    return f"P {place} the last frame's origin"
+    preposition = "at" if convention_of(chain).point.is_origin else "beside"
+    return f"P {preposition} the last frame's origin"
 
 
 def _describe_lengths(chain: Chain) -> str:
@@ -91,26 +91,26 @@ def _describe_slopes(chain: Chain) -> str:
 
 def _describe_senses_at_home(chain: Chain) -> str:
     axes = axes_of(chain)[0]
-    against = sum(any(bool(entry < 0) for entry in axis.direction if entry.is_number) for axis in axes)
-    return f"{against} of {chain.n} axes at home with a negative component"
+    count = sum(any(bool(entry < 0) for entry in axis.direction if entry.is_number) for axis in axes)
+    return f"{count} of {chain.n} axes at home with a negative component"
 
 
 FEATURES: Mapping[str, Callable[[Chain], str]] = {"kinds of joints": _describe_kinds, "lengths": _describe_lengths}
-"""What arms of any family may differ in."""
+"""Features in which the arms of any family may differ."""
 OF_TABLES: Mapping[str, Callable[[Chain], str]] = {
     "joint offsets": _describe_offsets,
     "senses of the axes": _describe_senses,
     "base": _describe_base,
     "point of interest": _describe_point,
 }
-"""The same for arms that are described by a table, in the frames of that table."""
+"""Features in which arms described by a table may differ, in the frames of that table."""
 OF_AXES: Mapping[str, Callable[[Chain], str]] = {
     "directions of the axes": _describe_slopes,
     "senses of the axes": _describe_senses_at_home,
 }
-"""The same for arms that are described by their axes, and have no frames."""
+"""Features in which arms described by their axes, which have no frames, may differ."""
 OF_STRUCTURES: Mapping[str, Callable[[Chain], str]] = {"difficulty": _describe_difficulty}
-"""What only families that draw the structure itself differ in; it takes time to work out."""
+"""Features in which arms differ only if their family samples the structure itself; they take time to compute."""
 
 
 def compare(
@@ -118,14 +118,18 @@ def compare(
 ) -> list[Comparison]:
     """Return a comparison for every feature in which the arms of a slot of the assignment differ.
 
-    `shares` are per cent, one a student. Groups of fewer than three students are put together as "others".
+    `shares` are percentages, one for each student. Groups of fewer than three students are merged into "others".
     """
     comparisons = []
-    for feature, of in {**FEATURES, **_features_of_convention(chains), **(OF_STRUCTURES if varied else {})}.items():
-        names = [of(chain) for chain in chains]
-        count = Counter(names)
-        small = {name for name, many in count.items() if many < LEAST_IN_GROUP}
-        names = [OTHERS if name in small else name for name in names]
+    for feature, describe in {
+        **FEATURES,
+        **_features_of_convention(chains),
+        **(OF_STRUCTURES if varied else {}),
+    }.items():
+        names = [describe(chain) for chain in chains]
+        group_sizes = Counter(names)
+        small_groups = {name for name, size in group_sizes.items() if size < LEAST_IN_GROUP}
+        names = [OTHERS if name in small_groups else name for name in names]
         groups = sorted(set(names), key=lambda name: (name == OTHERS, name))
         if len(groups) < 2 or sum(name == OTHERS for name in names) in (1, 2) or len(set(shares)) < 2:
             continue
@@ -139,20 +143,20 @@ def compare(
 
 
 def _features_of_convention(chains: Sequence[Chain]) -> Mapping[str, Callable[[Chain], str]]:
-    """Return the features of arms that are all described in one way; of several ways there is nothing to compare."""
+    """Return the features that depend on how arms are described; none if some arms have frames and others don't."""
     have_frames = {convention_of(chain).has_frames for chain in chains}
     return {} if len(have_frames) != 1 else OF_TABLES if have_frames == {True} else OF_AXES
 
 
 def correct_for_number(comparisons: Sequence[Comparison]) -> list[Comparison]:
-    """Return the comparisons with their corrected p-values, the least likely ones first."""
+    """Return the comparisons with their corrected p-values, the smallest p-values first."""
     values = holm([each.chance for each in comparisons])
-    made = [replace(each, corrected=value) for each, value in zip(comparisons, values, strict=True)]
-    return sorted(made, key=lambda each: (each.corrected, each.chance, each.slot, each.feature))
+    corrected = [replace(each, corrected=value) for each, value in zip(comparisons, values, strict=True)]
+    return sorted(corrected, key=lambda each: (each.corrected, each.chance, each.slot, each.feature))
 
 
 def describe_chance(chance: float) -> str:
-    """Return what a p-value means, plainly.
+    """Return the meaning of a p-value in plain words.
 
     >>> describe_chance(0.34), describe_chance(0.0002)
     ('could be chance: p = 0.34', 'hardly chance: p < 0.001')

@@ -9,13 +9,14 @@ from qdot.exercises.families.base import describe_variation
 from qdot.grader.grading.certificates import read_certificate
 
 MANY, SHARE = 3, 0.05
-"""Sharing is reported if at least so many students, and more than this share of the class, share an answer."""
+"""Sharing is reported if at least this number of students, and more than this share of the class, share an answer."""
 
 
 def describe_shared_answers(assignment: Assignment) -> list[str]:
     """Return a line for each slot of the assignment in which many students share an answer.
 
-    Two students share an answer if a part has the same digest: what is asked, what is given, and what is right.
+    Two students share an answer if their parts have the same digest, which covers the question, the given data and the
+    correct answer.
     """
     parts: dict[str, list[dict[str, str]]] = {slot.name: [] for slot in assignment.slots}
     for student in assignment.roster:
@@ -29,21 +30,21 @@ def _answer_digests(assignment: Assignment, student: str) -> dict[str, dict[str,
     try:
         certificate = read_certificate(certificate_path(assignment, student), assignment.key, student)
     except QdotError:
-        return {}  # `qdot verify` says what is wrong with it
+        return {}  # `qdot verify` reports the error
     if certificate is None or certificate.edition != assignment.edition_of(student):
-        return {}  # of a notebook that is no longer handed out
+        return {}  # the certificate of a notebook that has been replaced
     return {name: record.parts for name, record in certificate.problems.items()}
 
 
 def _describe_sharing(slot: Slot, digests: list[dict[str, str]]) -> str:
     sharing: dict[int, list[str]] = {}
     for question in slot.questions:
-        often = Counter(parts[question] for parts in digests if question in parts)
-        students = sum(count for count in often.values() if count > 1)
+        digest_counts = Counter(parts[question] for parts in digests if question in parts)
+        students = sum(count for count in digest_counts.values() if count > 1)
         if students >= MANY and students > SHARE * len(digests):
             sharing.setdefault(students, []).append(question)
     if not sharing:
         return ""
     counts = "; ".join(f"{students} in {', '.join(names)}" for students, names in sorted(sharing.items(), reverse=True))
-    where = f"{slot.name} ({slot.family.name}, {describe_variation(slot.family, slot.variation)})"
-    return f"{where}: of {len(digests)} students, so many share an answer with another: {counts}"
+    slot_text = f"{slot.name} ({slot.family.name}, {describe_variation(slot.family, slot.variation)})"
+    return f"{slot_text}: of {len(digests)} students, so many share an answer with another: {counts}"

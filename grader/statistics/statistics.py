@@ -1,6 +1,6 @@
-"""Compute statistics of a class from plain numbers: discrimination, reliability, chance.
+"""Compute statistics of a class from plain numbers: discrimination, reliability, p-values of permutation tests.
 
-If there are too few numbers for a statement, there is none: None. Notation: n students, k parts, r a correlation.
+A function returns None if there are too few numbers. Notation: n students, k parts, r a correlation.
 """
 
 import math
@@ -13,9 +13,9 @@ import numpy as np
 from qdot.exercises.common.stream import Stream
 
 LEAST = 10
-"""Fewer students than this say nothing about a correlation or a reliability."""
+"""Minimum number of students for a correlation or a reliability."""
 PERMUTATIONS = 4999
-"""How often a test deals out the marks anew."""
+"""Number of random permutations of the marks in a test."""
 _ALIKE = 1e-9
 
 Numbers = Sequence[float]
@@ -23,7 +23,7 @@ Numbers = Sequence[float]
 
 @dataclass(frozen=True)
 class Interval:
-    """A value and the bounds between which it lies with 95 % confidence."""
+    """A value with the bounds of its 95 % confidence interval."""
 
     value: float
     low: float
@@ -31,20 +31,21 @@ class Interval:
 
 
 def correlation(first: Numbers, second: Numbers) -> float | None:
-    """Return Pearson's correlation; None if either does not vary, but for rounding.
+    """Return Pearson's correlation; None if either sequence is constant, apart from rounding errors.
 
     >>> correlation([1, 2, 3], [2, 4, 6])
     1.0
     """
-    left, right = (np.array(values) - statistics.fmean(values) for values in (first, second))
-    scale = math.sqrt((left @ left) * (right @ right))
-    return None if scale <= _ALIKE else max(-1.0, min(1.0, float(left @ right) / scale))
+    x, y = (np.array(values) - statistics.fmean(values) for values in (first, second))
+    scale = math.sqrt((x @ x) * (y @ y))
+    return None if scale <= _ALIKE else max(-1.0, min(1.0, float(x @ y) / scale))
 
 
 def discrimination(rows: Sequence[Numbers], part: int) -> Interval | None:
-    """Return the corrected item-total correlation of a part: with the sum of the other parts.
+    """Return the corrected item-total correlation of a part: its correlation with the sum of the other parts.
 
-    `rows` hold the points of a student each. None for fewer than `LEAST` students, one part, or if nothing varies.
+    Each of the `rows` has the points of one student. Return None if there are fewer than `LEAST` students or only one
+    part, or if the points don't vary.
     """
     if len(rows) < LEAST or len(rows[0]) < 2:
         return None
@@ -53,15 +54,15 @@ def discrimination(rows: Sequence[Numbers], part: int) -> Interval | None:
 
 
 def fisher(r: float, n: int) -> Interval:
-    """Return Fisher's interval of 95 % of a correlation, tanh(atanh r ± 1.96 / √(n − 3)).
+    """Return Fisher's 95 % confidence interval of a correlation, tanh(atanh r ± 1.96 / √(n − 3)).
 
-    It is a rough one, because it assumes that marks are normally distributed.
+    The interval is approximate, because it assumes that marks are normally distributed.
 
     >>> [round(bound, 3) for bound in (fisher(0.5, 28).low, fisher(0.5, 28).high)]
     [0.156, 0.736]
     """
-    middle, room = math.atanh(max(-0.999999, min(0.999999, r))), 1.959964 / math.sqrt(n - 3)
-    return Interval(r, math.tanh(middle - room), math.tanh(middle + room))
+    center, half_width = math.atanh(max(-0.999999, min(0.999999, r))), 1.959964 / math.sqrt(n - 3)
+    return Interval(r, math.tanh(center - half_width), math.tanh(center + half_width))
 
 
 def reliability(rows: Sequence[Numbers]) -> float | None:
@@ -69,55 +70,60 @@ def reliability(rows: Sequence[Numbers]) -> float | None:
     if len(rows) < LEAST or len(rows[0]) < 2:
         return None
     k = len(rows[0])
-    of_parts = math.fsum(statistics.variance(points) for points in zip(*rows, strict=True))
-    of_totals = statistics.variance([math.fsum(row) for row in rows])
-    return None if of_totals <= _ALIKE else k / (k - 1) * (1 - of_parts / of_totals)
+    part_variances = math.fsum(statistics.variance(points) for points in zip(*rows, strict=True))
+    total_variance = statistics.variance([math.fsum(row) for row in rows])
+    return None if total_variance <= _ALIKE else k / (k - 1) * (1 - part_variances / total_variance)
 
 
 # --- chance ---
 
 
 def chance_of_groups(values: Numbers, groups: Sequence[Hashable], seed: str) -> float | None:
-    """Return how often groups dealt out at random differ in their means as much as these do: a permutation test.
+    """Return the p-value of a permutation test: how often random groups differ in their means as much as these.
 
-    The statistic is the variance between the groups' means, each counted by its size. Nothing is taken for normal. The
-    observed grouping counts as one of `PERMUTATIONS` + 1, so that p is never 0. None for one group.
+    The statistic is the variance between the groups' means, weighted by group size. No normal distribution is assumed.
+    The observed grouping counts as one of `PERMUTATIONS` + 1, so that p is never 0. Return None if there is only one
+    group.
     """
     names = list(dict.fromkeys(groups))
     if len(names) < 2:
         return None
-    numbers = np.asarray(values, dtype=float) - math.fsum(values) / len(values)
-    member = np.array([[group == name for name in names] for group in groups], dtype=float)
-    sizes = member.sum(axis=0)
+    deviations = np.asarray(values, dtype=float) - math.fsum(values) / len(values)
+    membership = np.array([[group == name for name in names] for group in groups], dtype=float)
+    sizes = membership.sum(axis=0)
 
     def between(dealt: np.ndarray) -> np.ndarray:
-        return np.asarray(((dealt @ member) ** 2 / sizes).sum(axis=-1))
+        return np.asarray(((dealt @ membership) ** 2 / sizes).sum(axis=-1))
 
-    observed = float(between(numbers))
-    scale = max(float((numbers**2).sum()), _ALIKE)
-    as_large = sum(
-        int((between(numbers[order]) >= observed - _ALIKE * scale).sum()) for order in _permutations(len(numbers), seed)
+    observed = float(between(deviations))
+    scale = max(float((deviations**2).sum()), _ALIKE)
+    exceeding_count = sum(
+        int((between(deviations[order]) >= observed - _ALIKE * scale).sum())
+        for order in _permutations(len(deviations), seed)
     )
-    return (1 + as_large) / (1 + PERMUTATIONS)
+    return (1 + exceeding_count) / (1 + PERMUTATIONS)
 
 
 def _permutations(n: int, seed: str, at_once: int = 500) -> Iterator[np.ndarray]:
-    """Yield permutations of n, some hundred at once: ranks of the bits of PCG64, which never change."""
-    bits = np.random.PCG64(Stream(seed).below(1 << 62))
-    for begun in range(0, PERMUTATIONS, at_once):
-        size = min(at_once, PERMUTATIONS - begun)
-        yield np.argsort(bits.random_raw((size, n)), axis=1, kind="stable")
+    """Yield arrays of up to `at_once` permutations of n numbers.
+
+    They are the ranks of raw PCG64 output, which is the same in all versions of NumPy.
+    """
+    generator = np.random.PCG64(Stream(seed).below(1 << 62))
+    for start in range(0, PERMUTATIONS, at_once):
+        size = min(at_once, PERMUTATIONS - start)
+        yield np.argsort(generator.random_raw((size, n)), axis=1, kind="stable")
 
 
 def holm(chances: Numbers) -> list[float]:
-    """Return p-values as Holm corrects them: what is the least of many tests is small by chance alone.
+    """Return p-values corrected by Holm's method, because the smallest of many p-values may be small by chance.
 
     >>> holm([0.01, 0.04, 0.03])
     [0.03, 0.06, 0.06]
     """
     order = sorted(range(len(chances)), key=lambda index: chances[index])
-    corrected, so_far = [0.0] * len(chances), 0.0
+    corrected, maximum = [0.0] * len(chances), 0.0
     for rank, index in enumerate(order):
-        so_far = max(so_far, min(1.0, (len(chances) - rank) * chances[index]))
-        corrected[index] = so_far
+        maximum = max(maximum, min(1.0, (len(chances) - rank) * chances[index]))
+        corrected[index] = maximum
     return corrected
