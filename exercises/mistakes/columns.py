@@ -300,7 +300,7 @@ def _use_other_velocity(chain: Chain, shape: Shape) -> Iterator[MistakeVariant]:
             inner = w if k == w.n else w.up_to(k)
             stage = "tool jacobian" if w.depends_on("tool jacobian") else "geometric"
             return apply_matrix(inner[stage], w["joint rates"][:k])[:, None]
-        except IndexError:  # the question is about an earlier frame
+        except IndexError:  # a joint is after the frame
             return velocity
 
     def of_point(w: Working, velocity: np.ndarray, k: int) -> np.ndarray:
