@@ -15,9 +15,9 @@ Axis = Callable[[Chain, Stream], Chain]
 class Family:
     """A kind of arm: its name, its title, its source in the chapter, and how arms are sampled.
 
-    `plain` is the arm as drawn in the chapter: lengths are symbols, joints have no offset, the base frame is the world
-    frame, and the tool point is a frame's origin. `axes` maps the family's axes of variation, by their names in
-    `variation.AXES`, to the functions that vary the arm.
+    `plain` is the arm as drawn in the chapter. Its lengths are symbols, its joints have no offset, its base frame is
+    the world frame, and its tool point is a frame's origin. `axes` maps the family's axes of variation, by their names
+    in `variation.AXES`, to the functions that vary the arm.
 
     A family without a plain arm also samples the structure, by `structures`. Its arms differ in difficulty and in the
     questions that apply to them. `structures` therefore takes, after the stream and the axes, `band` (lowest and

@@ -1,10 +1,14 @@
 """random-2, random-3, random-4: arms whose structure is also sampled, from all clean structures.
 
 The structures of one class give the same problem. First a class is sampled, all with equal probability, then one of its
-structures. Then the axes of variation change only what leaves the problem the same: numbers for lengths, joint offsets,
-mirror images, position and orientation of the base (with the rows of the task), and whether the last length is in the
-table or in the coordinates of the tool point. One length that no condition depends on stays symbolic, if there is one.
-The other lengths are numbers for which every condition of the singular set can hold.
+structures. Then the axes of variation change what leaves the problem the same:
+
+- numbers for lengths, joint offsets, and mirror images;
+- position and orientation of the base (with the rows of the task);
+- whether the last length is in the table or in the coordinates of the tool point.
+
+One length that no condition depends on stays symbolic, if there is one. The other lengths are numbers for which every
+condition of the singular set can hold.
 """
 
 from collections.abc import Callable, Collection

@@ -7,8 +7,8 @@ A structure states for each joint:
 - whether the length a_i is zero;
 - for a revolute joint, whether the offset d_i is zero; for a prismatic joint, whether theta_i is 0 or 90 degrees.
 
-Its code is one word per joint, such as "Rdx Ra Pt": a, d (or t for theta) and x mark a length, an offset (or angle) and
-a twist that are not zero.
+Its code is one word per joint, such as "Rdx Ra Pt". The letters mark what is not zero: a the length, d the offset, t
+the angle theta of a prismatic joint, x the twist.
 
 Structures of one class give the same problem: their Jacobians differ only in signs and names. `tests.tools.structures`
 finds all clean structures and their classes.

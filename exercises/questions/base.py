@@ -159,8 +159,8 @@ def shuffle_options(
     options: Sequence[Option], right: Option, rng: Stream, words: Callable[[Option], str] = str
 ) -> tuple[Choice, list[Option]]:
     """Return a choice between options in random order, described by `words`, and the shuffled options."""
-    order = rng.permutation(options)
-    return Choice(tuple(map(words, order)), order.index(right)), order
+    shuffled = rng.permutation(options)
+    return Choice(tuple(map(words, shuffled)), shuffled.index(right)), shuffled
 
 
 def nothing(*_: object) -> tuple[()]:
@@ -231,7 +231,7 @@ class Question:
     is the same for all arms is shown instead of boxes.
 
     Later parts are marked on a student's own earlier results. `follows_from` names the questions from whose answers
-    this one is derived, in the order in which they are tried; by default they are those that it `needs`. An answer
+    this one is derived, in the order in which they are tried. By default they are those that it `needs`. An answer
     that is a set of conditions consists of the configurations at which the result `vanishes` is zero.
 
     The question applies to arms whose convention has the feature `speaks_of`, one of ASKED_OF, or to all arms if that
@@ -281,10 +281,10 @@ class Question:
     def ask(self, chain: Chain, rng: Stream) -> Asked:
         """Return the answer, and the details that the wording needs. Raises RuntimeError if there is nothing to ask."""
         if self.sample is not None:
-            asked = self.sample(chain, rng)
-            if asked is None:
+            answer_and_details = self.sample(chain, rng)
+            if answer_and_details is None:
                 raise RuntimeError(f"{self.name} finds nothing to ask of {chain}; please report this")
-            return asked
+            return answer_and_details
         details = self.details(chain, rng)
         if self.reference is not None:
             matrix = self.reference(chain, details)

@@ -121,7 +121,7 @@ def _ask_effect(chain: Chain, rng: Stream) -> Asked | None:
         wrong_answers: list[Numbers] = []
         for vector in rng.permutation(_distort(chain, pose, joint, jacobian, [row for row in indices if row < 3])):
             candidate = _round_vector(vector)
-            if all(_differ(candidate, known) for known in (correct, *wrong_answers)):
+            if all(_differ(candidate, option) for option in (correct, *wrong_answers)):
                 wrong_answers.append(candidate)
         if len(wrong_answers) >= 3:
             answer, _ = shuffle_options([correct, *wrong_answers[:3]], correct, rng, write_vector)
@@ -146,8 +146,10 @@ def _distort(chain: Chain, pose: Pose, joint: int, shown: sp.Matrix, linear: lis
         origin = joint + is_revolute
         if origin < chain.n:
             vectors.append(z.col(joint).cross(p_star.col(origin)).extract(linear, [0]))
-    x, y, *rest = column
-    vectors += [sp.Matrix(entries) for entries in ([-y, x, *rest], [y, x, *rest], [x, -y, *rest])]
+    x, y, *other_entries = column
+    vectors += [
+        sp.Matrix(entries) for entries in ([-y, x, *other_entries], [y, x, *other_entries], [x, -y, *other_entries])
+    ]
     return [vector for vector in vectors if _measure(vector) > 0.05]
 
 
@@ -234,7 +236,7 @@ def _describe_use(chain: Chain, use: str, pose: Pose) -> ForUse:
 def _list_tasks(chain: Chain, use: str) -> tuple[tuple[str, ...], ...]:
     """Return the tasks for which J has the shape that an answer needs; for square J, the arm's own if that fits."""
     rows = moving_rows(derive(chain).geometric)
-    sizes = {
+    row_counts = {
         "regular": [chain.n], "singular": [chain.n],
         "redundant": range(1, chain.n), "few": range(chain.n + 1, len(rows) + 1),
     }[use]  # fmt: skip
@@ -242,7 +244,7 @@ def _list_tasks(chain: Chain, use: str) -> tuple[tuple[str, ...], ...]:
         return (chain.task,)
     if use in ("regular", "singular") and chain.n > 3:
         return ()
-    return tuple(task for size in sizes for task in combinations(rows, size))
+    return tuple(task for size in row_counts for task in combinations(rows, size))
 
 
 def _sample_pose_for(chain: Chain, use: str, rng: Stream) -> Pose | None:
@@ -352,7 +354,7 @@ def _has_clear_share(velocity: Numbers, lost: np.ndarray, can: bool) -> bool:
 
 
 def _is_new(velocity: Numbers, chosen: list[Numbers]) -> bool:
-    return all(_differ(velocity, known) and _differ(velocity, tuple(-v for v in known)) for known in chosen)
+    return all(_differ(velocity, previous) and _differ(velocity, tuple(-v for v in previous)) for previous in chosen)
 
 
 QUESTIONS = (

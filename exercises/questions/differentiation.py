@@ -54,8 +54,8 @@ class AlongAxis(OneOfSeveral):
 def linear_velocity(chain: Chain) -> sp.Matrix:
     """Return the components of the tool point's velocity that are in the task (6.2).
 
-    If every term of the position has the sine or cosine of at most one angle, it is written link by link as in Example
-    6.1, -a1 s1 qd1 - a2 s12 (qd1 + qd2), otherwise joint by joint, as J qd.
+    If every term of the position has the sine or cosine of at most one angle, the velocity is written link by link, as
+    in Example 6.1: -a1 s1 qd1 - a2 s12 (qd1 + qd2). Otherwise it is written joint by joint, as J qd.
     """
     d = derive(chain)
     if is_by_links(chain):

@@ -73,7 +73,7 @@ def make_pose(
 
     Simple values are multiples of 0.1 degrees and of 0.1 mm. With `symbolic`, formulas such as arctan(3/4) are kept.
     """
-    exact, about = dict(joints), {}
+    exact_values, about = dict(joints), {}
     for q, joint in zip(chain.q, chain.joints, strict=True):
         unit, decimals = (180 / sp.pi, 2) if joint.kind == "R" else (sp.S.One, 4)
         simple = sp.Integer(10 if joint.kind == "R" else 10000) * unit
@@ -83,11 +83,11 @@ def make_pose(
         scaled = sp.N(simple, KEPT) * number
         nearest = sp.Integer(nearest_integer(scaled))
         if abs(scaled - nearest) < sp.Float("1e-25"):
-            exact[q] = nearest / simple
+            exact_values[q] = nearest / simple
         else:
-            exact[q] = number
+            exact_values[q] = number
             about[q] = sp.Rational(nearest_integer(sp.N(unit, KEPT) * number * 10**decimals), 10**decimals)
-    return Pose(dict(lengths), exact, about)
+    return Pose(dict(lengths), exact_values, about)
 
 
 def nearest_integer(value: sp.Expr) -> int:
@@ -101,9 +101,9 @@ def nearest_integer(value: sp.Expr) -> int:
     if isinstance(value, sp.Float) and value._prec >= BITS and abs(float(value)) < MOST_COUNTED:
         sign, mantissa, exponent, _ = value._mpf_
         unit = 1 << max(0, -int(exponent))
-        whole, remainder = divmod(2 * (int(mantissa) << max(0, int(exponent))) + unit, 2 * unit)
+        rounded, remainder = divmod(2 * (int(mantissa) << max(0, int(exponent))) + unit, 2 * unit)
         if min(remainder, 2 * unit - remainder) * 10**15 > unit:
-            return -whole if sign else whole
+            return -rounded if sign else rounded
     return int(value.round())
 
 
@@ -126,13 +126,13 @@ def jacobian_at(chain: Chain, pose: Pose) -> np.ndarray:
 
 def evaluate_precisely(chain: Chain, pose: Pose, matrix: sp.Matrix) -> sp.Matrix:
     """Return the values of a matrix of formulas at a configuration, to 30 digits, with tiny values set to zero."""
-    exact = matrix.xreplace(pose.values)
+    substituted = matrix.xreplace(pose.values)
 
     def number(entry: sp.Expr) -> sp.Expr:
         value = sp.N(entry, DIGITS, maxn=60)
         return sp.S.Zero if abs(value) < sp.Float("1e-20") else value
 
-    return exact.applyfunc(number)
+    return substituted.applyfunc(number)
 
 
 def precise_lost_direction(chain: Chain, pose: Pose) -> sp.Matrix:
@@ -375,7 +375,7 @@ def _sample_exact_joints_on(
 
 
 def _zeros(condition: sp.Expr, joint: sp.Symbol, turns: bool) -> list[sp.Expr]:
-    """Return the zeros of a + b cos q + c sin q (or of a + b q), to 40 digits, or none if it has another form."""
+    """Return the zeros of a condition to 40 digits, or none if it is not a + b cos q + c sin q (or a + b q)."""
     test_values = (sp.S.Zero, sp.pi / 2, sp.pi, sp.S.One) if turns else (sp.S.Zero, sp.S.One, sp.S(2), sp.S(3))
     start, quarter, half, test = (sp.N(condition.xreplace({joint: test_value}), KEPT) for test_value in test_values)
     tiny = sp.Float("1e-30")
@@ -404,5 +404,5 @@ def wrap_angle(chain: Chain, joint: sp.Symbol, value: sp.Expr) -> sp.Expr:
     """Return the value of a joint; a numeric angle is wrapped to (-pi, pi]."""
     if chain.joints[chain.q.index(joint)].kind == "P" or not value.is_number or not _is_real(value):
         return value
-    turns = sp.floor((sp.pi - sp.N(value, DIGITS)) / (2 * sp.pi))
-    return sp.expand(value + 2 * sp.pi * int(turns))
+    rotation_count = sp.floor((sp.pi - sp.N(value, DIGITS)) / (2 * sp.pi))
+    return sp.expand(value + 2 * sp.pi * int(rotation_count))

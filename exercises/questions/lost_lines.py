@@ -55,8 +55,8 @@ def find_lost_motion(generic: Chain, component: Component) -> Motion | None:
             in_task & ~is_correct & (np.mean(cosine < CLEARLY_OFF, axis=1) >= 0.75) & ~np.isnan(cosine).any(axis=1)
         )
         if is_correct.any() and _count_directions(vectors[is_wrong]) >= 2:
-            held = bool(np.any(sizes[held_part] > 1e-7))
-            return Motion(moving, held, tuple(compress(lines, is_correct)), tuple(compress(lines, is_wrong)))
+            is_held = bool(np.any(sizes[held_part] > 1e-7))
+            return Motion(moving, is_held, tuple(compress(lines, is_correct)), tuple(compress(lines, is_wrong)))
     return None
 
 
@@ -64,7 +64,7 @@ def _count_directions(along: np.ndarray) -> int:
     """Return the number of different directions among lines, (lines, samples, 3)."""
     different: list[np.ndarray] = []
     for vectors in along:
-        if not any(_are_parallel(vectors, known) for known in different):
+        if not any(_are_parallel(vectors, known_vectors) for known_vectors in different):
             different.append(vectors)
     return len(different)
 

@@ -1,8 +1,8 @@
 """Joint rates along a straight path at a prescribed speed, and where a rate exceeds its limit (the welding robot).
 
 A is the position of P in a given initial configuration. P moves on the line from A towards B (given in cm) at constant
-speed v: p(s) = A + s u, u = (B - A)/|B - A|. The joint rates are qd = J^-1 u v (6.7), at the configuration with P at
-p(s).
+speed v. Its position is p(s) = A + s u with u = (B - A)/|B - A|. The joint rates are qd = J^-1 u v (6.7), at the
+configuration with P at p(s).
 """
 
 from collections.abc import Sequence
@@ -161,8 +161,8 @@ def _object_to_path(chain: Chain) -> str | None:
 
 def _ask_path_rates(chain: Chain, rng: Stream) -> Asked | None:
     for attempt in range(2 * TRIES):
-        regular, least, most = (REGULAR, 25, 60) if attempt < TRIES else (LESS_REGULAR, 15, 40)
-        seam = _sample_seam(chain, rng, least, most, 1.3 * regular)
+        regular, min_length, max_length = (REGULAR, 25, 60) if attempt < TRIES else (LESS_REGULAR, 15, 40)
+        seam = _sample_seam(chain, rng, min_length, max_length, 1.3 * regular)
         if seam is None:
             continue
         line = seam.line(chain)

@@ -1,8 +1,8 @@
 """How well an arm moves at a configuration: manipulability and condition number of its Jacobian.
 
-w = sqrt(det(J J^T)), which is |det J| if J is square, is the product of the singular values of J; kappa is the largest
-of them divided by the smallest. Both compare or multiply entries of J, so the questions apply only if the units allow
-that.
+The manipulability w = sqrt(det(J J^T)) is the product of the singular values of J, and |det J| if J is square. The
+condition number kappa is the largest singular value divided by the smallest. Both compare or multiply entries of J, so
+the questions apply only if the units allow that.
 """
 
 from dataclasses import dataclass

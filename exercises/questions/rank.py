@@ -74,10 +74,10 @@ def _sample_deep_pose(chain: Chain, rng: Stream) -> Pose | None:
     generic, fill = structure(chain).chain, derive(chain).fill
     generic_components = singular_set(generic) or ()
     arm_components = {component.conditions: component for component in singular_set(chain) or ()}
-    for chosen in rng.permutation(_find_deep_sets(generic)):
-        matches = [arm_components.get(tuple(map(fill, generic_components[i].conditions))) for i in chosen]
+    for indices in rng.permutation(_find_deep_sets(generic)):
+        matches = [arm_components.get(tuple(map(fill, generic_components[i].conditions))) for i in indices]
         components = [component for component in matches if component is not None]
-        if len(components) == len(chosen):
+        if len(components) == len(indices):
             pose = _sample_formula_pose(chain, components, rng)
             if pose is not None and (clear_rank(jacobian_at(chain, pose)) or 0) < full_rank(chain) - 1:
                 return pose
@@ -119,12 +119,12 @@ def _ask_rank(chain: Chain, rng: Stream) -> Asked | None:
 
 def _find_independent_columns(jacobian: np.ndarray) -> tuple[int, ...]:
     """Return the first independent columns, from 1, that span all columns."""
-    chosen: list[int] = []
+    independent_columns: list[int] = []
     for column in range(jacobian.shape[1]):
-        sigma = np.linalg.svd(jacobian[:, [*chosen, column]], compute_uv=False)
-        if len(sigma) == len(chosen) + 1 and sigma[-1] > 1e-7 * np.linalg.norm(jacobian):
-            chosen.append(column)
-    return tuple(column + 1 for column in chosen)
+        sigma = np.linalg.svd(jacobian[:, [*independent_columns, column]], compute_uv=False)
+        if len(sigma) == len(independent_columns) + 1 and sigma[-1] > 1e-7 * np.linalg.norm(jacobian):
+            independent_columns.append(column)
+    return tuple(column + 1 for column in independent_columns)
 
 
 def _find_vanishing_conditions(chain: Chain, pose: Pose) -> tuple[tuple[sp.Expr, ...], ...]:
@@ -356,8 +356,8 @@ def _ask_meaning(chain: Chain, rng: Stream) -> Asked | None:
         has_condition = branch.component.solutions is None
         values = () if has_condition else branch.component.value_combinations()[0]
         condition = branch.component.conditions[0] if has_condition else None
-        asked = MeaningAsked(values, pose if has_condition else None, condition, tuple(shuffled))
-        return answer, OfMeaning(asked=asked)
+        meaning_asked = MeaningAsked(values, pose if has_condition else None, condition, tuple(shuffled))
+        return answer, OfMeaning(asked=meaning_asked)
     return None
 
 

@@ -1,7 +1,7 @@
 """Redundant arms (n > m): det(J J^T), least-norm joint rates through the pseudo-inverse, and the self-motion.
 
 J is m x n. By Cauchy and Binet, det(J J^T) is the sum of the squares of the maximal minors. The pseudo-inverse
-J^T (J J^T)^-1 gives the joint rates of least norm; for n = m + 1 the minors with alternating signs span the null space.
+J^T (J J^T)^-1 gives the joint rates of least norm. For n = m + 1 the minors with alternating signs span the null space.
 """
 
 from dataclasses import dataclass

@@ -156,14 +156,14 @@ def _tidy(matrix: sp.Matrix) -> sp.Matrix:
 def carried_screws(chain: Chain) -> tuple[Screw, ...]:
     """Return the screws of an arm in the space frame, each moved by the joints before it."""
     fill, home = derive(chain).fill_matrix, dict.fromkeys(chain.q, sp.S.Zero)
-    carried = []
+    moved_screws = []
     for joint, axis in zip(_carry_screws(structure(chain).chain), axes_of(chain)[0], strict=True):
         direction, point, screw = map(fill, (joint.direction, joint.point, joint.screw))
         if chain.axis_points:  # shift the points along their axes to the given points
             distance = to_exact(axis.direction.dot(axis.point - point.xreplace(home)))
             point = (point + distance * direction).applyfunc(without_brackets)
-        carried.append(Screw(joint.number, joint.kind, direction, point, screw))
-    return tuple(carried)
+        moved_screws.append(Screw(joint.number, joint.kind, direction, point, screw))
+    return tuple(moved_screws)
 
 
 def space_jacobian(chain: Chain) -> sp.Matrix:
@@ -315,8 +315,8 @@ def _ask_changed_twist(chain: Chain, rng: Stream) -> Asked | None:
     for _ in range(POSES):
         configuration = Configuration(sample_lengths(chain, rng), sample_pose(chain, rng))
         rates = {rate: sp.Rational(rng.choice([k for k in range(-8, 9) if k]), 10) for rate in chain.rates}
-        exact = body_jacobian(chain).xreplace(configuration.values) * sp.Matrix(list(rates.values()))
-        twist = exact.applyfunc(lambda value: sp.Rational(str(sp.N(value, 30).round(DECIMALS))))
+        exact_twist = body_jacobian(chain).xreplace(configuration.values) * sp.Matrix(list(rates.values()))
+        twist = exact_twist.applyfunc(lambda value: sp.Rational(str(sp.N(value, 30).round(DECIMALS))))
         if any(twist):
             space_twist = convention_of(chain).twist(body_adjoint(chain).xreplace(configuration.values) * twist)
             numbers = space_twist.applyfunc(lambda value: ten_digits(numeric(value)))

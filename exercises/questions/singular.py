@@ -133,9 +133,9 @@ def _sample_place(chain: Chain, components: tuple[Component, ...], kind: str, rn
 def _sample_regular_place(chain: Chain, components: tuple[Component, ...], rng: Stream) -> Place:
     """Return a random regular configuration that seems singular after a mistake of a sign or a right angle."""
     roots = [
-        (joint, values)
+        (q, values)
         for component in components
-        for joint, values in component.solutions or ()
+        for q, values in component.solutions or ()
         if not any(value.has(sp.acos, sp.asin, sp.atan) and value.free_symbols for value in values)
     ]
     for attempt in range(200):

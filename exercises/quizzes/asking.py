@@ -28,10 +28,10 @@ class ShortQuestion(Question):
         try:
             return super().ask(chain, rng)
         except RuntimeError:
-            asked = _find(self, chain)
-            if asked is None:
+            answer_and_details = _find(self, chain)
+            if answer_and_details is None:
                 raise
-            return asked
+            return answer_and_details
 
     def object_to_arm(self, chain: Chain) -> str | None:
         """Return why the question makes no sense for an arm or finds nothing to ask, or None."""

@@ -76,9 +76,10 @@ def _blame_by_derivation(problem: Problem, part: Part, stream: Stream) -> Mappin
 def _is_of_other_joint(w: Working, part: Part, expected: np.ndarray) -> bool:
     """Return whether the values are the effect of another joint."""
     effect = part.about(OfJoint).effect
-    others = (replace(effect, joint=joint) for joint in range(1, w.n + 1) if joint != effect.joint)
+    other_effects = (replace(effect, joint=joint) for joint in range(1, w.n + 1) if joint != effect.joint)
     return any(
-        _is_near(result(w, replace(part, details=OfJoint(effect=other_effect))), expected) for other_effect in others
+        _is_near(result(w, replace(part, details=OfJoint(effect=other_effect))), expected)
+        for other_effect in other_effects
     )
 
 

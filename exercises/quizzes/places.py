@@ -112,14 +112,14 @@ def regular_pose_at(chain: Chain, joints: dict[sp.Symbol, sp.Expr]) -> Pose | No
 def take_distinct(candidates: Iterator[PoseAndBlame], count: int, excluded: Sequence[Pose] = ()) -> list[PoseAndBlame]:
     """Return up to `count` candidates whose texts differ from each other and from those of the excluded ones."""
     texts = {write_pose(pose) for pose in excluded}
-    chosen: list[PoseAndBlame] = []
+    distinct: list[PoseAndBlame] = []
     for pose, blame in candidates:
-        if len(chosen) == count:
+        if len(distinct) == count:
             break
         if write_pose(pose) not in texts:
             texts.add(write_pose(pose))
-            chosen.append((pose, blame))
-    return chosen
+            distinct.append((pose, blame))
+    return distinct
 
 
 def write_pose(pose: Pose) -> str:
@@ -130,8 +130,8 @@ def write_pose(pose: Pose) -> str:
 def _write_value(pose: Pose, q: sp.Symbol) -> str:
     is_revolute = q.name.startswith("theta")
     value = pose.about.get(q, pose.joints[q] * 180 / sp.pi if is_revolute else pose.joints[q])
-    shown = str(value) if value.is_Integer else f"{float(value):.10g}"
-    return f"{shown} {'deg' if is_revolute else 'm'}"
+    number = str(value) if value.is_Integer else f"{float(value):.10g}"
+    return f"{number} {'deg' if is_revolute else 'm'}"
 
 
 def find_drawn_options(chain: Chain, part: Part) -> tuple[Chain, list[dict[str, float]]] | None:
