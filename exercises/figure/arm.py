@@ -258,7 +258,7 @@ def draw_joint_angle(scene: Scene, i: int) -> Drawing:
     """Return the arc of theta_i from x_{i-1} to x_i about z_{i-1}, with dashed lines for axes that are not drawn."""
     table, bones, view = scene.chain.joints[i - 1], scene.bones, scene.view
     convention = convention_of(scene.chain)
-    if table.kind != "R" or not convention.has_frames:  # there are no x axes from which to measure it
+    if table.kind != "R" or not convention.has_frames:  # without x axes, no angle is shown
         return Drawing()
     angle = float(np.arctan2(np.sin(bones.entries[i - 1]), np.cos(bones.entries[i - 1])))
     x, y, center = bones.frames[i - 1, :3, 0], bones.frames[i - 1, :3, 1], scene.places[i - 1]
@@ -296,7 +296,7 @@ def draw_slide(scene: Scene, i: int) -> Drawing:
     if scene.chain.joints[i - 1].kind != "P" or not convention_of(scene.chain).has_frames:
         return Drawing()
     start, end = scene.bones.origins[i - 1], scene.bones.corners[i - 1]
-    is_glyph_apart = np.linalg.norm(scene.places[i - 1] - start) > 1e-9  # then there is a joint with its arc at O_{i-1}
+    is_glyph_apart = np.linalg.norm(scene.places[i - 1] - start) > 1e-9  # then another joint's arc is at O_{i-1}
     label = with_offset(scene.chain.q[i - 1], scene.offsets[i - 1], angle=False)
     return draw_dimension(scene, start, end, label, ARC[scene.is_planar] + 9.0 if is_glyph_apart else 23.0)
 

@@ -67,7 +67,7 @@ ROUNDS = 3
 """How often the labels of the chosen pose are placed, each time in view of all others."""
 SIDES, CLEAR = 5, {True: 30.0, False: 16.0}
 """Number of views that are tried for a spatial arm in a given pose, and average cost of a label up to which all names
-are shown; it is higher in a flat drawing, where labels have more room and no arrow points towards the reader.
+are shown. The cost is higher in a flat drawing, because labels have more room and no arrow points towards the reader.
 """
 STRETCHES = (1.0, 1.3, 1.6, 0.75, 2.0)
 """Factors for the base's distance from the world's origin, tried in turn while origins coincide in the drawing."""
@@ -329,7 +329,7 @@ def _compose(
 def _draw_parts(chain: Chain, bones: Skeleton, sparse: bool, view: View) -> Drawing:
     """Return all parts from back to front."""
     stage = make_scene(chain, bones, view, sparse)
-    on_top = not convention_of(chain).has_frames  # at home, a link may run along an axis of the space frame
+    on_top = not convention_of(chain).has_frames  # because at home, a link may run along an axis of the space frame
     world_underneath, world_on_top = (
         (Drawing(), frames.draw_world(stage)) if on_top else (frames.draw_world(stage), Drawing())
     )

@@ -42,7 +42,7 @@ def draw_axes(scene: Scene) -> Drawing:
     view, flat = scene.view, scene.is_planar
     base = convention_of(scene.chain).base
     length = AXIS[flat] if not is_point(scene.bones) else LONG
-    drawn: dict[tuple[int, ...], tuple[np.ndarray, np.ndarray, str, tuple[TextRun, ...]]] = {}
+    axes_by_position: dict[tuple[int, ...], tuple[np.ndarray, np.ndarray, str, tuple[TextRun, ...]]] = {}
     for i, frame in enumerate(scene.frames):
         for k, name in enumerate(NAMES):
             axis, origin = frame[:3, k], frame[:3, 3]
@@ -50,11 +50,11 @@ def draw_axes(scene: Scene) -> Drawing:
             if not is_shown or (i in scene.without_x and (name == "x" or (name == "y" and scene.sparse))):
                 continue
             key = tuple(round(part) for part in (*(origin * view.scale / 2).tolist(), *(axis * 10).tolist()))
-            earlier_names = drawn[key][3] + roman(", ") if key in drawn else ()
-            drawn.setdefault(key, (origin, axis, name, ()))
-            drawn[key] = (*drawn[key][:3], (*earlier_names, *symbol(name, str(i))))
+            earlier_names = axes_by_position[key][3] + roman(", ") if key in axes_by_position else ()
+            axes_by_position.setdefault(key, (origin, axis, name, ()))
+            axes_by_position[key] = (*axes_by_position[key][:3], (*earlier_names, *symbol(name, str(i))))
     part = Drawing()
-    for origin, axis, name, pieces in drawn.values():
+    for origin, axis, name, pieces in axes_by_position.values():
         part += _axis(view, origin, axis, name, pieces, length)
     return part
 
@@ -189,10 +189,10 @@ def page_normals(scene: Scene) -> Drawing:
 def draw_world(scene: Scene) -> Drawing:
     """Return the world frame, the base's position as dashed lines, and the base's yaw; nothing if the frames agree."""
     view, base = scene.view, convention_of(scene.chain).base
-    by_axes = not convention_of(scene.chain).has_frames
-    if base.is_world and not by_axes:
+    is_given_by_axes = not convention_of(scene.chain).has_frames
+    if base.is_world and not is_given_by_axes:
         return _first_length(scene)
-    name = "s" if by_axes else "w"
+    name = "s" if is_given_by_axes else "w"
     base_origin = scene.frames[0, :3, 3]
     is_apart = float(np.linalg.norm(base_origin)) * view.scale > 1.0
     length = AXIS[scene.is_planar] + (0.0 if is_apart else 18.0)
@@ -214,7 +214,7 @@ def draw_world(scene: Scene) -> Drawing:
         pixel = view.px(np.zeros(3))
         anchors = ((pixel, (-0.7, 0.7)), (pixel, (0.7, 0.7)))
         part += Drawing((), (Request(symbol("O", name), anchors, gap=6.0, rank=3, kind="origin"),))
-    return part if by_axes else part + _yaw(scene, is_apart)
+    return part if is_given_by_axes else part + _yaw(scene, is_apart)
 
 
 def _first_length(scene: Scene) -> Drawing:

@@ -90,10 +90,10 @@ class Layout:
             leaders = {k: line.shape for k, line in self._leaders.items()}
             if self._seen.get(i) != (boxes, leaders):
                 others = list(boxes.values()), list(self._leaders.values())
-                place = self._places[i].best(*others, most - self.cost)
-                if place is None:
+                best_place = self._places[i].best(*others, most - self.cost)
+                if best_place is None:
                     return False
-                self._boxes[i], self._costs[i] = place
+                self._boxes[i], self._costs[i] = best_place
                 leader = self._leader_of(i)
                 self._seen[i] = boxes, leaders
             if leader is not None:
@@ -102,8 +102,8 @@ class Layout:
 
     def _leader_of(self, i: int) -> Line | None:
         """Return the leader from a label to the thing that it names, None if it needs none."""
-        box, places = self._boxes[i], self._places[i]
-        return Line(_leader_line(box, places.nearest(box)[1])) if places.needs_leader(box) else None
+        box, label_places = self._boxes[i], self._places[i]
+        return Line(_leader_line(box, label_places.nearest(box)[1])) if label_places.needs_leader(box) else None
 
     @property
     def placement(self) -> Placement:

@@ -18,9 +18,12 @@ FURTHER = (0.0, 6.0, 14.0, 26.0, 42.0, 60.0, 80.0)
 BOX_COST, OUTSIDE_COST = 400_00, 400_00
 LEADER_COST, CONFUSED_COST, CROSSED_COST = 14_00, 70_00, 120_00
 INK_COST, INKED, MORE_INK_COST = 14_00, 10, 1_00
-"""Costs in hundredths: for each overlapped label, and for a place outside of the figure; for a leader, more if it is
-needed because another thing of the kind is nearer, and more if it crosses a label or leader (or a label lies on a
-leader); for each of the first INKED points of covered lines, and for each covered point."""
+"""Costs in hundredths, line by line:
+
+* for each overlapped label, and for a place outside the figure;
+* for a leader, extra if it is needed because another thing of the kind is nearer, and extra if it crosses a label or
+  leader (or a label covers a leader);
+* for each of the first INKED covered points of lines, their number, and for each covered point in addition."""
 CLEARLY = 2.0
 """A label should be nearer to its own thing than to others of the kind by this many pixels."""
 EDGE = 4.0
@@ -40,8 +43,13 @@ class Ink:
     """Points on the lines of shapes, each with half the width of its line."""
 
     def __init__(self, shapes: Iterable[Shape]) -> None:
-        x, y, half = samples(shapes).T
-        self._left, self._top, self._right, self._bottom = x - half, y - half, x + half, y + half
+        x, y, half_width = samples(shapes).T
+        self._left, self._top, self._right, self._bottom = (
+            x - half_width,
+            y - half_width,
+            x + half_width,
+            y + half_width,
+        )
 
     def hits(self, box: Box) -> int:
         """Return how many points a box covers."""
@@ -59,9 +67,9 @@ def samples(shapes: Iterable[Shape]) -> np.ndarray:
             if isinstance(inner, Circle):
                 circles.append((*inner.center, inner.radius + AIR))
             else:
-                half = HALF_WIDTH.get(inner.style, THIN)
+                half_width = HALF_WIDTH.get(inner.style, THIN)
                 points = (*inner.points, inner.points[0]) if inner.closed else inner.points
-                pieces += [(*start, *end, half) for start, end in pairwise(points)]
+                pieces += [(*start, *end, half_width) for start, end in pairwise(points)]
     return np.concatenate(
         [np.array(circles, dtype=float).reshape(-1, 3), _points_along(np.array(pieces).reshape(-1, 5))]
     )
@@ -69,12 +77,12 @@ def samples(shapes: Iterable[Shape]) -> np.ndarray:
 
 def _points_along(pieces: np.ndarray) -> np.ndarray:
     """Return points on straight pieces given as x, y, x, y, half width (k x 5), ends included."""
-    start, direction, half = pieces[:, :2], pieces[:, 2:4] - pieces[:, :2], pieces[:, 4:]
+    start, direction, half_width = pieces[:, :2], pieces[:, 2:4] - pieces[:, :2], pieces[:, 4:]
     counts = np.maximum(1, np.ceil(np.hypot(*direction.T) / 4 - 1e-6)).astype(int)
     piece_index = np.repeat(np.arange(len(pieces)), counts + 1)
     step = np.arange(len(piece_index)) - np.repeat(np.cumsum(counts + 1) - counts - 1, counts + 1)
     share = (step / counts[piece_index])[:, None]
-    return np.hstack([start[piece_index] + direction[piece_index] * share, half[piece_index]])
+    return np.hstack([start[piece_index] + direction[piece_index] * share, half_width[piece_index]])
 
 
 class Line:

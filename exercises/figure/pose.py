@@ -257,9 +257,9 @@ def clearance(flat: np.ndarray, axes: int) -> np.ndarray:
     """
     shares = np.linspace(0.0, 1.0, 6)[:, None]
     points = flat[:, :, None, 0] * (1 - shares) + flat[:, :, None, 1] * shares
-    distances, link = np.full(len(flat), np.inf), flat.shape[1] - axes - 1
+    distances, last_link = np.full(len(flat), np.inf), flat.shape[1] - axes - 1
     for i, j in itertools.combinations(range(flat.shape[1]), 2):
-        is_adjacent = j == i + 1 or i >= link
+        is_adjacent = j == i + 1 or i >= last_link
         first, second = (points[:, i, :4], points[:, j, 2:]) if is_adjacent else (points[:, i], points[:, j])
         x, y = (first[:, :, None, k] - second[:, None, :, k] for k in range(2))
         gaps = np.sqrt((x * x + y * y).reshape(len(flat), -1).min(axis=1))
@@ -295,7 +295,7 @@ def _add_last_axes(flat: np.ndarray, frames: np.ndarray, view: np.ndarray, scale
 
 def _angle_score(chain: Chain, frames: np.ndarray, entries: np.ndarray, view: np.ndarray) -> np.ndarray:
     """Return how clearly the joint angles are visible (k), with a preference for angles near 45 degrees."""
-    worst, preference = np.ones(len(entries)), np.zeros(len(entries))
+    lowest_visibility, preference = np.ones(len(entries)), np.zeros(len(entries))
     for i, joint in enumerate(chain.joints):
         if joint.kind == "P":
             continue
@@ -304,10 +304,10 @@ def _angle_score(chain: Chain, frames: np.ndarray, entries: np.ndarray, view: np
         drawn_angle = np.abs(np.arctan2(x[:, 0] * end[:, 1] - x[:, 1] * end[:, 0], (x * end).sum(axis=1)))
         visibility = np.minimum(np.minimum(drawn_angle, np.pi - drawn_angle + 0.3) / np.radians(35), 1)
         visibility = visibility * np.minimum(np.linalg.norm(end, axis=1) / 0.5, 1)
-        worst = np.minimum(worst, visibility)
+        lowest_visibility = np.minimum(lowest_visibility, visibility)
         if i > 0 or is_flat(chain):
             preference = preference + np.clip(1.4 - np.abs(entries[:, i] - 0.8), 0, 1) * 1.2 / chain.n
-    return np.asarray(1.2 * worst + preference)
+    return np.asarray(1.2 * lowest_visibility + preference)
 
 
 def _count_crowded(frames: np.ndarray, view: np.ndarray, scale: np.ndarray) -> np.ndarray:
@@ -333,15 +333,15 @@ def _count_crowded(frames: np.ndarray, view: np.ndarray, scale: np.ndarray) -> n
 
 def _axes_apart(frames: np.ndarray, view: np.ndarray) -> np.ndarray:
     """Return how well x and z axes with a common origin can be distinguished (k); 1 from 20 degrees on."""
-    worst = np.ones(len(frames))
+    lowest_score = np.ones(len(frames))
     arrows = [(frames[:, i, :3, 3], frames[:, i, :3, k]) for i in range(frames.shape[1]) for k in (0, 2)]
     for (origin, first), (second_origin, second) in itertools.combinations(arrows, 2):
         if np.max(np.abs(origin - second_origin)) > 1e-6 or np.max(np.linalg.norm(first - second, axis=1)) < 1e-6:
             continue
         a, b = first @ view[:2].T, second @ view[:2].T
         drawn_angle = np.abs(np.arctan2(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0], (a * b).sum(axis=1)))
-        worst = np.minimum(worst, drawn_angle / np.radians(20))
-    return worst
+        lowest_score = np.minimum(lowest_score, drawn_angle / np.radians(20))
+    return lowest_score
 
 
 # --- the view of an arm in a given pose ---
@@ -372,7 +372,7 @@ def _view_scores(drawn: Chain, entries: np.ndarray, views: np.ndarray) -> np.nda
     origins, z = frames[0, :, :3, 3], frames[0, :, :3, 2]
     drawn_origins = scale[:, None, None] * np.einsum("ix,kyx->kiy", origins, views[:, :2])
     drawn_axes = np.einsum("ix,kyx->kiy", z, views[:, :2])
-    ends = np.stack([origins[-1], origins[-1] + 1e-6 * z[-1]])  # the last link's own direction is no link
+    ends = np.stack([origins[-1], origins[-1] + 1e-6 * z[-1]])  # the axis that `clearance` expects, too short to matter
     last_axis = np.broadcast_to(np.einsum("px,kyx->kpy", ends, views[:, :2])[:, None], (len(views), 1, 2, 2))
     clearances = np.clip(clearance(np.concatenate([flat, last_axis], axis=1), 1) * scale / 50, 0, 1)
     visible_shares = np.minimum(np.linalg.norm(drawn_axes, axis=2) / VISIBLE, 1)

@@ -153,8 +153,8 @@ def _problem_cells(
             text = render("notebook/solution.md.j2", number=label, solution=solutions[part.name], figure=figure)
             yield _markdown(f"{slot}-{part.name}-solution", text)
         yield code
-        if check := check_cell(slot, problem, part.name):
-            yield _code(f"{slot}-{part.name}-check", check)
+        if checks := check_cell(slot, problem, part.name):
+            yield _code(f"{slot}-{part.name}-check", checks)
 
 
 def _prompt(label: str, slot: str, problem: Problem, part: Part, hinted: bool) -> str:

@@ -133,9 +133,9 @@ def _as_html(problem: Problem, solution: bool, hinted: bool) -> str:
 
 
 def _as_notebook(problem: Problem, solution: bool, hinted: bool) -> str:
-    make = solution_notebook if solution else student_notebook
+    make_notebook = solution_notebook if solution else student_notebook
     key = re.sub("[/@+]", "-", str(problem.id))
-    return notebook_text(make(problem.title, key, "", [("p1", problem)], hinted))
+    return notebook_text(make_notebook(problem.title, key, "", [("p1", problem)], hinted))
 
 
 # --- JSON ---

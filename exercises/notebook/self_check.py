@@ -206,10 +206,10 @@ def check_cell(slot: str, problem: Problem, part: str) -> str:
     if not relations:
         return ""
     parts, omega_first = _by_kind(problem), convention_of(problem.chain).is_omega_first
-    words: dict[str, object] = {
+    placeholders: dict[str, object] = {
         kind.replace("-", "_"): variable(slot, part_of_kind.name) for kind, part_of_kind in parts.items()
     }
-    words |= {
+    placeholders |= {
         "linear_half": "3:" if omega_first else ":3",
         "angular_half": ":3" if omega_first else "3:",
         "in_order": "" if omega_first else "[np.r_[3:6, 0:3]]",
@@ -219,7 +219,7 @@ def check_cell(slot: str, problem: Problem, part: str) -> str:
         "turning": [int(joint.kind == "R") for joint in problem.chain.joints],
     }
     checks = [
-        replace(relation, left=relation.left.format(**words), right=relation.right.format(**words))
+        replace(relation, left=relation.left.format(**placeholders), right=relation.right.format(**placeholders))
         for relation in relations
     ]
     return render("notebook/check.py.j2", slot=slot, checks=checks).strip()

@@ -1,8 +1,8 @@
 """Expand a determinant in steps as by hand: simplify the matrix, expand along a row or column, and multiply out.
 
-Each step leaves the determinant unchanged: a value for joint 1, other axes and another point of the same body, or the
-only nonzero entry of a row or column times its cofactor. The steps are derived for an arm's structure; the arm's
-numbers are substituted later.
+No step changes the determinant. A step sets joint 1 to a value, uses other axes and another point of the same body, or
+multiplies the only nonzero entry of a row or column by its cofactor. The steps are derived for an arm's structure; the
+arm's numbers are substituted later.
 """
 
 from collections.abc import Callable
@@ -22,9 +22,11 @@ Fill = Callable[[sp.Expr], sp.Expr]
 class Step:
     """One step of an expansion; after it, the determinant is `factor` times that of `matrix`.
 
-    `kind` is "joint" (joint 1 gets a value that shortens the matrix), "link" (J is expressed in axes fixed in link
-    `number` and about a point of that link), or "alone" (`entry` is the only nonzero one in `line`, for example
-    "row 2").
+    The kinds are:
+
+    * "joint": joint 1 gets a value that shortens the matrix;
+    * "link": J is expressed in axes fixed in link `number`, and about a point of that link;
+    * "alone": `entry` is the only nonzero one in `line`, for example "row 2".
     """
 
     kind: str

@@ -182,11 +182,11 @@ def pattern(phrase: str) -> re.Pattern[str]:
     >>> pattern("row {n}").fullmatch("row 2")["n"]
     '2'
     """
-    parts, seen_names = [], set()
-    for i, part in enumerate(re.split(r"\{(\w+)\}", phrase)):
+    pieces, seen_names = [], set()
+    for i, piece in enumerate(re.split(r"\{(\w+)\}", phrase)):
         if i % 2 == 0:
-            parts.append(re.escape(part))
+            pieces.append(re.escape(piece))
         else:
-            parts.append(f"(?P={part})" if part in seen_names else f"(?P<{part}>.+?)")
-            seen_names.add(part)
-    return re.compile("".join(parts), re.DOTALL)
+            pieces.append(f"(?P={piece})" if piece in seen_names else f"(?P<{piece}>.+?)")
+            seen_names.add(piece)
+    return re.compile("".join(pieces), re.DOTALL)

@@ -135,8 +135,8 @@ def to_html_for_mathjax(text: str) -> str:
         )
 
     page = to_html(text, formula)
-    table = '<table class="generaltable table table-bordered" style="width: auto">'
-    return page.replace("<table>", f'<div style="overflow-x: auto; position: relative">{table}').replace(
+    table_tag = '<table class="generaltable table table-bordered" style="width: auto">'
+    return page.replace("<table>", f'<div style="overflow-x: auto; position: relative">{table_tag}').replace(
         "</table>", "</table></div>"
     )
 
@@ -210,7 +210,7 @@ def _write_display(latex: str, room: float, point: str = "") -> str:
         return f"{{\\allowdisplaybreaks\n\\begin{{align*}}\n{rows.strip()}{point}\n\\end{{align*}}\n}}"
     if width(laid_out) <= room:
         return f"\\[\n{fitted}{point}\n\\]"
-    return f"\\[\n{_SHRUNK}\n$\\displaystyle {fitted}{point}$}}\n\\]"  # widths are estimates
+    return f"\\[\n{_SHRUNK}\n$\\displaystyle {fitted}{point}$}}\n\\]"  # widths are only estimated
 
 
 def _has_many_lines(formula: Layout) -> bool:

@@ -113,8 +113,8 @@ def next_solution(problem: Problem, explained: set[str], language: str = ENGLISH
 
 def _derivation(problem: Problem, part: Part, language: str, earlier: frozenset[str] = frozenset()) -> str:
     chain = problem.chain
-    words, steps = Wording(chain, catalogue(language), earlier), solution_steps(chain)
-    return str(_macros(part, language).solution(part, chain, derive(chain), words, steps))
+    wording, steps = Wording(chain, catalogue(language), earlier), solution_steps(chain)
+    return str(_macros(part, language).solution(part, chain, derive(chain), wording, steps))
 
 
 def answer_code(problem: Problem, part: Part, taken: int = 0) -> str:
@@ -135,10 +135,10 @@ def _named_angles(steps: SolutionSteps, text: str) -> list[tuple[str, str]]:
 def _legend(steps: SolutionSteps, text: str) -> list[tuple[str, str]]:
     """Return the names of angles, and the abbreviated sines and cosines, in a text, each with its meaning."""
     joints = re.findall(r"(?<![A-Za-z\\])[cs]_\{?([1-9]{1,7})\}?", text)
-    single = [(r"c_i", r"\cos\theta_i"), (r"s_i", r"\sin\theta_i")]
-    sums = [(r"c_{ij \dots}", r"\cos(\theta_i + \theta_j + \dots)")]
+    single_angles = [(r"c_i", r"\cos\theta_i"), (r"s_i", r"\sin\theta_i")]
+    angle_sums = [(r"c_{ij \dots}", r"\cos(\theta_i + \theta_j + \dots)")]
     has_single, has_sums = (any((len(digits) > 1) is is_sum for digits in joints) for is_sum in (False, True))
-    return [*_named_angles(steps, text), *single * has_single, *sums * has_sums]
+    return [*_named_angles(steps, text), *single_angles * has_single, *angle_sums * has_sums]
 
 
 def _with_legend(names: list[tuple[str, str]], text: str, language: str, first_of_several: bool = False) -> str:

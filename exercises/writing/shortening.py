@@ -1,7 +1,7 @@
 r"""Shorten sums of sines and cosines: combine two terms into one, and factor out common factors.
 
-If \varphi is \theta plus 30 degrees, \sqrt{3}/4 \cos\varphi + 1/4 \sin\varphi is 1/2 \cos\theta: a constant that a
-table adds to a joint variable splits one term into two. The sine and cosine of the joint that rotates the whole arm
+A constant that a table adds to a joint variable splits one term into two: if \varphi is \theta plus 30 degrees,
+\sqrt{3}/4 \cos\varphi + 1/4 \sin\varphi is 1/2 \cos\theta. The sine and cosine of the joint that rotates the whole arm
 are factored out: x = (0.2 + a_2 c_2) c_1 + d_2 s_1. No value changes, and short expressions stay unchanged.
 """
 

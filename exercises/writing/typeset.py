@@ -197,7 +197,7 @@ class _Setter:
         if node.kind in ("and", "or"):
             return _Set(self.list_items(node.args, _AND if node.kind == "and" else _OR), _RELATION)
         left, right = node.args
-        if node.kind == "in" or right.kind in ("list", "set"):  # {theta2: [0, pi]} says that theta2 is one of them
+        if node.kind == "in" or right.kind in ("list", "set"):  # {theta2: [0, pi]} means that theta2 is 0 or pi
             values = right if right.kind == "name" else Node("set", right.args if right.kind == "list" else (right,))
             values = right if right.kind == "set" else values
             return _Set(self.list_items((left, values), _IN), _RELATION)
