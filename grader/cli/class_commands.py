@@ -73,18 +73,18 @@ def generate(
                 note(f"{old} is of an older assignment; do not hand it out")
             counter.step()
 
-        after = release(assignment, CERTIFIER, min(jobs, len(assignment.roster)), report_student)
+        released_assignment = release(assignment, CERTIFIER, min(jobs, len(assignment.roster)), report_student)
     outcomes = ", ".join(f"{count} {outcome}" for outcome, count in counts.items() if count)
     say(f"{len(assignment.roster)} students: {outcomes}; hand out {folder / 'released'}, keep {folder / 'solutions'}")
     if counts["rewritten"]:
         note("The assignment, the secret or qdot changed since notebooks were written: hand the new ones out.")
-    for message in (*describe_redraws(assignment, after), *describe_shared_answers(after)):
+    for message in (*describe_redraws(assignment, released_assignment), *describe_shared_answers(released_assignment)):
         note(message)
-    if former := find_former_students(after):
+    if former := find_former_students(released_assignment):
         named = ", ".join(former[:3]) + (f" and {len(former) - 3} more" if len(former) > 3 else "")
         released = folder / "released"
         note(f"{released} still has notebooks of who is not on the roster ({named}): hand these out to nobody")
-    raise_left_out(after, failed)
+    raise_left_out(released_assignment, failed)
 
 
 def verify(
@@ -254,11 +254,11 @@ def doctor(as_json: AsJson = False) -> None:
 
     findings = guarantees.probe()
     versions = {"qdot": qdot_version(), **{name: version(name) for name in ("sympy", "numpy")}}
-    about = {"python": platform.python_version(), **versions, "system": platform.platform(), "cores": CORES}
+    environment = {"python": platform.python_version(), **versions, "system": platform.platform(), "cores": CORES}
     if as_json:
-        say(json.dumps({**about, **findings.as_json()}, ensure_ascii=False, indent=2))
+        say(json.dumps({**environment, **findings.as_json()}, ensure_ascii=False, indent=2))
         return
-    say(", ".join(f"{name} {value}" for name, value in about.items()))
+    say(", ".join(f"{name} {value}" for name, value in environment.items()))
     say("")
     for guarantee in findings.guarantees:
         say(f"{guarantee.name:<11} {guarantee.by:<23} {', '.join(guarantee.means)}")

@@ -89,12 +89,12 @@ def export(
     parent = folder / "exports" if out is None else out
     targets = {name: parent if out and len(names) == 1 else parent / name for name in names}
     failed = _write(order, targets)
-    after = replace(assignment, redrawn=read_redrawn(folder))
-    for message in (*describe_redraws(assignment, after), *dict.fromkeys(map(str, failed_slots))):
+    redrawn_assignment = replace(assignment, redrawn=read_redrawn(folder))
+    for message in (*describe_redraws(assignment, redrawn_assignment), *dict.fromkeys(map(str, failed_slots))):
         note(message)
     if failed and failed_slots:  # report both, the failed slots as the error
         note(_describe_failures(failed, names))
-    raise_left_out(after, failed_slots)
+    raise_left_out(redrawn_assignment, failed_slots)
     if failed:
         raise QdotError(_describe_failures(failed, names))
 
@@ -146,9 +146,9 @@ def _check(names: Sequence[str], sheet: str, page: str, variation: str) -> None:
         if variation and not EXPORT_FORMATS[name].holds_a_bank:
             banks = ", ".join(outlet.name for outlet in EXPORT_FORMATS.values() if outlet.holds_a_bank)
             raise QdotError(f"--variation is for banks ({banks}); for {name}, assignment.toml says how arms vary")
-    for value, known, description in ((sheet, SHEETS, "sheet"), (page, PAGES, "page size")):
-        if value not in known:
-            raise unknown(description, value, list(known))
+    for value, choices, description in ((sheet, SHEETS, "sheet"), (page, PAGES, "page size")):
+        if value not in choices:
+            raise unknown(description, value, list(choices))
 
 
 def _write(order: Order, targets: Mapping[str, Path]) -> dict[str, str]:

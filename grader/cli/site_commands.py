@@ -86,15 +86,17 @@ def build_site(
     loaded = None if assignment is None else load_assignment(assignment)
     frames = convention, twist_order
     if loaded is None:
-        wanted, titles = _problems_of_families(families, variants, variation, frames)
+        problems, titles = _problems_of_families(families, variants, variation, frames)
     else:
-        wanted, titles = _problems_of_assignment(loaded, variants or OF_EACH_PROBLEM, variation, frames, jobs)
+        problems, titles = _problems_of_assignment(loaded, variants or OF_EACH_PROBLEM, variation, frames, jobs)
     course = "" if loaded is None else loaded.title
     level = feedback or (FEEDBACK[-1] if loaded is None else loaded.feedback)
     commands = reference(context.find_root().command)
-    order = Order(out, wanted, titles, find_failures, min(jobs, len(wanted)), commands, docs_folder(), course, level)
+    order = Order(
+        out, problems, titles, find_failures, min(jobs, len(problems)), commands, docs_folder(), course, level
+    )
     left_out: list[FailedSlot] = []
-    with progress("building the site", len(wanted)) as counter:
+    with progress("building the site", len(problems)) as counter:
         totals = build(order, counter.step, left_out.append)
     say(f"{totals['problems']} problems with {totals['questions']} questions in {out}; see them: qdot site serve {out}")
     for slot in left_out:

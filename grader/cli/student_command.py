@@ -27,8 +27,8 @@ def check(
       qdot check velocity.ipynb
           before you hand in: what will be read of each answer
     """
-    form, _, summary = report.partition("=")
-    if report and (form != "github" or not summary):
+    report_format, _, summary = report.partition("=")
+    if report and (report_format != "github" or not summary):
         raise QdotError(f"--report {report}: write github=PATH, as in github=summary.md")
     checked = check_notebook(notebook)
     rows = checked.rows

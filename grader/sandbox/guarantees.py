@@ -79,7 +79,7 @@ class Findings:
 
     @property
     def is_strict(self) -> bool:
-        """Whether the kernel enforces everything."""
+        """Whether the kernel enforces all guarantees."""
         return all(guarantee.by == KERNEL for guarantee in self.guarantees)
 
     def as_json(self) -> dict[str, Any]:
@@ -110,7 +110,7 @@ def probe(without: Iterable[str] = (), quick: bool = False) -> Findings:
         unbegun_reason = sandbox.unbegun
         if sandbox.left_running:
             achieved["processes"].append("left processes running")
-        lacking = sandbox.lacking
+        lacking_measures = sandbox.lacking
         for number in range(len(ALONE)) if end in ENDS[quick] else ():
             if sandbox.exchange({"attempts": {**probing, "seconds": 0, "alone": number}}, take) == "lost":
                 achieved["processes"].append("killed the process that starts notebooks")
@@ -121,7 +121,7 @@ def probe(without: Iterable[str] = (), quick: bool = False) -> Findings:
         raise QdotError(f"the sandbox of this machine does not work, its probe ended early ({end}{reason})")
     if end == "overtime" and not achieved["time"]:
         achieved["time"].append("computed until it was killed from outside")
-    return Findings(tuple(_guarantee(name, achieved[name], lacking) for name in PROMISES), lacking)
+    return Findings(tuple(_guarantee(name, achieved[name], lacking_measures) for name in PROMISES), lacking_measures)
 
 
 ENDS = {True: ("done", "overtime"), False: ("killed", "overtime")}

@@ -64,12 +64,12 @@ def find_answers(cells: Sequence[Cell], parts: Sequence[str], run: RunCells) -> 
     sources = [notebook.sources.get(index) for index in range(len(cells))]
     result = run(sources, list(names.values()))
     errors = result.cell_errors
-    lacking = [index for index, error in sorted(errors.items()) if error.startswith("NameError")]
+    cells_lacking_name = [index for index, error in sorted(errors.items()) if error.startswith("NameError")]
 
     @functools.cache
     def run_again() -> Run:
         """Run the cells that lacked a name again after all others, because students can run cells in any order."""
-        return run([*sources, *(sources[index] for index in lacking)], list(names.values()))
+        return run([*sources, *(sources[index] for index in cells_lacking_name)], list(names.values()))
 
     stops = {index: _describe_stop(notebook, index, result) for index in sorted({*errors, *result.missed})}
     answers = Answers(result, notes=notebook.notes)
@@ -80,7 +80,7 @@ def find_answers(cells: Sequence[Cell], parts: Sequence[str], run: RunCells) -> 
     for part, name in names.items():
         if _is_missing(result, name):
             _use_earlier_value(answers, name)
-        setters = [index for index in lacking if index in notebook.setters(name)]
+        setters = [index for index in cells_lacking_name if index in notebook.setters(name)]
         if _is_missing(result, name) and setters and result.end == "done":
             _use_second_run(answers, name, setters, run_again())
         if name in result.answers:
@@ -168,20 +168,22 @@ class _Notebook:
             and candidate not in self.names.values()
             and candidate[:2].casefold() == name[:2].casefold()
         ][:MOST]
-        near = [
+        similar_names = [
             candidate
             for candidate in similar
             if difflib.get_close_matches(candidate.casefold(), list(self.names.values()), 1, 0.87) == [name]
         ]
-        if len(near) != 1:
+        if len(similar_names) != 1:
             return
-        index = self.setters(near[0])[-1]
+        index = self.setters(similar_names[0])[-1]
         tree = self._parse_cell(self.sources[index])
         for statement in reversed(tree.body if tree else []):
             targets = statement.targets if isinstance(statement, ast.Assign) else []
-            if any(isinstance(target, ast.Name) and target.id == near[0] for target in targets):
+            if any(isinstance(target, ast.Name) and target.id == similar_names[0] for target in targets):
                 self._replace_text(index, statement.lineno, statement.col_offset, statement.col_offset, f"{name} = ")
-                self.notes.append(f"{name} is not set anywhere; {near[0]} in {_name_cells([index])} was read for it")
+                self.notes.append(
+                    f"{name} is not set anywhere; {similar_names[0]} in {_name_cells([index])} was read for it"
+                )
                 return
 
     def _answer_statement(self, index: int) -> "ast.Assign | ast.Expr | None":
@@ -194,11 +196,11 @@ class _Notebook:
             for statement in tree.body
             if isinstance(statement, ast.Assign) and isinstance(target := statement.targets[-1], ast.Name)
         }
-        last = tree.body[-1]
-        if isinstance(last, ast.Expr) and isinstance(last.value, ast.Name):
-            return assigned.get(last.value.id, last)
-        if isinstance(last, ast.Expr) and not assigned and not _only_displays(last):
-            return last
+        last_statement = tree.body[-1]
+        if isinstance(last_statement, ast.Expr) and isinstance(last_statement.value, ast.Name):
+            return assigned.get(last_statement.value.id, last_statement)
+        if isinstance(last_statement, ast.Expr) and not assigned and not _only_displays(last_statement):
+            return last_statement
         return max(assigned.values(), key=lambda statement: (statement.lineno, statement.col_offset), default=None)
 
     def _use_as_answer(self, index: int, part: str, because: str) -> bool:

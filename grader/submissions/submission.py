@@ -426,8 +426,10 @@ _Near = tuple[str, Callable[[], bytes]]
 
 def _read_modules(files: Sequence[_Near]) -> dict[str, str]:
     """Return the texts of the files that Python can import, by file name."""
-    importable = [(name, read) for name, read in files if name.endswith(".py") and name[:-3].isidentifier()]
-    contents = [(name, read()) for name, read in importable[:MOST_MODULES]]
+    importable = [
+        (name, read_content) for name, read_content in files if name.endswith(".py") and name[:-3].isidentifier()
+    ]
+    contents = [(name, read_content()) for name, read_content in importable[:MOST_MODULES]]
     return {name: data.decode("utf-8-sig", "replace") for name, data in contents if len(data) <= LARGEST_MODULE}
 
 

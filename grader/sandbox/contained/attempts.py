@@ -41,8 +41,8 @@ class Attempt(NamedTuple):
 def make(targets: dict[str, Any], report: Callable[[dict[str, Any]], None]) -> None:
     """Make every attempt, or only the one with the number `alone`; report what each achieved, "" if it was refused."""
     signal.signal(signal.SIGXCPU, signal.SIG_IGN)
-    alone = targets["alone"]
-    for attempt in ATTEMPTS if alone is None else (ALONE[alone],):
+    number = targets["alone"]
+    for attempt in ATTEMPTS if number is None else (ALONE[number],):
         try:
             achieved = attempt.achieved if attempt.action(targets) is not False else ""
         except Exception:

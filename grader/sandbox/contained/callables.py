@@ -65,8 +65,8 @@ def evaluate_function(function: Any, calls: Mapping[str, Any]) -> Any:
 def _is_formula(result: Any) -> bool:
     if isinstance(result, (list, tuple)):
         return all(map(_is_formula, result))
-    known = (sympy.Basic, sympy.MatrixBase, numpy.ndarray, numpy.generic, int, float, complex, dict)
-    return isinstance(result, known) and not isinstance(result, bool)
+    formula_types = (sympy.Basic, sympy.MatrixBase, numpy.ndarray, numpy.generic, int, float, complex, dict)
+    return isinstance(result, formula_types) and not isinstance(result, bool)
 
 
 def _table(function: Any, calls: Mapping[str, Any]) -> dict[str, Any]:
@@ -123,12 +123,12 @@ def _match_parameter(name: str, joints: Sequence[str], symbols: Sequence[str]) -
         return list(joints)
     if _RATES.fullmatch(name) and set(rates) <= set(symbols):
         return rates
-    for pattern, known in ((_RATE, rates), (_JOINT, joints)):
+    for pattern, candidates in ((_RATE, rates), (_JOINT, joints)):
         match = pattern.fullmatch(name)
         if match is not None:
             number = int(next(filter(None, match.groups())))
-            if 1 <= number <= len(known) and known[number - 1] in symbols:
-                return known[number - 1]
+            if 1 <= number <= len(candidates) and candidates[number - 1] in symbols:
+                return candidates[number - 1]
     return None
 
 

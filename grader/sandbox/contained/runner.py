@@ -100,13 +100,13 @@ def run_cells(request: dict[str, Any], report: Report) -> None:
     """Run the cells in order, each within its time limit; report each answer after every cell that changes it."""
     cells = {index: source for index, source in enumerate(request["cells"]) if source is not None}
     session = Session(list(cells.values()), request.get("setup", ""))
-    last: dict[str, AnswerReport] = {}
+    last_reports: dict[str, AnswerReport] = {}
     symbols, alarm = _Symbols(), Alarm(request["cell_seconds"])
     for index, source in cells.items():
         report({"begun": index})
         _run_cell(session, index, source, alarm, report)
         symbols.look(session.variables, index)
-        for answered in report_answers(session.variables, last, request, alarm, report):
+        for answered in report_answers(session.variables, last_reports, request, alarm, report):
             symbols.tell(source, answered, report)
     report({"done": True})
 
@@ -232,13 +232,13 @@ def report_answers(
     for name in request["names"]:
         if name not in namespace:
             continue
-        before, parts = last.get(name, AnswerReport(None, {})), None
+        previous, parts = last.get(name, AnswerReport(None, {})), None
         try:
             with alarm:
                 parts = parts_of(namespace[name])
                 reported = (
-                    before.message
-                    if is_same(before.parts, parts)
+                    previous.message
+                    if is_same(previous.parts, parts)
                     else {"text": text_of(value_of(namespace[name], name, request))[: LONGEST_ANSWER + 1]}
                 )
         except Overtime as overtime:
@@ -246,7 +246,7 @@ def report_answers(
         except BaseException as raised:
             reported = {"error": describe(raised)}
         last[name] = AnswerReport(parts, reported)
-        if reported != before.message:
+        if reported != previous.message:
             report({"name": name, **reported})
             texts += [reported["text"]] if "text" in reported else []
     return texts

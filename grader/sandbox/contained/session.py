@@ -75,11 +75,11 @@ class Session:
         with contextlib.suppress(RecursionError):  # the syntax tree of a sum of a thousand terms is too deep
             has_result = self._keeps_results and not source.rstrip().endswith(";")
             tree = ast.parse(source, name) if has_result else ast.Module([], [])
-            if tree.body and isinstance(last := tree.body[-1], ast.Expr):
-                before = ast.Module(tree.body[:-1], tree.type_ignores)
+            if tree.body and isinstance(last_statement := tree.body[-1], ast.Expr):
+                other_statements = ast.Module(tree.body[:-1], tree.type_ignores)
                 return [
-                    compile(before, name, "exec", _AWAIT, True),
-                    compile(ast.Expression(last.value), name, "eval", _AWAIT, True),
+                    compile(other_statements, name, "exec", _AWAIT, True),
+                    compile(ast.Expression(last_statement.value), name, "eval", _AWAIT, True),
                 ]
         return [compile(source, name, "exec", _AWAIT, True)]
 

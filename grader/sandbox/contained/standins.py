@@ -128,4 +128,4 @@ def install(get_ipython: Callable[[], Any]) -> None:
 
 def stands_for(name: str) -> bool:
     """Return whether there is a stand-in for a module; it can replace one that is installed but can't be loaded."""
-    return any(f"{name}.".startswith(f"{known}.") for known in (*JUPYTER, *DISPLAYING))
+    return any(f"{name}.".startswith(f"{replaced}.") for replaced in (*JUPYTER, *DISPLAYING))
