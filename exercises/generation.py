@@ -292,7 +292,7 @@ def _ask_parts(identity: ProblemId, chain: Chain, points: Sequence[float] | None
 
 
 def student_problem_id(secret: str, student: str, slot: str, problem: ProblemId) -> ProblemId:
-    """Return the problem of one student in one slot of an assignment: `problem` with a seed of the student's own.
+    """Return the id of a student's problem in one slot of an assignment: `problem` with the student's own seed.
 
     Without the secret, nobody can guess it. It doesn't depend on other students, so a student who joins later changes
     no one else's problem.

@@ -29,17 +29,17 @@ APART = 5
 
 
 def metres(centimetres: int) -> sp.Rational:
-    """Return a length in metres."""
+    """Return a length in metres from centimetres."""
     return sp.Rational(centimetres, 100)
 
 
 def degrees(angle: int) -> sp.Expr:
-    """Return an angle in radians."""
+    """Return an angle in radians from degrees."""
     return sp.pi * sp.Rational(angle, 180)
 
 
 def sign(rng: Stream) -> int:
-    """Return 1 or -1."""
+    """Return 1 or -1 at random."""
     return rng.choice((1, -1))
 
 
@@ -48,7 +48,7 @@ def are_apart(centimetres: Sequence[int]) -> bool:
     return all(abs(a - b) >= APART for a, b in combinations(centimetres, 2))
 
 
-# --- lengths, zeros of the joints, senses of the axes ---
+# --- lengths, joint offsets, directions of the axes ---
 
 
 def set_lengths(chain: Chain, rng: Stream, ranges: Mapping[str, Centimetres], stay_open: Sequence[str]) -> Chain:

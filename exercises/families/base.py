@@ -35,7 +35,7 @@ class Family:
 
     @property
     def varied(self) -> bool:
-        """Whether its arms differ in structure."""
+        """Whether the arms of the family differ in structure."""
         return self.structures is not None
 
     @property

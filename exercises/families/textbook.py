@@ -44,7 +44,7 @@ POINTS: Mapping[str, Axis] = {"in table or frame": axes.place_point, "beyond the
 
 
 def read_families() -> list[Family]:
-    """Return the families in the order of the file."""
+    """Return the families defined in families.toml, in the order of the file."""
     content = tomllib.loads(FILE.read_text(encoding="utf-8"))
     return [_read_family(name, entry) for name, entry in content.items()]
 

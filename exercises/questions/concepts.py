@@ -253,7 +253,7 @@ def _sample_pose_for(chain: Chain, use: str, rng: Stream) -> Pose | None:
     return sample_regular_pose(chain, rng, 0.06, use == "regular")
 
 
-# --- what a singularity costs ---
+# --- which velocities a singularity makes impossible ---
 
 MOST_ROWS = 4
 """Maximum number of velocity components of an option."""

@@ -97,7 +97,7 @@ def sample_lengths(chain: Chain, rng: Stream) -> dict[sp.Symbol, sp.Rational]:
 
 
 def list_table_lengths(chain: Chain) -> set[sp.Expr]:
-    """Return the lengths that the table gives as numbers."""
+    """Return the absolute values of the numeric lengths in the table."""
     return {abs(length) for joint in chain.joints for length in (joint.a, joint.d) if length.is_number}
 
 

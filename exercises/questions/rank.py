@@ -334,7 +334,7 @@ class MeaningAsked:
 
 @dataclass(frozen=True, kw_only=True)
 class OfMeaning(Details):
-    """About the geometric meaning of a singularity."""
+    """About the geometric meaning of a singularity: what all of its configurations look like."""
 
     asked: MeaningAsked
 

@@ -53,7 +53,7 @@ class FromFrameToFrame(Details):
 
 @lru_cache(maxsize=1024)
 def _derive_steps(generic: Chain) -> tuple[Step, ...]:
-    """Return the recursion over all frames of a structure."""
+    """Return the steps of the recursion for all frames of a structure."""
     omega = v = sp.zeros(3, 1)
     steps = []
     convention = convention_of(generic)

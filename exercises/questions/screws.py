@@ -1,4 +1,4 @@
-"""Arms described by their axes: screws, pose by exponentials, Jacobian and twist in the space and body frame.
+"""Questions on arms described by their axes: screws, pose by exponentials, Jacobians and twists in {s} and {b}.
 
 The notation is that of Lynch and Park. Twists are computed as (omega, v), and asked for in the order of the arm. The
 home screw of joint i is S_i = (omega_i, -omega_i x q_i) for a revolute joint, (0, v_i) for a prismatic one. The space
@@ -191,7 +191,9 @@ def _derive_body_matrices(generic: Chain, home: tuple[tuple[sp.Symbol, sp.Expr],
     last_rotation, home_rotation = frames[-1].rotation, frames[-1].rotation.xreplace(dict(home))
     rotation = _tidy(last_rotation * home_rotation.T)
     columns = []
-    for joint, frame in zip(generic.joints, frames, strict=False):  # seen from the last frame, then from {b}
+    for joint, frame in zip(
+        generic.joints, frames, strict=False
+    ):  # in the last frame's coordinates, then in those of {b}
         z = home_rotation * _tidy(last_rotation.T * frame.rotation[:, 2])
         arm = home_rotation * _tidy(last_rotation.T * (point - frame.origin))
         linear, angular = (z.cross(arm), z) if joint.kind == "R" else (z, sp.zeros(3, 1))
@@ -250,7 +252,7 @@ def _derive_oblique_body(chain: Chain) -> tuple[sp.Matrix, sp.Matrix]:
 
 
 def _derive_body(chain: Chain) -> tuple[sp.Matrix, sp.Matrix]:
-    """Return R_sb and the body Jacobian."""
+    """Return R_sb (3 x 3) and the body Jacobian (6 x n)."""
     if _is_oblique(chain):
         return _derive_oblique_body(chain)
     rotation, jacobian, _ = _fill_body(chain)

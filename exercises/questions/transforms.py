@@ -1,4 +1,4 @@
-"""The full transform of the last frame (Example 6.1), and the Jacobian in the tool frame."""
+"""Questions on the full transform of the last frame (Example 6.1), and on the Jacobian in the tool frame."""
 
 from dataclasses import dataclass
 
@@ -71,7 +71,7 @@ def first_angle_sum(chain: Chain, poses: tuple[sp.Matrix, ...]) -> AngleSum | No
 
 
 def _fill_poses(chain: Chain) -> tuple[sp.Matrix, ...]:
-    """Return T_{w,0} ... T_{w,n}."""
+    """Return the transforms T_{w,0} ... T_{w,n} of an arm, filled with its numbers."""
     return tuple(pose.applyfunc(derive(chain).fill) for pose in poses(structure(chain).chain))
 
 
@@ -90,7 +90,7 @@ def _describe_columns(chain: Chain, rng: Stream) -> InToolFrame:
 
 
 def pose_formula(rotation: np.ndarray, origin: np.ndarray) -> np.ndarray:
-    """Return the transform, (4, 4, …), of a rotation (3, 3, …) and an origin (3, …)."""
+    """Return the transform, (4, 4, …), with a given rotation (3, 3, …) and origin (3, …)."""
     last_row = np.stack([0 * origin[0], 0 * origin[0], 0 * origin[0], 0 * origin[0] + 1])
     return np.concatenate([np.concatenate([rotation, origin[:, None]], axis=1), last_row[None]])
 

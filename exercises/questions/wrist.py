@@ -55,7 +55,7 @@ def _derive_arm_from_frame_1(generic: Chain) -> sp.Matrix:
 
 @lru_cache(maxsize=1024)
 def _factor_determinants(generic: Chain) -> tuple[Factored, Factored]:
-    """Return det J11 and det J22 of a structure."""
+    """Return det J11 and det J22 of a structure in factored form."""
     arm = derive(generic).geometric[:3, :3]
     return factor_trig(sp.expand(arm.det(method="berkowitz"))), factor_trig(sp.expand(_write_wrist_axes(generic).det()))
 

@@ -76,7 +76,7 @@ def _sample_joint_statements(chain: Chain, truth: bool, rng: Stream) -> Iterator
         )
 
 
-# --- which drawing? ---
+# --- which drawing shows a singular configuration? ---
 
 
 def _ask_which_drawing(chain: Chain, rng: Stream) -> Asked | None:

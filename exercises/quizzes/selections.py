@@ -95,7 +95,7 @@ def _ask_dependence(chain: Chain, rng: Stream) -> Asked | None:
     return Selection(tuple(q.name for q in chain.q), joints_of(chain, quantity)), OfQuantity(quantity=quantity)
 
 
-# --- which of these are the same? ---
+# --- which of these forms are equal? ---
 
 
 def _ask_forms(chain: Chain, rng: Stream) -> Asked | None:
