@@ -193,7 +193,7 @@ class Slot:
 class Assignment:
     """An assignment, its roster and its secret; `notes` warn the staff about probable mistakes.
 
-    `gradebook` is a platform's own export, if roster.csv is one; `redrawn` lists problems that are not the first draw.
+    `gradebook` is a platform's own export, if roster.csv is one; `redrawn` lists the regenerated problems.
     """
 
     folder: Path
@@ -243,7 +243,7 @@ class Assignment:
         return slot.identity(self.secret, student, self.draw_of(slot, student))
 
     def draw_of(self, slot: Slot, student: str) -> int:
-        """Return the number of the draw that is a student's problem, according to redrawn.csv."""
+        """Return the number of the draw that a student has in a slot, according to redrawn.csv."""
         redraw = self.redrawn.get((student, slot.name))
         return redraw.draw if redraw is not None and redraw.family == slot.family.name else 1
 
@@ -501,10 +501,10 @@ def read_roster(path: Path, missing: str = _MISSING) -> tuple[Student, ...]:
         if folded_identifier in lines:
             raise QdotError(f"{where}: student {identifier!r} is already on line {lines[folded_identifier]}")
         lines[folded_identifier] = number
-        others = tuple((k, v) for k, v in cells.items() if k not in ("student", "name", "email"))
+        other_cells = tuple((k, v) for k, v in cells.items() if k not in ("student", "name", "email"))
         due_date = _parse_due_date(where, cells.get("due", "").strip())
         students.append(
-            Student(identifier, cells.get("name", "").strip(), cells.get("email", "").strip(), others, due_date)
+            Student(identifier, cells.get("name", "").strip(), cells.get("email", "").strip(), other_cells, due_date)
         )
     if not students:
         raise QdotError(f"{path}: no student is listed; write one a line below the header")

@@ -20,7 +20,7 @@ from qdot.exercises.verify.certificate import FULL_RANK
 Record = TypeVar("Record")
 
 CHANGE = "Change the questions, the variation or the family of {} in assignment.toml"
-"""What to do if none of a problem's draws passes."""
+"""Advice for the staff if none of a problem's draws passes."""
 
 
 class Uncertified(QdotError):
@@ -28,9 +28,9 @@ class Uncertified(QdotError):
 
 
 Failures = Callable[[Problem], Sequence[str]]
-"""Returns what is wrong with a problem. It is pickled for other processes, so it is a function of a module."""
+"""A function that returns what is wrong with a problem. It must belong to a module, to be pickled for processes."""
 Certify = Callable[[Problem], Record]
-"""Returns the record of a problem that passes its certificate. Raises Uncertified for one that does not."""
+"""A function that returns the record of a problem if it passes its certificate. Raises Uncertified if not."""
 
 
 @dataclass(frozen=True)
@@ -48,7 +48,7 @@ class CertifiedProblem(Generic[Record]):
 
 @dataclass(frozen=True)
 class FailedSlot:
-    """A slot of the assignment for which no draw passed, and what was wrong with the first one.
+    """A slot for which no draw passed its certificate; `why` is what was wrong with the first draw.
 
     `student` is empty for a problem of a bank.
     """
@@ -227,10 +227,10 @@ def raise_left_out(assignment: Assignment, given_up: Sequence[FailedSlot]) -> No
     if not given_up:
         return
     students = list(dict.fromkeys(failure.student for failure in given_up))
-    be = "is" if len(students) == 1 else "are"
-    others = "" if len(students) == len(assignment.roster) else "; everybody else has theirs"
+    verb = "is" if len(students) == 1 else "are"
+    others_note = "" if len(students) == len(assignment.roster) else "; everybody else has theirs"
     slots = " and ".join(sorted({failure.slot for failure in given_up}))
     raise QdotError(
-        f"{len(students)} of {len(assignment.roster)} students {be} left out ({', '.join(students)}){others}. "
+        f"{len(students)} of {len(assignment.roster)} students {verb} left out ({', '.join(students)}){others_note}. "
         f"{CHANGE.format(slots)}, and run the same command again"
     )

@@ -155,7 +155,7 @@ def _moodle(path: Path, header: list[str], rows: Rows, columns: Mapping[str, int
     filled_keys = [
         key
         for key in MOODLE_KEYS
-        if (at := columns[key]) is not None and any(at < len(row) and row[at].strip() for _, row in rows[1:])
+        if (index := columns[key]) is not None and any(index < len(row) and row[index].strip() for _, row in rows[1:])
     ]
     if not filled_keys:
         raise QdotError(
@@ -165,7 +165,7 @@ def _moodle(path: Path, header: list[str], rows: Rows, columns: Mapping[str, int
     table, lines = list[tuple[int, dict[str, str]]](), dict[str, tuple[str, ...]]()
     for number, row in rows[1:]:
         cells = tuple((row + [""] * len(header))[: len(header)])
-        key_cells = {key: cells[at].strip() for key, at in columns.items() if at is not None}
+        key_cells = {key: cells[index].strip() for key, index in columns.items() if index is not None}
         if not key_cells[filled_keys[0]]:
             column = header[columns[filled_keys[0]] or 0]
             raise QdotError(
@@ -175,8 +175,8 @@ def _moodle(path: Path, header: list[str], rows: Rows, columns: Mapping[str, int
         identifier = identifier_of(key_cells[filled_keys[0]])
         lines[identifier] = cells
         name = f"{key_cells['first']} {key_cells['last']}".strip()
-        others: dict[str, str] = {key: key_cells[key] for key in filled_keys if key != "email"}
-        table.append((number, {"student": identifier, "name": name, "email": key_cells.get("email", ""), **others}))
+        other_keys: dict[str, str] = {key: key_cells[key] for key in filled_keys if key != "email"}
+        table.append((number, {"student": identifier, "name": name, "email": key_cells.get("email", ""), **other_keys}))
         if "due" in header:
             table[-1][1]["due"] = cells[header.index("due")]
     return Export(Gradebook(MOODLE, tuple(header), (), lines), table)

@@ -117,7 +117,7 @@ def release_student(work: tuple[Assignment, Certifier], student: str) -> Release
     redrawn = draws.new_redraws(assignment)
     if redrawn:
         return ReleaseResult(student, "redrawn", redrawn)
-    problems = [(slot, drawn.problem) for slot, drawn in draws.certified.items()]
+    problems = [(slot, certified.problem) for slot, certified in draws.certified.items()]
     try:
         notebooks = _notebooks(assignment, student, problems)
     except (QdotError, OSError, MemoryError):
@@ -126,7 +126,7 @@ def release_student(work: tuple[Assignment, Certifier], student: str) -> Release
         return ReleaseResult(
             student, "left out", given_up=(_describe_unwritable(assignment, student, problems, error),)
         )
-    records = {slot: drawn.record for slot, drawn in draws.certified.items()}
+    records = {slot: certified.record for slot, certified in draws.certified.items()}
     outcome = _write(assignment, student, notebooks, certifier.text(assignment, student, records, notebooks[0]))
     store_problems(assignment, student, problems)
     return ReleaseResult(student, outcome)
@@ -136,14 +136,14 @@ def _write(assignment: Assignment, student: str, notebooks: "Sequence[NotebookNo
     """Write the certificate and the notebooks, and return the outcome."""
     released, solved = (notebook_path(assignment, student, kind) for kind in KINDS)
     to_hand_out, solution = map(notebook_text, notebooks)
-    there = _content(released)
+    existing_text = _content(released)
     # If only the solution is old, an earlier run was stopped after changing the notebook, before reporting it.
-    if there not in (None, "", to_hand_out) or _edition(solved) not in ("", assignment.edition_of(student)):
+    if existing_text not in (None, "", to_hand_out) or _edition(solved) not in ("", assignment.edition_of(student)):
         outcome = "rewritten"
     else:
-        outcome = "written" if there is None and not solved.exists() else "completed"
+        outcome = "written" if existing_text is None and not solved.exists() else "completed"
     write_atomically(certificate_path(assignment, student), certified, mode=0o600, lasting=False)
-    if there != to_hand_out:
+    if existing_text != to_hand_out:
         write_atomically(released, to_hand_out, lasting=False)
     write_atomically(solved, solution, mode=0o600, lasting=False)
     return outcome
@@ -228,7 +228,7 @@ def release(
 
     `each` is called for every student in roster order; students with regenerated problems come last, because their
     draws are recorded in redrawn.csv before any notebook is written. A rerun after an interruption continues: files
-    that are up to date are kept, and partly written ones are removed.
+    that are up to date stay unchanged, and partly written ones are removed.
     """
     students = [student.id for student in assignment.roster]
     notebooks = [notebook_path(assignment, student, kind) for student in students for kind in KINDS]

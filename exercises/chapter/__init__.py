@@ -91,9 +91,9 @@ def examples(language: str = ENGLISH) -> tuple[Example, ...]:
     solved: list[Example] = []
     for number, title, key, questions in EXAMPLES:
         steps = tuple((words.question(QUESTIONS[name].title), _solve(arms[key], name, language)) for name in questions)
-        drawn = all(earlier.key != key for earlier in solved)
+        is_first_use = all(earlier.key != key for earlier in solved)
         solved.append(
-            Example(number, words.gettext(title), key, arms[key], steps, drawn, "singular-angles" in questions)
+            Example(number, words.gettext(title), key, arms[key], steps, is_first_use, "singular-angles" in questions)
         )
     return tuple(solved)
 
@@ -126,7 +126,9 @@ def corrections(language: str = ENGLISH) -> tuple[Erratum, ...]:
     return tuple(
         Erratum(
             **{name: translate(text) for name, text in entry.items() if name != "values"},
-            values=tuple((translate(what), words.with_decimal(translate(value))) for what, value in entry["values"]),
+            values=tuple(
+                (translate(description), words.with_decimal(translate(value))) for description, value in entry["values"]
+            ),
         )
         for entry in tomllib.loads(ERRATA.read_text(encoding="utf-8"))["erratum"]
     )

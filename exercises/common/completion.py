@@ -16,8 +16,8 @@ def complete_names(
     """
 
     def complete(incomplete: str) -> list[str]:
-        before, sign, prefix = incomplete.rpartition(between) if between else ("", "", incomplete)
+        earlier_names, sign, prefix = incomplete.rpartition(between) if between else ("", "", incomplete)
         names = (name for registry in registries for name in (registry() if callable(registry) else registry))
-        return [f"{before}{sign}{name}{behind}" for name in names if name.startswith(prefix)]
+        return [f"{earlier_names}{sign}{name}{behind}" for name in names if name.startswith(prefix)]
 
     return complete

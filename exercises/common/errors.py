@@ -29,8 +29,8 @@ def unknown(what: str, name: str, known: list[str] | tuple[str, ...]) -> QdotErr
     >>> print(unknown("family", "scra", ["planar-2r", "scara"]))
     unknown family 'scra' (did you mean 'scara'?); known: planar-2r, scara
     """
-    meant = likeliest(name, known)
-    hint = f" (did you mean {meant!r}?)" if meant else ""
+    similar_name = likeliest(name, known)
+    hint = f" (did you mean {similar_name!r}?)" if similar_name else ""
     return QdotError(f"unknown {what} {name!r}{hint}; known: {', '.join(known)}")
 
 

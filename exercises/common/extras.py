@@ -30,8 +30,8 @@ def install_words(extra: str = "") -> str:
     >>> install_words("pdf") in ("pip install '.[pdf]'", "pip install 'qdot-robotics[pdf]'")
     True
     """
-    what = f"{DISTRIBUTION if RELEASED else '.'}{f'[{extra}]' if extra else ''}"
-    quoted = f"'{what}'" if extra else what
+    package = f"{DISTRIBUTION if RELEASED else '.'}{f'[{extra}]' if extra else ''}"
+    quoted = f"'{package}'" if extra else package
     return f"pip install {quoted}"
 
 

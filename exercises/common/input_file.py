@@ -189,13 +189,13 @@ def read_toml(path: Path, missing: str = "", decimals: Callable[[str], Any] = De
         return TomlFile(path, text, tomllib.loads(text, parse_float=decimals))
     except tomllib.TOMLDecodeError as error:
         match = re.fullmatch(r"(.*) \(at (?:line (\d+), column \d+|end of document)\)", str(error))
-        what, line = match.groups() if match else (str(error), None)
-        what = re.sub(r"\('(.*?)',?\)", r"'\1'", what)  # a key in Python's notation
+        problem, line = match.groups() if match else (str(error), None)
+        problem = re.sub(r"\('(.*?)',?\)", r"'\1'", problem)  # a key in Python's notation
         number = line or str(max(1, len(text.splitlines())))
-        hint = next((hint for sign, hint in _HINTS if sign in what.lower()), "")
+        hint = next((hint for sign, hint in _HINTS if sign in problem.lower()), "")
         if any(quote in text.splitlines()[int(number) - 1] for quote in "“”„‘’"):
             hint = '; its quotes are curly, write straight ones: "'
-        raise QdotError(f"{path}: line {number}: not valid TOML: {what[:1].lower()}{what[1:]}{hint}") from None
+        raise QdotError(f"{path}: line {number}: not valid TOML: {problem[:1].lower()}{problem[1:]}{hint}") from None
 
 
 def toml_text(value: object) -> str:
@@ -298,9 +298,9 @@ def _header(path: Path, line: int, row: list[str], first: str, example: str) -> 
     """Return the column names in lower case."""
     header = [name.strip().lower() for name in row]
     if header[0] != first:
-        others = ", ".join(example.split(",")[1:])
+        other_columns = ", ".join(example.split(",")[1:])
         raise QdotError(
-            f"{path}: line {line}: the first column is {row[0]!r}, and must be {first!r} (then {others}, …)"
+            f"{path}: line {line}: the first column is {row[0]!r}, and must be {first!r} (then {other_columns}, …)"
         )
     twice = [name for name in header if name and header.count(name) > 1]
     if twice:

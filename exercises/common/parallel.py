@@ -121,7 +121,7 @@ def _run_pool(
     arguments: tuple[Any, ...],
 ) -> Generator[Made, None, None]:
     """Yield `work(state, item)` for each item from `jobs` new processes. Raises BrokenProcessPool if one dies."""
-    before = set(multiprocessing.active_children())
+    earlier_children = set(multiprocessing.active_children())
     is_forked = CAN_FORK and threading.active_count() == 1
     is_served = HAS_SERVER and not is_forked
     context: BaseContext = multiprocessing.get_context("fork" if is_forked else "forkserver" if is_served else "spawn")
@@ -144,7 +144,7 @@ def _run_pool(
             raise
         except BaseException:
             pool.shutdown(wait=False, cancel_futures=True)
-            _end(set(multiprocessing.active_children()) - before)
+            _end(set(multiprocessing.active_children()) - earlier_children)
             raise
 
 

@@ -59,7 +59,7 @@ class Choose:
 
     @property
     def count_of_right(self) -> int:
-        """How many right answers share the points."""
+        """The number of correct answers that share the points."""
         return sum(option.right for option in self.options)
 
     @property
@@ -85,7 +85,7 @@ class Match:
 
     @property
     def count_of_right(self) -> int:
-        """How many right answers share the points."""
+        """The number of correct answers that share the points."""
         return len(self.stems)
 
     @property
@@ -133,7 +133,7 @@ class Numeric:
 
     @property
     def count_of_right(self) -> int:
-        """How many right answers share the points."""
+        """The number of correct answers that share the points."""
         return len(self.fields)
 
 

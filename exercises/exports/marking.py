@@ -87,11 +87,11 @@ def _list_options(part: Part) -> Iterator[Mark]:
 
 def _list_mistakes(problem: Problem, part: Part, earns: Earns) -> Iterator[Mark]:
     """Yield the answers that known mistakes lead to, with their points."""
-    for known in known_wrong(problem, part, MOST):
-        wrong = replace(part, answer=_wrong_answer(part.answer, known))
+    for known_answer in known_wrong(problem, part, MOST):
+        wrong = replace(part, answer=_wrong_answer(part.answer, known_answer))
         typed = wrong.answer.as_typed()
         shown = _drop_illegible(short_answer(problem, wrong)) if len(typed) <= LONGEST else ""
-        yield Mark(known.title, shown or TOO_LONG, _points(part, earns(problem, part, typed)))
+        yield Mark(known_answer.title, shown or TOO_LONG, _points(part, earns(problem, part, typed)))
 
 
 def _wrong_answer(right: Answer, known: KnownWrongAnswer) -> Answer:

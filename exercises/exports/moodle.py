@@ -166,7 +166,7 @@ def _number(value: float, tolerance: float) -> str:
 
 
 def _filler_number(characters: int) -> str:
-    """Return a number with this many characters, in Moodle's notation, that nobody would answer.
+    """Return a number with this many characters, in Moodle's notation, that no student would answer.
 
     >>> _filler_number(12)
     '-1.23456E+99'

@@ -209,8 +209,8 @@ def _values_by_symbol(chain: Chain, part: Part, configurations: Sequence[Configu
     """Return the values (N,) of each symbol at all N configurations."""
     exact = [_add_given_joints(part, configuration) for configuration in configurations]
     columns = {symbol.name: np.array([float(configuration[symbol]) for configuration in exact]) for symbol in exact[0]}
-    others = {*domain_of(chain).roles} - set(columns)
-    return columns | {name: np.ones(len(configurations)) for name in sorted(others)}
+    other_names = {*domain_of(chain).roles} - set(columns)
+    return columns | {name: np.ones(len(configurations)) for name in sorted(other_names)}
 
 
 def _evaluate_reference(reference: sp.Matrix, values: Configuration) -> sp.Matrix:
@@ -253,21 +253,21 @@ def _given_values(chain: Chain, part: Part, configuration: Configuration, refere
     """Return the given values: joint values that the prompt doesn't give, and all others that the answer depends on."""
     w, used = Wording(chain), reference.free_symbols
     joints = tuple((tex(q), tex_value(configuration[q], q)) for q in chain.q if q not in part.details.given_joints)
-    others: list[tuple[str, str]] = []
+    other_values: list[tuple[str, str]] = []
     if used & set(chain.rates):
         units = zip(chain.rates, w.rate_units, strict=True)
-        others += [(tex(rate, chain), rf"{tex(configuration[rate])}\,\text{{{unit}}}") for rate, unit in units]
+        other_values += [(tex(rate, chain), rf"{tex(configuration[rate])}\,\text{{{unit}}}") for rate, unit in units]
     rows = [sp.Symbol(row) for row in chain.task]
     if used & set(rows):
-        others += [(tex(row), w.velocity_value(row, configuration[row])) for row in rows]
-    others += [
+        other_values += [(tex(row), w.velocity_value(row, configuration[row])) for row in rows]
+    other_values += [
         (tex(sp.Symbol(name)), rf"{tex(configuration[sp.Symbol(name)])}\,\text{{{info.unit}}}")
         for name, info in part.symbols.items()
     ]
-    others += [(tex(symbol), _value(symbol, configuration[symbol])) for symbol in chain.parameters]
+    other_values += [(tex(symbol), _value(symbol, configuration[symbol])) for symbol in chain.parameters]
     return GivenValues(
         joints,
-        tuple(others),
+        tuple(other_values),
         {symbol.name: float(value) for symbol, value in _add_given_joints(part, configuration).items()},
     )
 

@@ -93,12 +93,12 @@ def _listing(order: Order, platform: str) -> str:
     """
     lines = [f"repository,student,{platform}"]
     for student in order.assignment.roster:
-        others = {name.strip().casefold(): text.strip() for name, text in student.others}
-        login = others.get(platform, "").removeprefix("@")
+        other_cells = {name.strip().casefold(): text.strip() for name, text in student.others}
+        login = other_cells.get(platform, "").removeprefix("@")
         if platform == "github" and login and not LOGIN.fullmatch(login):
             raise QdotError(
                 f"roster.csv: github = {login!r} of {student.id} is no login; write it as in github.com/LOGIN"
             )
-        repository = others.get("repository") or f"OWNER/{order.assignment.key}-{student.id}"
+        repository = other_cells.get("repository") or f"OWNER/{order.assignment.key}-{student.id}"
         lines.append(f"{repository},{student.id},{login}")
     return "".join(f"{line}\n" for line in lines)

@@ -51,7 +51,7 @@ CLEAR, HUGE = 1e-2, 1e4
 
 @dataclass(frozen=True)
 class Node:
-    """A node of a response tree: what is compared, and the note, score and feedback if both are equal."""
+    """A node of a response tree: it compares `left` and `right`; if equal, it gives the note, score and feedback."""
 
     test: str
     left: str
@@ -251,8 +251,8 @@ def typing_help(problem: Problem) -> str:
     rule = f"Names are typed as they stand in the statement, as {joint}; a product needs its star, as in 2*{joint}."
     meanings = short_names(problem)
     examples = [name for digits in (1, 2) for name in [name for name in meanings if len(name) == 1 + digits][:2]]
-    meant = ", ".join(f"{name} stands for {meanings[name]}" for name in examples)
-    return f"{rule} {meant}." if meant else rule
+    explanations = ", ".join(f"{name} stands for {meanings[name]}" for name in examples)
+    return f"{rule} {explanations}." if explanations else rule
 
 
 def _maxima_of(matrix: sp.Matrix | tuple[Component, ...], single: bool) -> str:
@@ -332,9 +332,9 @@ def _entries(problem: Problem, part: Part, reference: sp.Matrix) -> tuple[list[s
         f"share: max(0, min(right - spoiled, {len(counted) - 1}))/{len(counted)}{worth};",
         *constant,
     ]
-    which = f"{len(counted)} entries that are not zero" if zeros else f"{len(counted)} entries"
-    also = f"; {{@spoiled@}} of {len(zeros)} zeros are answered with something else" if zeros else ""
-    return lines, f"<p>{{@right@}} of {which} are right{also}.</p>"
+    entry_words = f"{len(counted)} entries that are not zero" if zeros else f"{len(counted)} entries"
+    zero_words = f"; {{@spoiled@}} of {len(zeros)} zeros are answered with something else" if zeros else ""
+    return lines, f"<p>{{@right@}} of {entry_words} are right{zero_words}.</p>"
 
 
 def _unusual_form(problem: Problem, reference: sp.Matrix) -> sp.Matrix | None:

@@ -75,7 +75,7 @@ def _example(place: int, language: str) -> tuple[str, str]:
     templates, all_examples = environment(language), _list_examples(language)
     example = examples(language)[place]
     arm = example.arm
-    numbers = [number for number, at in _errata_places().items() if at == address(example.number)]
+    numbers = [number for number, page in _errata_places().items() if page == address(example.number)]
     corrections_here = [(number, corrections(language)[number - 1]) for number in numbers]
     errata_list = templates.get_template("site/errata-list.md.j2").render(
         errata=corrections_here, places={}, level="###"

@@ -137,9 +137,9 @@ class _Keys(AnswerVisitor[Json]):
         mistakes = self._mistakes(_mistakes_in_numbers(self.problem, self.part, answer))
         key = _numbers(answer) | {"mistakes": mistakes}
         if answer.shape == (1, 1):  # to few digits, many other mistakes give the same number
-            known = {tuple(mistake["values"]) for mistake in mistakes}
+            known_values = {tuple(mistake["values"]) for mistake in mistakes}
             precise = self._mistakes(_mistakes_in_numbers(self.problem, self.part, answer, precise=True))
-            key["precise"] = [mistake for mistake in precise if tuple(mistake["values"]) not in known]
+            key["precise"] = [mistake for mistake in precise if tuple(mistake["values"]) not in known_values]
         return key
 
     def conditions(self, answer: ConditionSet) -> Json:

@@ -142,7 +142,7 @@ def _distinct_seeds(family: str, step: str, seeds: range) -> tuple[list[int], li
 
     If needed, larger seeds are searched, too.
     """
-    if FAMILIES[family].varied:  # each arm has a structure of its own
+    if FAMILIES[family].varied:  # arms have different structures
         return list(seeds), []
     end = min(seeds.start + LOOKED_FURTHER * len(seeds) * seeds.step, MOST_SEEDS + 1)
     seed_by_arm: dict[Chain, int] = {}
@@ -177,9 +177,9 @@ def _questions(family: str, convention: str) -> tuple[str, ...]:
 @lru_cache(maxsize=4)
 def questions_with_sampled_numbers(family: str, frame_convention: FrameConvention = ("", "")) -> tuple[str, ...]:
     """Return the questions whose numbers vary for the same arm, such as a configuration or joint rates."""
-    step, asked = next(iter(STEPS)), _questions(family, frame_convention[0])
+    step, questions = next(iter(STEPS)), _questions(family, frame_convention[0])
     problems = [
-        generate(ProblemId(family, seed, asked, variation=step).with_convention(*frame_convention))
+        generate(ProblemId(family, seed, questions, variation=step).with_convention(*frame_convention))
         for seed in DRAWN_FROM
     ]
     answers_of_problems = [
