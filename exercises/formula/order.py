@@ -1,8 +1,8 @@
-r"""In which order a person writes the terms of a sum and the factors of a product, and with which signs.
+r"""Put the terms of a sum and the factors of a product in the order in which a person writes them, with signs.
 
-SymPy's own order is never seen: joint angles stand before constants, a_1 + a_2 c_2 + a_3 c_{23} by the last joint that
-occurs, c_1 before the bracket that it multiplies but \cos\varphi_1 behind it, rates and velocities behind their
-coefficients, by index.
+SymPy's own order is never shown. Joint angles come before constants. Terms such as a_1 + a_2 c_2 + a_3 c_{23} are
+sorted by their last joint. The factor c_1 comes before the bracket that it multiplies, but \cos\varphi_1 after it.
+Rates and velocities come after their coefficients and are sorted by index.
 """
 
 import re
@@ -16,7 +16,7 @@ from qdot.exercises.formula.sympy_text import text_of
 Key = tuple[object, ...]
 
 NAMED_ANGLE = re.compile(r"\\varphi'*_\{(\d+)\}")
-"""The name of a symbol that stands for an angle; its index says which joints are in it."""
+"""The name of a symbol for an angle; its index lists the joints whose angles it contains."""
 
 COMPONENT = re.compile(r"[vwfm][xyz]")
 _RATE = re.compile(r"qd\d+")
@@ -31,27 +31,27 @@ def natural(name: str) -> Key:
 
 
 def _trig_key(trig: sp.Expr) -> Key:
-    """Sort sines and cosines by the last joint in them, by how many joints they sum, cosines first."""
+    """Return a key that sorts sines and cosines by their last joint, then by their number of joints, cosines first."""
     joints = sorted(joint for s in trig.args[0].free_symbols for joint in joints_of(s))
     return (max(joints, default=0), -len(joints), joints, isinstance(trig, sp.sin), text_of(trig))
 
 
 def joints_of(symbol: sp.Symbol) -> list[int]:
-    """Return the joint that a symbol belongs to, or those whose angles are summed in a named angle."""
+    """Return the joint that a symbol belongs to, or the joints whose angles are summed in a named angle."""
     named = NAMED_ANGLE.fullmatch(symbol.name)
     return [int(digit) for digit in named.group(1)] if named else [index_of(symbol)]
 
 
 @lru_cache(maxsize=4096)
 def _term_key(term: sp.Expr) -> Key:
-    """Sort the terms of a sum: by rate or velocity, then by the sines and cosines in them, then by their symbols."""
-    moving = sorted(_moving_key(s) for s in term.free_symbols if moves(s))
-    trigs = sorted(_trig_key(trig)[:4] for trig in term.atoms(sp.sin, sp.cos))
+    """Return a key that sorts terms by rate or velocity, then by their sines and cosines, then by their symbols."""
+    moving_keys = sorted(_moving_key(s) for s in term.free_symbols if moves(s))
+    trig_keys = sorted(_trig_key(trig)[:4] for trig in term.atoms(sp.sin, sp.cos))
     names = sorted(natural(s.name) for s in term.free_symbols)
-    joint_first = not any(name[0] == "theta" for name in names)
-    if not trigs and not moving and names:
-        return ([], [], joint_first, False, names, text_of(term))
-    return (moving, trigs, joint_first, term.is_number, names, text_of(term))
+    is_joint_first = not any(name[0] == "theta" for name in names)
+    if not trig_keys and not moving_keys and names:
+        return ([], [], is_joint_first, False, names, text_of(term))
+    return (moving_keys, trig_keys, is_joint_first, term.is_number, names, text_of(term))
 
 
 @lru_cache(maxsize=4096)
@@ -67,7 +67,7 @@ def _moving_key(symbol: sp.Symbol) -> Key:
 
 
 def _factor_key(factor: sp.Expr) -> Key:
-    r"""Sort the factors of a product: numbers, lengths, c_1 and s_1, brackets, \cos\varphi_1, rates and velocities."""
+    r"""Return a key that sorts factors: number, lengths, c_1 and s_1, brackets, \cos\varphi_1, rates and velocities."""
     base = factor.base if factor.is_Pow else factor
     if base.is_number:
         return (0, text_of(factor))
@@ -76,23 +76,23 @@ def _factor_key(factor: sp.Expr) -> Key:
     if isinstance(base, (sp.sin, sp.cos)):
         return (3 if joint_sum(base.args[0]) is not None else 5, _trig_key(base))
     if base.is_Add and all(map(moves, base.free_symbols)):
-        return (6, (2, text_of(base)))  # as a rate stands, behind all that it is multiplied by
+        return (6, (2, text_of(base)))  # like a rate, after all other factors
     is_length = base.is_Add and all(symbol.name[0] in "aL" for symbol in base.free_symbols)
     return (2 if is_length else 4, base.is_Add, text_of(factor))
 
 
 @lru_cache(maxsize=4096)
 def _is_moving(term: sp.Expr) -> bool:
-    """Return whether sines, cosines, rates or velocities are in a term."""
+    """Return whether a term contains sines, cosines, rates or velocities."""
     return any(map(moves, term.free_symbols)) or bool(term.atoms(sp.sin, sp.cos))
 
 
 @dataclass(frozen=True)
 class Product:
-    """A product: whether a minus stands before it, its number, and the factors above and below the line.
+    """A product: whether it is negative, its number, and the factors in the numerator and in the denominator.
 
     The signs of the sums in `flips` are changed, so that no bracket starts with a minus, and a sum has the same signs
-    in all entries of a matrix. A sum of velocities may, as in (-s_1 v_x + c_1 v_y)/a_1.
+    in all entries of a matrix. Only a sum of velocities may start with a minus, as in (-s_1 v_x + c_1 v_y)/a_1.
     """
 
     negative: bool
@@ -104,61 +104,64 @@ class Product:
 
 @lru_cache(maxsize=4096)
 def product(expression: sp.Expr) -> Product:
-    """Return an expression that is no sum as a product, its factors in order."""
+    """Return an expression other than a sum as a product with its factors in order."""
     number, rest = expression.as_coeff_Mul()
-    negative = bool(number.is_negative)
-    above: list[sp.Expr] = []
-    below: list[sp.Expr] = []
+    is_negative = bool(number.is_negative)
+    numerator: list[sp.Expr] = []
+    denominator: list[sp.Expr] = []
     for factor in sorted(sp.Mul.make_args(rest), key=_factor_key):
         if factor.is_Pow and factor.exp.could_extract_minus_sign():
-            below.append(1 / factor)
+            denominator.append(1 / factor)
         elif factor != 1:
-            above.append(factor)
+            numerator.append(factor)
     flips = set()
-    for factor in below:
+    for factor in denominator:
         if factor.is_Add and terms(factor)[0][0]:
             flips.add(factor)
-            negative = not negative
-    for factor in above:
+            is_negative = not is_negative
+    for factor in numerator:
         if factor.is_Add:
             signs = [minus for minus, _ in terms(factor)]
-            if all(signs) or (negative if _by_velocity(factor) else signs[0]):
+            if all(signs) or (is_negative if _by_velocity(factor) else signs[0]):
                 flips.add(factor)
-                negative = not negative
-    return Product(negative, abs(number), tuple(above), tuple(below), frozenset(flips))
+                is_negative = not is_negative
+    return Product(is_negative, abs(number), tuple(numerator), tuple(denominator), frozenset(flips))
 
 
 def _by_velocity(factor: sp.Expr) -> bool:
-    """Return whether a sum is one of velocities with different signs: -(s_1 v_x - c_1 v_y) is -s_1 v_x + c_1 v_y."""
+    """Return whether a factor is a sum of velocities with different signs, which may start with a minus."""
     return any(map(moves, factor.free_symbols)) and len({minus for minus, _ in terms(factor)}) > 1
 
 
 @lru_cache(maxsize=4096)
 def terms(expression: sp.Expr, flip: bool = False) -> tuple[tuple[bool, sp.Expr], ...]:
-    """Return the terms of a sum in order, each after whether it is subtracted, with all signs changed if `flip`."""
+    """Return (is subtracted, term) for the terms of a sum in order; if `flip`, all signs are changed."""
     in_order = sorted(sp.Add.make_args(expression), key=_term_key)
-    signed = [_with_sign(term, flip) for term in in_order]
+    signed_terms = [_with_sign(term, flip) for term in in_order]
     if any(map(_is_moving, in_order)):
-        # 0.12 + a_2 c_2, but a_1 c_1 - 0.6: a constant stands first unless it is subtracted
-        signed.sort(key=lambda term: 1 if _is_moving(term[1]) else 2 * term[0])
-        return tuple(_plus_first(signed))
-    # theta_1 - theta_2 + theta_3 + 0.1, but d_2 - d_1: numbers last, and no minus first
-    behind = signed[0][0]
-    signed.sort(key=lambda term: (term[1].is_number, behind and term[0]))
-    if signed[0][0] and not signed[-1][0]:  # 0.2 - a_1
-        signed = [signed[-1], *signed[:-1]]
-    return tuple(signed)
+        # 0.12 + a_2 c_2, but a_1 c_1 - 0.6: a constant comes first unless it is subtracted
+        signed_terms.sort(key=lambda term: 1 if _is_moving(term[1]) else 2 * term[0])
+        return tuple(_plus_first(signed_terms))
+    # theta_1 - theta_2 + theta_3 + 0.1, but d_2 - d_1: numbers come last, and the first term has no minus
+    is_first_negative = signed_terms[0][0]
+    signed_terms.sort(key=lambda term: (term[1].is_number, is_first_negative and term[0]))
+    if signed_terms[0][0] and not signed_terms[-1][0]:  # 0.2 - a_1
+        signed_terms = [signed_terms[-1], *signed_terms[:-1]]
+    return tuple(signed_terms)
 
 
 def _with_sign(term: sp.Expr, flip: bool) -> tuple[bool, sp.Expr]:
-    """Return whether a term is subtracted, and the term, whose brackets have the signs that go with that."""
+    """Return whether a term is subtracted, and the term with the matching signs in its brackets."""
     if flip and not (changed := -term).is_Add:
         return product(changed).negative, changed
     return product(term).negative != flip, term
 
 
 def _plus_first(signed: list[tuple[bool, sp.Expr]]) -> list[tuple[bool, sp.Expr]]:
-    """Return terms with the sine and cosine of one angle at their front so that these start without a minus."""
+    """Return the terms reordered if the first has a minus and may be swapped with a later positive term.
+
+    This applies to sums of rates, and to the sine and cosine of the same angle.
+    """
     if signed[0][0] and all(_RATE.fullmatch(str(symbol)) for _, term in signed for symbol in term.free_symbols):
         return sorted(signed, key=lambda term: term[0])  # qd2 - qd1
     if len(signed) > 1 and signed[0][0] and not signed[1][0] and not any(map(moves, signed[0][1].free_symbols)):
@@ -169,7 +172,7 @@ def _plus_first(signed: list[tuple[bool, sp.Expr]]) -> list[tuple[bool, sp.Expr]
 
 
 def decimal(value: sp.Expr) -> str | None:
-    """Return a terminating decimal's digits, as in "0.35", or None for any other number."""
+    """Return the digits of a terminating decimal, as in "0.35", or None for any other number."""
     if not value.is_Rational:
         return None
     denominator = int(value.q)
@@ -185,7 +188,7 @@ def decimal(value: sp.Expr) -> str | None:
 
 @lru_cache(maxsize=4096)
 def joint_sum(angle: sp.Expr) -> str | None:
-    """Return "12" for theta1 + theta2, and None for an angle that the shorthand can't say."""
+    """Return "12" for theta1 + theta2, and None for an angle that the shorthand c12 can't express."""
     digits = []
     for term in sp.Add.make_args(angle):
         match = re.fullmatch(r"theta(\d)", str(term))

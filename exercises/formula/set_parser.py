@@ -1,7 +1,6 @@
-"""Conditions as people write them, parsed as a union of pieces: "theta3 = 0 or pi", "{theta2: [0, pi]}", "k*pi".
+"""Parse conditions in any common notation as a union of pieces: "theta3 = 0 or pi", "{theta2: [0, pi]}", "k*pi".
 
-A set is a union of pieces, a piece is a list of atoms that hold together, and an atom is either `expression = 0` or
-`joint = value`.
+A piece is a list of atoms that hold simultaneously. An atom is either `expression = 0` or `joint = value`.
 """
 
 import math
@@ -21,9 +20,9 @@ WHOLE = tuple(number(k) if k >= 0 else Node("neg", (number(-k),)) for k in range
 """The whole numbers from -6 to 6."""
 _MOST_PIECES = 500
 _MOST_NODES, _MOST_STEPS = 100_000, 6000
-"""Nodes of the cases of all whole numbers together, and steps in which zeros are searched for: some seconds of each."""
+"""Maximum number of nodes in all cases of whole numbers, and of steps in searches for zeros (some seconds each)."""
 _PIECE = 10
-"""What a case takes beside its nodes, and a piece beside its steps."""
+"""Fixed cost of a case in addition to its nodes, and of a piece in addition to its steps."""
 _TOO_LONG = "the conditions are too long, or there are too many whole numbers in them"
 _NO_JOINT = "a value stands there without a joint; write it as in theta1 = pi/3"
 
@@ -40,9 +39,9 @@ Piece = tuple[Atom, ...]
 
 
 def parse_pieces(node: Node, joints: Sequence[str]) -> list[Piece]:
-    """Return the union of pieces that a tree stands for.
+    """Return the union of pieces that a tree describes.
 
-    Understood: equations, `theta2 in {0, pi}`, `{theta2: [0, pi]}`, a bare expression (that vanishes), `and`, `or`,
+    Accepted: equations, `theta2 in {0, pi}`, `{theta2: [0, pi]}`, a bare expression (that vanishes), `and`, `or`,
     lists of these, `k*pi` for every whole number k. Raises ReadError.
     """
     if node.kind in ("or", "list", "set"):
@@ -69,27 +68,30 @@ def parse_pieces(node: Node, joints: Sequence[str]) -> list[Piece]:
 
 
 def _refuse_two_values(union: list[Piece]) -> list[Piece]:
-    """Return pieces that can hold; raise ReadError if each gives one joint two values at once."""
-    twice = [_joint_with_two_values(piece) for piece in union]
-    if union and None not in twice:
-        raise ReadError(f"{twice[0]} can't have two values at once; write {twice[0]} = 0 or {twice[0]} = pi/3")
+    """Return the pieces unchanged; raise ReadError if every piece gives a joint two values at once."""
+    joints = [_joint_with_two_values(piece) for piece in union]
+    if union and None not in joints:
+        raise ReadError(f"{joints[0]} can't have two values at once; write {joints[0]} = 0 or {joints[0]} = pi/3")
     return union
 
 
 def _joint_with_two_values(piece: Piece) -> str | None:
-    """Return the joint to which a piece gives two different values."""
+    """Return a joint to which a piece gives two different values, or None."""
     values: dict[str, object] = {}
     turns = ((atom.joint, turns_of(atom.zero)) for atom in piece if atom.joint is not None)
     return next((j for j, turn in turns if turn is not None and values.setdefault(j, turn) != turn), None)
 
 
 def _alternatives(node: Node, joints: Sequence[str]) -> list[Piece]:
-    """Return the union of a list; a bare value belongs to the joint before it: theta3 = 0, pi, or (theta3, [0, pi])."""
+    """Return the union of a list's entries.
+
+    A bare value belongs to the joint before it, as in theta3 = 0, pi, or (theta3, [0, pi]).
+    """
     union: list[Piece] = []
     joint: Node | None = None
     for arg in node.args:
-        says_more = bool(names(arg) & set(joints)) or arg.kind in ("eq", "in", "and", "or", "dict")
-        if says_more:
+        is_condition = bool(names(arg) & set(joints)) or arg.kind in ("eq", "in", "and", "or", "dict")
+        if is_condition:
             joint = _joint_of(arg, joints)
             is_label = joint is not None and arg.kind == "name" and len(node.args) == 2 and arg is node.args[0]
             if is_label and len(joints) == 2 and arg.value == joints[0] and node.args[1].kind not in ("list", "set"):
@@ -107,7 +109,10 @@ def _alternatives(node: Node, joints: Sequence[str]) -> list[Piece]:
 
 
 def _joint_of(node: Node, joints: Sequence[str]) -> Node | None:
-    """Return the joint that an equation or membership assigns, the last of alternatives, or a joint's bare name."""
+    """Return the joint that a condition assigns a value to, or that is a bare name; None if there is none.
+
+    For alternatives it is the joint of the last one.
+    """
     if node.kind == "or":
         return _joint_of(node.args[-1], joints)
     joint = node.args[0] if node.kind in ("eq", "in") else node
@@ -115,7 +120,7 @@ def _joint_of(node: Node, joints: Sequence[str]) -> Node | None:
 
 
 def _intersect(sets: Sequence[Sequence[Piece]]) -> list[Piece]:
-    """Return the pieces of an intersection: every combination of one piece of each set."""
+    """Return the pieces of the intersection: every combination of one piece from each set."""
     count = math.prod(len(pieces_) for pieces_ in sets)
     if count > _MOST_PIECES:
         raise ReadError(f"the conditions make {count} cases; more than {_MOST_PIECES} are not read")
@@ -126,12 +131,12 @@ def _assign(joint: Node, values: Node, joints: Sequence[str]) -> list[Piece]:
     if joint.kind != "name" or joint.value not in joints:
         return [piece for value in _list_values(values) for piece in _vanish(Node("-", (joint, value)))]
     cases = [case for value in _list_values(values) for case in _whole_number_cases(value)]
-    compile_program(cases)  # raises ReadError for what is no formula
+    compile_program(cases)  # raises ReadError for anything but a formula
     return [(Atom(case, str(joint.value)),) for case in cases]
 
 
 def _list_values(values: Node) -> list[Node]:
-    """Return each of the values: of [0, ±pi], three."""
+    """Return the values as a flat list, for example three values for [0, ±pi]."""
     if values.kind not in ("list", "set", "or"):
         return [values]
     return [value for arg in values.args for value in (arg.args if arg.kind == "set" else (arg,))]
@@ -144,18 +149,18 @@ def _vanish(node: Node) -> list[Piece]:
 
 
 def _strip_powers(node: Node) -> Node:
-    """Return X for sqrt(X), X^4 and the like, which vanish where X does but lack the slope that a search needs."""
+    """Return X for sqrt(X), X^4 and the like, which have the same zeros but no nonzero derivative for a search."""
     while True:
-        less_nothing = node.kind == "-" and node.args[1].kind in ("number", "decimal") and not node.args[1].value
+        is_minus_zero = node.kind == "-" and node.args[1].kind in ("number", "decimal") and not node.args[1].value
         is_power = node.kind == "^" and node.args[1].kind in ("number", "decimal") and node.args[1].value > 0
-        if less_nothing or is_power or node.kind == "neg" or (node.kind == "call" and node.value in ("sqrt", "abs")):
+        if is_minus_zero or is_power or node.kind == "neg" or (node.kind == "call" and node.value in ("sqrt", "abs")):
             node = node.args[0]
         else:
             return node
 
 
 def _whole_number_cases(node: Node) -> list[Node]:
-    """Return the cases of a whole number k: all there are modulo whole turns of a value k*pi/6, or coarser."""
+    """Return the distinct cases of a node with whole numbers k; those of k*pi/6 are complete modulo 2 pi."""
     whole_numbers = [name for name in WHOLE_NUMBERS if name in names(node)]
     combinations = product(WHOLE, repeat=len(whole_numbers))
     cases = [replace_names(node, dict(zip(whole_numbers, values, strict=True))) for values in combinations]
@@ -164,13 +169,18 @@ def _whole_number_cases(node: Node) -> list[Node]:
 
 
 def is_tied(atom: Atom, piece: Piece, joints: Sequence[str]) -> bool:
-    """Tell whether a joint's value follows other joints and another condition names the joint: q1 = q2 and c1 = 0."""
-    follows = bool(names(atom.zero) & set(joints))
-    return follows and any(atom.joint in names(also.zero) | {also.joint} for also in piece if also is not atom)
+    """Return whether a joint's value depends on other joints and another condition contains the joint.
+
+    An example is q1 = q2 and c1 = 0.
+    """
+    depends_on_joints = bool(names(atom.zero) & set(joints))
+    return depends_on_joints and any(
+        atom.joint in names(other.zero) | {other.joint} for other in piece if other is not atom
+    )
 
 
 def parse_claims(node: Node, joints: Sequence[str]) -> list[Piece]:
-    """Return the pieces of an answer. Raises ReadError also if it would take too long to look at all of them."""
+    """Return the pieces of an answer. Raises ReadError also if checking all of them would take too long."""
     node = remove_noise(node)
     if _nodes_of_cases(node) > _MOST_NODES:
         raise ReadError(_TOO_LONG)
@@ -185,15 +195,15 @@ def parse_claims(node: Node, joints: Sequence[str]) -> list[Piece]:
 
 
 def _nodes_of_cases(node: Node) -> int:
-    """Return how many nodes there are in all conditions, each as often as it has cases."""
+    """Return the total number of nodes in all cases of all conditions."""
     alternatives = ("list", "set", "or")
     count, stack = 0, [node]
     while stack:  # no recursion: a long sum is a deep tree
-        top = stack.pop()
-        if top.kind in (*alternatives, "and", "dict", "pair", "in") or any(
-            arg.kind in alternatives for arg in top.args
+        current = stack.pop()
+        if current.kind in (*alternatives, "and", "dict", "pair", "in") or any(
+            arg.kind in alternatives for arg in current.args
         ):
-            stack.extend(top.args)
+            stack.extend(current.args)
         else:
-            count += (_PIECE + size_of(top)) * len(WHOLE) ** len(names(top) & set(WHOLE_NUMBERS))
+            count += (_PIECE + size_of(current)) * len(WHOLE) ** len(names(current) & set(WHOLE_NUMBERS))
     return count

@@ -1,4 +1,4 @@
-"""Expressions as trees of plain nodes, and what can be asked of a tree without knowing how it was written."""
+"""Represent expressions as trees of plain nodes, with queries that don't depend on the notation of the text."""
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -15,12 +15,12 @@ Result = TypeVar("Result")
 
 
 class ReadError(ValueError):
-    """Text that is no answer: what was found, where, and what would be understood."""
+    """Raised for a text that can't be parsed; says what was found, where, and what to write instead."""
 
 
 @dataclass(frozen=True, slots=True)
 class Node:
-    """A piece of an expression: `kind` and `args`; `value` holds a number (Fraction) or a name.
+    """A node of an expression: `kind` and `args`; `value` holds a number (Fraction) or a name.
 
     Kinds: number, decimal, name, blank, call, neg, + - * / ^, list, set, dict, pair, eq, in, and (`CHAIN`), or.
     """
@@ -36,7 +36,7 @@ class Node:
 
 
 CHAIN = "="
-"""The value of an "and" of equations that were written in one, A = B = C."""
+"""The value of an "and" node that was typed as a chain of equations, A = B = C."""
 
 
 def chain_of(node: Node) -> list[Node]:
@@ -58,9 +58,9 @@ def nodes_of(tree: Node) -> Iterator[Node]:
 
 
 def fold(tree: Node, combine: Callable[[Node, list[Result]], Result]) -> Result:
-    """Return what `combine` makes of the root and of the results for its arguments, beginning at the leaves.
+    """Return the result of `combine` for the root; it is called with each node and the results for its arguments.
 
-    It does not recurse, because a long sum is a deep tree.
+    There is no recursion, because a long sum is a deep tree.
     """
     results: list[Result] = []
     stack = [(tree, False)]
@@ -76,7 +76,7 @@ def fold(tree: Node, combine: Callable[[Node, list[Result]], Result]) -> Result:
 
 
 def replace_names(tree: Node, values: Mapping[str, Node]) -> Node:
-    """Return the tree with other trees in place of names."""
+    """Return the tree with names replaced by the trees in `values`."""
     return fold(tree, lambda node, args: values.get(node.value, node) if node.kind == "name" else node.with_args(args))
 
 
@@ -96,7 +96,7 @@ def names(tree: Node) -> set[str]:
 
 
 def _whole(decimal: Fraction) -> tuple[int, int]:
-    """Return the digits of a positive decimal as a whole number, and how many of them stand behind the point."""
+    """Return the digits of a positive decimal as a whole number, and the number of digits after the point."""
     twos = (decimal.denominator & -decimal.denominator).bit_length() - 1
     fives = round(log(decimal.denominator >> twos, 5))  # at most 1,400, so that this is exact
     places = max(twos, fives)
@@ -104,12 +104,12 @@ def _whole(decimal: Fraction) -> tuple[int, int]:
 
 
 def digits_of(decimal: Fraction) -> int:
-    """Return how many significant digits a decimal has."""
+    """Return the number of significant digits of a decimal."""
     return len(str(_whole(abs(decimal))[0]).rstrip("0"))
 
 
 def digits_of_decimals(node: Node) -> int:
-    """Return how many significant digits the longest decimal in a tree has; 0 without one.
+    """Return the number of significant digits of the longest decimal in a tree; 0 if there is none.
 
     >>> digits_of_decimals(Node("neg", (Node("decimal", value=Fraction("3.14159")),)))
     6
@@ -118,12 +118,12 @@ def digits_of_decimals(node: Node) -> int:
 
 
 def size_of(tree: Node, most: int | None = None) -> int:
-    """Return how many nodes a tree has, counted no further than `most`."""
+    """Return the number of nodes in a tree, or `most` if there are more."""
     return sum(1 for _ in islice(nodes_of(tree), most))
 
 
 def has_blank(tree: Node) -> bool:
-    """Tell whether a placeholder is still somewhere in the tree."""
+    """Return whether the tree contains a blank."""
     return any(node.kind == "blank" for node in nodes_of(tree))
 
 
@@ -140,21 +140,23 @@ def statement_in(node: Node) -> Node | None:
 
 
 def refuse_statements(node: Node) -> None:
-    """Raise ReadError if a tree is no single expression."""
+    """Raise ReadError if a tree is not a single expression."""
     if (statement := statement_in(node)) is not None:
         raise no_scalar(statement)
 
 
 def no_scalar(node: Node) -> ReadError:
-    """Return the error that a node is no part of a single expression."""
-    instead = "; write what is asked alone" if node.kind in ("eq", "and", "or", "in") else ""
-    return ReadError(f"{_SAID.get(node.kind, node.kind)} stands where a single expression is due{instead}")
+    """Return the error for a node that can't be part of a single expression."""
+    advice = "; write what is asked alone" if node.kind in ("eq", "and", "or", "in") else ""
+    return ReadError(f"{_SAID.get(node.kind, node.kind)} stands where a single expression is due{advice}")
 
 
 def _is_column(node: Node) -> bool:
-    """Tell whether a node is [[a], [b], …], a column vector as SymPy writes it."""
-    one_each = all(item.kind == "list" and len(item.args) == 1 and item.args[0].kind != "list" for item in node.args)
-    return node.kind == "list" and len(node.args) > 1 and one_each
+    """Return whether a node is [[a], [b], …], a column vector in SymPy's notation."""
+    has_single_entries = all(
+        item.kind == "list" and len(item.args) == 1 and item.args[0].kind != "list" for item in node.args
+    )
+    return node.kind == "list" and len(node.args) > 1 and has_single_entries
 
 
 def _is_row_matrix(node: Node) -> bool:
@@ -168,7 +170,7 @@ def _is_rows(node: Node) -> bool:
 def as_matrix(node: Node) -> list[list[Node]]:
     """Return rows of scalars: a list of rows, a list of scalars (a column), or a scalar (1 x 1).
 
-    Raises ReadError where rows differ in length or lists nest deeper.
+    Raises ReadError if rows differ in length or lists nest deeper.
     """
     while node.kind == "list" and len(node.args) == 1 and _is_rows(node.args[0]):
         node = node.args[0]
@@ -193,12 +195,12 @@ def as_matrix(node: Node) -> list[list[Node]]:
 
 
 def node_text(node: Node) -> str:
-    """Return a text that reads as the same tree; a long sum or product has no more brackets than a short one."""
+    """Return a text that is parsed as the same tree, without nested brackets in long sums and products."""
     return fold(node, _text)
 
 
 _FROM_THE_LEFT = {"+": ("+", "-"), "-": ("+", "-"), "*": ("*", "/"), "/": ("*", "/")}
-"""What a first operand may be that needs no brackets."""
+"""For each operator, the kinds of a first operand that need no brackets."""
 
 
 def _text(node: Node, inner: list[str]) -> str:
