@@ -187,7 +187,7 @@ def _code(name: str, text: str, metadata: dict[str, object] | None = None) -> "N
 
 
 def _cell(kind: str, name: str, text: str, metadata: dict[str, object], **others: object) -> "NotebookNode":
-    """Return a cell without validating it: the notebook is validated as a whole, nbformat's functions do both."""
+    """Return a cell without validating it; `_notebook` validates the whole notebook."""
     from nbformat import NotebookNode
 
     return NotebookNode(id=name, cell_type=kind, source=text.strip(), metadata=NotebookNode(metadata), **others)
