@@ -1,4 +1,4 @@
-"""Sums, products and derivatives of trees: what follows from formulas that were read, without SymPy."""
+"""Form sums, products and derivatives of parsed formulas without SymPy."""
 
 from collections.abc import Callable, Sequence
 from fractions import Fraction
@@ -17,7 +17,7 @@ ZERO, ONE, TWO = number(0), number(1), number(2)
 
 
 def plus(a: Node, b: Node) -> Node:
-    """Return a + b, zeros left out.
+    """Return a + b, without zeros.
 
     >>> plus(ZERO, ONE) == ONE
     True
@@ -31,12 +31,12 @@ def negative(a: Node) -> Node:
 
 
 def minus(a: Node, b: Node) -> Node:
-    """Return a - b, zeros left out."""
+    """Return a - b, without zeros."""
     return a if b == ZERO else negative(b) if a == ZERO else Node("-", (a, b))
 
 
 def times(a: Node, b: Node) -> Node:
-    """Return a b, zeros and ones left out."""
+    """Return a b, simplified if a factor is 0 or 1."""
     if ZERO in (a, b):
         return ZERO
     return b if a == ONE else a if b == ONE else Node("*", (a, b))
@@ -58,7 +58,7 @@ def call(function: str, a: Node) -> Node:
 
 
 def addends(total: Node) -> list[Node]:
-    """Return the terms of a sum as it is written."""
+    """Return the terms of a sum without expanding products."""
     if total.kind == "+":
         return addends(total.args[0]) + addends(total.args[1])
     if total.kind == "-":
@@ -69,12 +69,12 @@ def addends(total: Node) -> list[Node]:
 
 
 def terms_of(node: Node, most: int) -> list[Node] | None:
-    """Return the terms of sums and products multiplied out, or None if there are more than `most`."""
+    """Return the terms after expanding sums and products, or None if there are more than `most`."""
     if node.kind not in ("+", "-", "*", "neg"):
         return [node]
-    inside = [terms_of(arg, most) for arg in node.args]
-    known = [terms for terms in inside if terms is not None]
-    if len(known) < len(inside):
+    arg_terms = [terms_of(arg, most) for arg in node.args]
+    known = [terms for terms in arg_terms if terms is not None]
+    if len(known) < len(arg_terms):
         return None
     if node.kind == "*":
         terms = [times(left, right) for left in known[0] for right in known[1]]
@@ -86,7 +86,7 @@ def terms_of(node: Node, most: int) -> list[Node] | None:
 
 
 def factors(node: Node) -> list[Node]:
-    """Return the factors of a product as it is written, those below a line as one over them; powers are taken apart.
+    """Return the factors of a product without factoring sums; a denominator b gives 1/b, a power its repeated base.
 
     >>> x, y = Node("name", value="x"), Node("name", value="y")
     >>> factors(negative(times(power(x, TWO), y))) == [x, x, y, number(-1)]
@@ -104,7 +104,7 @@ def factors(node: Node) -> list[Node]:
 
 
 MOST_POWER = 6
-"""The highest power that is taken apart."""
+"""The highest power that is split into factors."""
 
 # --- derivatives ---
 

@@ -1,7 +1,7 @@
-"""The LaTeX that we write as a layout: what printers/latex, the templates and the languages' decimals make of it.
+"""Parse qdot's own LaTeX into a layout: that of printers/latex, of the templates, and of decimals in each language.
 
-Whatever else LaTeX knows is refused, by name, so that a test over all families notices what a printer can't say. What
-students write in LaTeX is an answer, and is read for what it means (`notation`).
+Any other LaTeX is refused by name, so that a test over all families notices what a printer can't express. LaTeX typed
+by students is an answer, and is parsed for its meaning (`notation`).
 """
 
 import re
@@ -33,7 +33,7 @@ _TOKEN = re.compile(r"\\(?:text|begin|end)\{[^{}]*\}|\\[a-zA-Z]+|\\\\(?:\[\d+pt\
 
 
 class UnknownLatex(ValueError):
-    """A formula that is not of the LaTeX that qdot writes."""
+    """Raised for LaTeX that qdot itself doesn't use."""
 
 
 @lru_cache(maxsize=2048)
@@ -51,7 +51,7 @@ def parse_latex(latex: str) -> Layout:
 
 
 class _Reader:
-    """Reads tokens from the front; they are kept the other way round."""
+    """Parses tokens from the first to the last; they are stored in reverse order."""
 
     def __init__(self, tokens: list[str], latex: str) -> None:
         self.tokens, self.latex = tokens[::-1], latex
@@ -65,7 +65,7 @@ class _Reader:
         return self.tokens.pop()
 
     def row(self, ends: tuple[str, ...]) -> Layout:
-        """Return what stands before any of `ends`, or before the formula's end."""
+        """Return the row of all pieces up to any of `ends`, or up to the formula's end."""
         pieces: list[Layout] = []
         tokens = self.tokens
         while tokens and not tokens[-1].startswith(ends or ("}",)):
@@ -93,7 +93,7 @@ class _Reader:
         return Layout("script", "", (base, below, above))
 
     def argument(self) -> Layout:
-        """Return a group in braces as a row, and one sign as it is: of a number its first digit."""
+        """Return a group in braces as a row, or else the next sign; for a number, only its first digit."""
         sign = self.tokens[-1] if self.tokens else ""
         if sign.isdigit() and len(sign) > 1:
             self.tokens[-1:] = [sign[1:], sign[0]]

@@ -1,8 +1,7 @@
-r"""How a formula is laid out: one tree, whatever it was made from, and every notation is printed from it.
+r"""The layout of a formula: a tree from which every notation is printed.
 
-It is made from SymPy's expressions (`writing/latex`), from answers that students typed (`writing/typeset`) and from the
-LaTeX of our templates (`formula/latex`). It says what stands where, and not what it means: s_{12} is a letter with an
-index here.
+It is made from SymPy expressions (`writing/latex`), from typed answers (`writing/typeset`) and from the LaTeX of
+qdot's templates (`formula/latex`). It describes positions, not meanings: s_{12} is a letter with an index here.
 """
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -14,21 +13,24 @@ WORDS = (
     "sin", "cos", "tan", "cot", "sec", "csc", "arcsin", "arccos", "arctan", "sinh", "cosh", "tanh", "ln", "log", "exp",
     "det",
 )  # fmt: skip
-"""Names of functions that stand upright."""
+"""Names of functions that are set upright."""
 
 SPACES = {",": 0.167, ":": 0.222, ";": 0.278, " ": 0.33, "quad": 1.0, "qquad": 2.0}
-"""Room between pieces, by its LaTeX, in em."""
+"""The width of each LaTeX space, in em."""
 
 
 class Layout(NamedTuple):
-    r"""A piece of a formula: of a `kind`, with `text` or made of `inner` pieces.
+    r"""A piece of a formula: it has a `kind`, and a `text` or `inner` pieces. The kinds:
 
-    letter, number, sign, word (a function's name), text: `text` is shown. space: `text` is a key of SPACES. row: pieces
-    side by side; inside of a row, what stands in braces. script: base, what is below, what is above, these being EMPTY
-    where there is nothing. fraction: above and below the line; `text` is frac, tfrac (small) or dfrac (large). root:
-    what is below. dotted: what is below the dot. fenced: what is between brackets that grow with it;
-    `text` holds the two, "." for none. matrix: `text` holds two brackets, `inner` rows of cells, all of them rows.
-    aligned: the same without brackets; `text` is "apart" where the lines stand further apart.
+    letter, number, sign, word (a function's name), text: `text` is shown.
+    space: `text` is a key of SPACES.
+    row: `inner` pieces side by side; a row inside a row is a group in braces.
+    script: base, subscript and superscript, which are EMPTY if there is none.
+    fraction: numerator and denominator; `text` is frac, tfrac (small) or dfrac (large).
+    root: the radicand. dotted: the piece below the dot.
+    fenced: the piece between brackets that grow with it; `text` holds the two brackets, "." for none.
+    matrix: `text` holds two brackets, `inner` the rows, each a row of cells that are rows.
+    aligned: like a matrix, without brackets; `text` is "apart" if the lines have extra space between them.
     """
 
     kind: str
@@ -50,12 +52,12 @@ def row(*pieces: Layout) -> Layout:
 
 
 def script(base: Layout, below: Layout = EMPTY, above: Layout = EMPTY) -> Layout:
-    """Return a piece with an index and a power."""
+    """Return a piece with a subscript and a superscript."""
     return Layout("script", inner=(base, below, above))
 
 
 def fraction(above: Sequence[Layout], below: Sequence[Layout], small: bool = False) -> Layout:
-    """Return a fraction, of the size of the text around it if `small`."""
+    """Return a fraction; if `small`, it has the size of the surrounding text."""
     return Layout("fraction", "tfrac" if small else "frac", (row(*above), row(*below)))
 
 
@@ -80,19 +82,19 @@ def scientific(digits: str, power: int) -> Pieces:
 
 
 def raise_to(pieces: Pieces, above: Layout) -> Pieces:
-    """Return pieces with a power at the last of them."""
+    """Return the pieces with a power added to the last one."""
     last = pieces[-1]
-    foot, below, before = last.inner if last.kind == "script" else (last, EMPTY, EMPTY)
-    return (*pieces[:-1], script(foot, below, row(*parts(before), *parts(above))))
+    base_piece, below, power = last.inner if last.kind == "script" else (last, EMPTY, EMPTY)
+    return (*pieces[:-1], script(base_piece, below, row(*parts(power), *parts(above))))
 
 
 def parts(piece: Layout) -> Pieces:
-    """Return the pieces of a row; of anything else, that alone."""
+    """Return the pieces of a row, or any other piece as the only one."""
     return piece.inner if piece.kind == "row" else (piece,)
 
 
 def join(between: Sequence[Layout], listed: Iterable[Sequence[Layout]]) -> Pieces:
-    """Return what is listed with the same pieces between any two."""
+    """Return all listed pieces in one row, with `between` as the separator."""
     parts = [piece for item in listed for piece in (*between, *item)]
     return tuple(parts[len(between) :])
 
@@ -109,22 +111,22 @@ def _has(pieces: Sequence[Layout], tall: frozenset[str]) -> bool:
 
 
 def print_layout(piece: Layout, table: Mapping[str, Callable[..., Printed]]) -> Printed:
-    """Print a formula: `table` has a function for each kind, of the piece and of its inner pieces as printed."""
+    """Print a formula; `table` has a function for each kind, called with the piece and its printed inner pieces."""
     return table[piece.kind](piece, *(print_layout(part, table) for part in piece.inner))
 
 
 def base(piece: Layout) -> Layout:
-    """Return what an index or a power stands at; any other piece as it is."""
+    """Return the base of a script, or any other piece unchanged."""
     return piece.inner[0] if piece.kind == "script" else piece
 
 
 def is_binary(before: Layout | None) -> bool:
-    """Return whether a plus or minus behind a piece joins two terms; if not, it belongs to the number behind it."""
+    """Return whether a plus or minus after a piece joins two terms; if not, it is the sign of the next number."""
     return before is not None and before not in _OPENING
 
 
 def terms(pieces: Sequence[Layout], deepest: int = 0) -> list[Pieces]:
-    """Return the terms of a sum, each but the first with the sign before it; those in brackets, too, to a depth."""
+    """Return the terms of a sum, each with its sign; sums in brackets are split, too, up to the depth `deepest`."""
     starts, depth = [0], 0
     for index, piece in enumerate(pieces):
         depth += _deeper(piece)
@@ -134,7 +136,7 @@ def terms(pieces: Sequence[Layout], deepest: int = 0) -> list[Pieces]:
 
 
 def split(pieces: Sequence[Layout], mark: Layout) -> list[Pieces]:
-    """Return what stands between marks outside of all brackets."""
+    """Return the pieces between the marks that are outside all brackets."""
     rows: list[list[Layout]] = [[]]
     depth = 0
     for piece in pieces:
@@ -147,6 +149,6 @@ def split(pieces: Sequence[Layout], mark: Layout) -> list[Pieces]:
 
 
 def _deeper(piece: Layout) -> int:
-    """Return by how much what follows a piece is deeper inside of brackets; the last one may have a power."""
+    """Return the change of the bracket depth after a piece; a closing bracket may have a power."""
     bracket = base(piece)
     return {"(": 1, ")": -1}.get(bracket.text, 0) if bracket.kind == "sign" else 0

@@ -1,4 +1,4 @@
-"""What was written of matrices and not worked out: 1/a1 * [[a, b], [c, d]] * [vx; vy], and [qd1; qd2] = [a; b]."""
+"""Evaluate operations on matrices, as in 1/a1 * [[a, b], [c, d]] * [vx; vy] and [qd1; qd2] = [a; b]."""
 
 from collections.abc import Callable, Sequence
 
@@ -10,9 +10,9 @@ Rows = list[list[Node]]
 
 _OPERATIONS = {"+": "sum", "-": "difference", "*": "product", "/": "quotient", "^": "power", "neg": "negative"}
 _MOST = LIMITS["worked_out"]
-"""Nodes of the results: the entries of a product of products grow with each factor."""
+"""Maximum number of nodes in the results, because the entries of a product grow with each factor."""
 _LARGEST = 3
-"""Rows of a matrix that is inverted."""
+"""Maximum number of rows of a matrix that is inverted."""
 _TOO_LONG = "the products of matrices are too long; write their entries"
 
 
@@ -44,24 +44,24 @@ def evaluate_matrices(tree: Node) -> Node:
 
 
 def _operate(node: Node, args: Sequence[Node]) -> Node:
-    if node.kind in _OPERATIONS:  # [a + b] c: brackets, and no list
+    if node.kind in _OPERATIONS:  # [a + b] c: brackets of a formula, not a list
         args = [arg.args[0] if _is_bracket(arg) else arg for arg in args]
-    lists = [arg.kind == "list" for arg in args]
-    if node.kind not in _OPERATIONS or not any(lists):
+    is_list = [arg.kind == "list" for arg in args]
+    if node.kind not in _OPERATIONS or not any(is_list):
         return node.with_args(args)
     matrices = [_rows(arg) for arg in args if arg.kind == "list"]
     if node.kind == "neg":
         return _map_entries(matrices[0], lambda entry: Node("neg", (entry,)))
-    if node.kind == "^" and lists == [True, False]:
+    if node.kind == "^" and is_list == [True, False]:
         return _power(matrices[0], args[1])
-    if node.kind in "+-" and all(lists) and _shape(matrices[0]) == _shape(matrices[1]):
+    if node.kind in "+-" and all(is_list) and _shape(matrices[0]) == _shape(matrices[1]):
         pairs = (zip(*rows, strict=True) for rows in zip(*matrices, strict=True))
         return list_of_rows([[Node(node.kind, pair) for pair in row] for row in pairs])
-    if node.kind == "*" and all(lists) and len(matrices[0][0]) == len(matrices[1]):
+    if node.kind == "*" and all(is_list) and len(matrices[0][0]) == len(matrices[1]):
         return _multiply(*matrices)
-    if node.kind == "*" and lists == [False, True]:
+    if node.kind == "*" and is_list == [False, True]:
         return _map_entries(matrices[0], lambda entry: Node("*", (args[0], entry)))
-    if node.kind in "*/" and lists == [True, False]:
+    if node.kind in "*/" and is_list == [True, False]:
         return _map_entries(matrices[0], lambda entry: Node(node.kind, (entry, args[1])))
     raise _impossible(_OPERATIONS[node.kind], matrices, len(args))
 
@@ -71,7 +71,7 @@ def _is_bracket(node: Node) -> bool:
 
 
 def _rows(node: Node) -> Rows:
-    """Return the rows of a list; of a list of entries a column."""
+    """Return the rows of a list; a list of entries is a column."""
     rows = [list(item.args) if item.kind == "list" else [item] for item in node.args]
     if not rows or len({len(row) for row in rows}) != 1 or any(entry.kind == "list" for row in rows for entry in row):
         raise ReadError("a list that is no matrix stands in a product or a sum; write its rows, as in [[a, b], [c, d]]")
@@ -87,7 +87,7 @@ def _map_entries(rows: Rows, function: Callable[[Node], Node]) -> Node:
 
 
 def _equate(args: Sequence[Node]) -> Node:
-    """Return an equation of two vectors or matrices as one for each entry, a name before what it is."""
+    """Return an equation of two vectors or matrices as one equation for each entry, with a name on the left."""
     if _is_bracket(args[0]):  # [theta2] = [0, pi]
         return Node("eq", (args[0].args[0], args[1]))
     sides = [_rows(arg) for arg in args]
@@ -143,5 +143,5 @@ def _give_sign(index: int, node: Node) -> Node:
 def _impossible(operation: str, matrices: Sequence[Rows], operands: int) -> ReadError:
     shapes = " and ".join(f"a {rows} x {columns}" for rows, columns in map(_shape, matrices))
     shapes += " matrix" if len(matrices) == 1 else ""
-    also = "" if len(matrices) == operands else " and a number"
-    return ReadError(f"there is no {operation} of {shapes}{also}; write its entries, as in [[a, b], [c, d]]")
+    number_words = "" if len(matrices) == operands else " and a number"
+    return ReadError(f"there is no {operation} of {shapes}{number_words}; write its entries, as in [[a, b], [c, d]]")

@@ -1,7 +1,7 @@
-"""Formulas as MathML, which browsers show without a script, and other programs read.
+"""Print formulas as MathML, which browsers show without a script and other programs can read.
 
-Chromium stretches brackets only where a mathematical font is installed, and aligns no columns; so for browsers brackets
-around a matrix are drawn as its border, and alignment is written as a style.
+Chromium stretches brackets only if a mathematical font is installed, and doesn't align columns. For browsers, brackets
+around a matrix are therefore drawn as its border, and the alignment is given as a style.
 """
 
 from collections.abc import Callable, Sequence
@@ -26,20 +26,20 @@ _FENCE = '<mo stretchy="true" fence="true" form="{}fix"'
 _NO_BREAK_SPACE = "&#x000A0;"
 _TEXT_SPACE = f"<mtext>{_NO_BREAK_SPACE}</mtext>"
 _FIXED = frozenset("(){}[]|")
-"""Brackets that do not grow with what is between them."""
+"""Brackets that keep their size whatever they enclose."""
 _CHARS = {"⋅": "·", "□": "◻"}
 _BARE = tuple(Layout("word", name) for name in ("sin", "cos", "tan"))
 _SET_APART = (*_BARE, *(Layout("word", f"arc{word.text}") for word in _BARE))
 _BEFORE, _BEHIND = ("</mn>", "</mi>", "</msub>", "&#x00029;</mo>"), ("<mi>", "<msub>")
-"""What a function's name stands apart from: a factor before it, and its argument where that is in no brackets."""
+"""Ends of a factor before a function's name, and beginnings of an argument without brackets; both need a space."""
 _BEGINS_A_TERM = frozenset((Layout("sign", "("), COMMA, EQUALS, Layout("sign", ";")))
-"""A sign behind these belongs to the number behind it."""
+"""Pieces after which a plus or minus is the sign of the next number."""
 
 
 def mathml(formula: Layout, block: bool = False, percent: int = 100) -> str:
-    r"""Return a formula as a MathML element for a browser; `block` is for one that stands on lines of its own.
+    r"""Return a formula as a MathML element for a browser; `block` sets it on lines of its own.
 
-    `percent` is its size, for one that is too wide for a page.
+    `percent` is its size, which is reduced if it is too wide for a page.
 
     >>> from qdot.exercises.formula.latex import parse_latex
     >>> mathml(parse_latex("a_{1}"))
@@ -50,7 +50,7 @@ def mathml(formula: Layout, block: bool = False, percent: int = 100) -> str:
 
 
 def plain_mathml(formula: Layout, block: bool = False) -> str:
-    """Return a formula as MathML without regard to what browsers make of it."""
+    """Return a formula as MathML without the workarounds for browsers."""
     return _writer(False, block).element(formula)
 
 
@@ -60,7 +60,7 @@ def _char(char: str) -> str:
 
 
 class _Writer:
-    """Writes layouts, on lines of their own if in a `block`, for browsers if it `mends`; pieces are kept."""
+    """Prints layouts, on lines of their own if `block`, with workarounds for browsers if `mends`; pieces are cached."""
 
     def __init__(self, mends: bool, block: bool) -> None:
         self.mends, self.block = mends, block
@@ -71,14 +71,14 @@ class _Writer:
         return f'<math{style} {_NAMESPACE} display="{display}">{self.group(formula)}</math>'
 
     def row(self, pieces: Pieces, opening: Layout = EMPTY) -> str:
-        """Return pieces side by side, behind an `opening` bracket."""
+        """Return pieces side by side; `opening` is the bracket before them."""
         shown = [self.piece(piece) for piece in pieces]
         if self.mends and any(piece.kind == "word" or piece in (PLUS, MINUS) for piece in pieces):
             shown = _mend_row((opening, *pieces, EMPTY), ["", *shown, ""])
         return "".join(shown)
 
     def group(self, piece: Layout) -> str:
-        """Return a row as one thing, anything else as it is."""
+        """Return a row or matrix as a single element, any other piece unchanged."""
         if piece.kind not in ("row", "matrix"):
             return self.piece(piece)
         shown = self.row(piece.inner) if piece.kind == "row" else self.matrix(piece.inner)
@@ -149,7 +149,7 @@ _TEMPLATES = {
 
 
 def _mend_row(pieces: Pieces, shown: Sequence[str]) -> list[str]:
-    """Return a row with space around functions, and with signs attached to what follows if a term begins."""
+    """Return a row with space around functions, and with a sign at the beginning of a term attached to that term."""
     mended = list(shown)
     for k, piece in enumerate(pieces):
         if piece in (PLUS, MINUS) and pieces[k - 1] in _BEGINS_A_TERM:

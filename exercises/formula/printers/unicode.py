@@ -1,4 +1,4 @@
-"""Formulas as text for a terminal: Greek letters, subscripts, matrices over several lines.
+"""Print formulas as text for a terminal: Greek letters, subscripts, matrices over several lines.
 
 A formula is laid out in boxes of characters. A fraction stays on one line, as (a + b)/c.
 """
@@ -22,7 +22,7 @@ _BRACKETS = {"[": "⎡⎢⎣", "]": "⎤⎥⎦", "(": "⎛⎜⎝", ")": "⎞⎟�
 
 @dataclass(frozen=True)
 class _Box:
-    """Lines of equal width; `middle` is the line that stands level with its neighbours."""
+    """Lines of equal width; `middle` is the index of the line that is aligned with neighbouring boxes."""
 
     lines: tuple[str, ...]
     middle: int = 0
@@ -37,7 +37,7 @@ class _Box:
 
 
 def shown_width(text: str) -> int:
-    """Return the number of columns that a text takes in a terminal: the dot over a letter takes none."""
+    """Return the number of columns of a text in a terminal; combining marks such as a dot over a letter have none."""
     return sum(not unicodedata.combining(ch) for ch in text)
 
 
@@ -59,7 +59,7 @@ def _beside(boxes: Sequence[_Box]) -> _Box:
 
 
 def _grid(rows: Sequence[Sequence[_Box]], aligned: bool) -> _Box:
-    """Lay out a matrix, or (aligned) a column of equations, whose cells join without a gap; matrices keep apart."""
+    """Return the box of a matrix or, if `aligned`, of a column of equations, whose sides join without a gap."""
     columns = max(len(row) for row in rows)
     widths = [max((row[c].width for row in rows if c < len(row)), default=0) for c in range(columns)]
     lines: list[str] = []
@@ -67,16 +67,20 @@ def _grid(rows: Sequence[Sequence[_Box]], aligned: bool) -> _Box:
     for row in rows:
         padded = []
         for c, box in enumerate(row):
-            free = widths[c] - box.width
-            left = free if aligned and c % 2 == 0 else 0
-            padded.append(_Box(tuple(" " * left + line + " " * (free - left) for line in box.lines), box.middle))
+            padding = widths[c] - box.width
+            left_padding = padding if aligned and c % 2 == 0 else 0
+            padded.append(
+                _Box(
+                    tuple(" " * left_padding + line + " " * (padding - left_padding) for line in box.lines), box.middle
+                )
+            )
             if c < columns - 1 and not (aligned and c % 2 == 0):
                 padded.append(_flat("  "))
-        shown = _beside(padded)
-        if aligned and lines and not (shown.is_flat and before_is_flat):
+        row_box = _beside(padded)
+        if aligned and lines and not (row_box.is_flat and before_is_flat):
             lines.append("")
-        lines += shown.lines
-        before_is_flat = shown.is_flat
+        lines += row_box.lines
+        before_is_flat = row_box.is_flat
     width = max(map(shown_width, lines))
     return _Box(tuple(line + " " * (width - shown_width(line)) for line in lines), (len(lines) - 1) // 2)
 
@@ -91,7 +95,9 @@ def _grown(bracket: str, height: int) -> _Box:
 def _print_script(piece: Layout, base: _Box, below: _Box, above: _Box) -> _Box:
     shown = base
     scripts = (below, _SUB_ABLE, _SUBSCRIPTS, "_"), (above, _SUPER_ABLE, _SUPERSCRIPTS, "^")
-    for box, able, table, mark in scripts[::-1] if piece.inner[2].text == "*" else scripts:  # the star of p* first
+    for box, able, table, mark in (
+        scripts[::-1] if piece.inner[2].text == "*" else scripts
+    ):  # the star of p* comes first
         text = box.lines[0].replace(" ", "")
         if text == "∘":
             text = "°"
@@ -128,26 +134,26 @@ def _print_table(piece: Layout, *_: _Box) -> _Box:
 
 
 def _print_row(row: Layout, *parts: _Box) -> _Box:
-    """Join the parts of a row: signs with spaces around them, factors with a space between, brackets grown."""
+    """Join the parts of a row, with spaces around signs and between factors, and with brackets of full height."""
     boxes: list[_Box] = []
-    before, called = "", False
+    before, is_function = "", False
     pieces = row.inner
     for index, (piece, box) in enumerate(zip(pieces, parts, strict=True)):
         text = box.lines[0]
         is_sign = piece.kind == "sign"
-        apart = piece.kind != "matrix" and (not is_sign or (text == "(" and not called))
-        if boxes and apart and _needs_space(before, text):
+        may_need_space = piece.kind != "matrix" and (not is_sign or (text == "(" and not is_function))
+        if boxes and may_need_space and _needs_space(before, text):
             boxes.append(_flat(" "))
-        at_line = index == 1 and pieces[0].kind == "space"  # a sum that is broken goes on with a sign
+        at_line = index == 1 and pieces[0].kind == "space"  # a sum that continues on a new line begins with a sign
         boxes.append(_flat(f"{text} ") if at_line and text in "+−" else _sign(parts, index, before) if is_sign else box)
-        called = re.fullmatch(r"[a-z]{3,}2?|[A-Z]_.|[A-Z][ₐ-ₜ]", text) is not None
+        is_function = re.fullmatch(r"[a-z]{3,}2?|[A-Z]_.|[A-Z][ₐ-ₜ]", text) is not None
         index_before = piece.kind == "script" and not piece.inner[0].inner and not piece.inner[0].text  # as in ³J
         before = "]" if len(box.lines) > 1 and not is_sign else "" if index_before else text.strip()[-1:]
     return _beside(boxes)
 
 
 def _sign(parts: Sequence[_Box], index: int, before: str) -> _Box:
-    """Return a sign or bracket as it stands in a row."""
+    """Return the box of a sign or bracket in a row, with its spaces or its height."""
     text = parts[index].lines[0]
     if text in _BRACKETS:
         return _grown(text, _height_beside(parts, index, text))
@@ -157,7 +163,7 @@ def _sign(parts: Sequence[_Box], index: int, before: str) -> _Box:
 
 
 def _height_beside(parts: Sequence[_Box], index: int, bracket: str) -> int:
-    """Return the height of what a bracket encloses directly."""
+    """Return the height of the part next to a bracket, inside it."""
     inside = index + 1 if bracket in "([" else index - 1
     return len(parts[inside].lines) if 0 <= inside < len(parts) else 1
 
