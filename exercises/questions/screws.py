@@ -191,9 +191,8 @@ def _derive_body_matrices(generic: Chain, home: tuple[tuple[sp.Symbol, sp.Expr],
     last_rotation, home_rotation = frames[-1].rotation, frames[-1].rotation.xreplace(dict(home))
     rotation = _tidy(last_rotation * home_rotation.T)
     columns = []
-    for joint, frame in zip(
-        generic.joints, frames, strict=False
-    ):  # in the last frame's coordinates, then in those of {b}
+    for joint, frame in zip(generic.joints, frames, strict=False):
+        # First in the coordinates of the last frame, then in those of {b}.
         z = home_rotation * _tidy(last_rotation.T * frame.rotation[:, 2])
         arm = home_rotation * _tidy(last_rotation.T * (point - frame.origin))
         linear, angular = (z.cross(arm), z) if joint.kind == "R" else (z, sp.zeros(3, 1))
