@@ -61,7 +61,7 @@ MEASURES = {
 
 @dataclass(frozen=True)
 class Guarantee:
-    """One guarantee: what enforces it here (`by`), by which means, and what the probe achieved in spite of it."""
+    """One guarantee: what enforces it here (`by`), by which means, and what the probe achieved nevertheless."""
 
     name: str
     promise: str

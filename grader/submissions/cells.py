@@ -31,7 +31,7 @@ MOST_CODE, MOST_CELLS = 20_000_000, 25_000
 """Maximum number of characters of code in all cells together, and maximum number of cells."""
 
 LARGEST_HERE = 1_000_000
-"""Maximum size in bytes of a file that this process parses itself: whatever it contains, that is fast."""
+"""Maximum size in bytes of a file that this process parses itself, which then takes little memory and time."""
 
 MEMORY, SECONDS = 2_000_000_000, 20
 """Maximum memory in bytes, and processor time in seconds, for parsing a larger file in a separate process."""

@@ -1,8 +1,8 @@
 """Evaluates answers that are Python functions, in the process in which a notebook runs; it imports nothing of qdot.
 
 A function is first called with symbols, and the grader compares the resulting formula exactly. During this call, `math`
-and NumPy's functions accept symbols. If a function needs numbers (it fills an array, inverts a matrix, tests a sign),
-it is called at the grader's points instead, and its values are reported. The points are new for every submission.
+and NumPy's functions accept symbols. Some functions need numbers: they fill an array, invert a matrix or test a sign.
+They are called at the grader's points instead, and their values are reported. The points are new for every submission.
 """
 
 import contextlib

@@ -165,8 +165,8 @@ def make_folder(measures: Measures, parent: str) -> str:
 def is_overdrawn(measures: Measures, folder: str, pid: int) -> bool:
     """Return whether a notebook has written more than its limit, or its files can't be counted.
 
-    Removed files that are still open are in no folder. They are counted by the number of bytes that the process has
-    written to disks and, for file systems in memory, by its open files and mappings without names.
+    Removed files that are still open are in no folder. On disks, they are counted by the number of bytes that the
+    process has written; in file systems in memory, by its open files and mappings without names.
     """
     try:
         with _as_its_user(measures):
@@ -284,9 +284,7 @@ def _limit(measures: Measures) -> None:
         ("RLIMIT_AS", measures.memory),
         ("RLIMIT_CORE", 1),  # with 0, Linux would still pipe a core dump to a program, if it is set up for that
     ]  # fmt: skip
-    if (
-        sys.platform == "linux"
-    ):  # limits waiting signals and timers, which the kernel counts for all of a user's processes
+    if sys.platform == "linux":  # waiting signals and timers, which are counted for all of a user's processes together
         limits.append(("RLIMIT_SIGPENDING", SIGNALS))
     if measures.processes is not None:
         limits.append(("RLIMIT_NPROC", measures.processes))

@@ -77,7 +77,7 @@ def guard(folder: str) -> Callable[[str, tuple[Any, ...]], None]:
         elif event.startswith(
             ("os.rename", "os.remove", "os.rmdir", "os.mkdir", "os.chmod", "os.truncate", "os.utime")
         ):
-            by_descriptor = isinstance(args[0], int) and event in ("os.chmod", "os.utime")  # of a library?
+            by_descriptor = isinstance(args[0], int) and event in ("os.chmod", "os.utime")  # maybe a library
             if by_descriptor or not all(
                 is_inside(arg, own_folders) for arg in args[:2] if isinstance(arg, (str, bytes))
             ):

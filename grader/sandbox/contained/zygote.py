@@ -2,8 +2,11 @@
 
 A child reads its notebook from its own pipe, and reports into another one. So its memory contains no other student's
 work, and its output can't be confused with another's. It is forked and isolated in advance, while the grader marks the
-previous notebook. The requests on the control socket are "r" for both pipes of a child, "t" for the processor time that
-it has used, and "s" to end it ("c" if it has closed its pipe itself).
+previous notebook. The requests on the control socket are:
+
+    r       return both pipes of the waiting child
+    t       return the processor time that the child has used
+    s, c    end the child; c means that it has closed its pipe itself
 """
 
 import contextlib
