@@ -26,7 +26,7 @@ WRITTEN = 4.8
 LEAST, PER_LETTER, MOST = 8, 0.014, 40
 """Working space in mm: minimum, increase per character of the worked solution, and maximum."""
 LEAST_SHARE, PACKED_SHARE = 0.65, 0.25
-"""Minimum share of the working space that is kept on a long sheet, and on a sheet whose pages are filled up."""
+"""Minimum share of the working space that remains on a long sheet, and on a sheet that fills up its pages."""
 STEP = 5
 """Working space is rounded to this many mm, so that it does not reveal how long the solution is."""
 EM, PROSE = 39.0, 0.46

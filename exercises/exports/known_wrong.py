@@ -126,8 +126,8 @@ def _wrong_in_numbers(subject: _Subject) -> tuple[Wrong, ...]:
     roles = classification.domain_of(generic).roles
     names = {*roles, *(rate.name for rate in generic.rates), *generic.task, *part.symbols}
     samples = Domain(roles).sample(names, READABLE + POINTS, Stream(f"known/{subject.kind}"))
-    w = numbers(generic, {name: values[READABLE:] for name, values in samples.items()})
-    return tuple(_distinct_wrong_answers(result(w, part), wrong_answers(w, part)))
+    working = numbers(generic, {name: values[READABLE:] for name, values in samples.items()})
+    return tuple(_distinct_wrong_answers(result(working, part), wrong_answers(working, part)))
 
 
 @lru_cache(maxsize=2048)
@@ -179,8 +179,8 @@ def _wrong_numbers(problem: Problem, part: Part, most: int) -> Iterator[KnownWro
     values = sample_configurations(
         problem.chain, part, domain_of(problem), POINTS, Stream(f"known/{problem.id}/{part.name}")
     )
-    w = numbers(problem.chain, values)
-    wrongs = _distinct_wrong_answers(result(w, part), wrong_answers(w, part))
+    working = numbers(problem.chain, values)
+    wrongs = _distinct_wrong_answers(result(working, part), wrong_answers(working, part))
     expected = [float(value) for value in part.answer.as_matrix()]
     tolerances = tolerances_of(part)
     seen = [expected]

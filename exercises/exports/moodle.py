@@ -27,7 +27,7 @@ FRACTIONS = {1: "100", 2: "50", 3: "33.33333", 4: "25", 5: "20", 6: "16.66667", 
 """The credit for each correct option, by the number of correct options, as in Moodle's list of grades."""
 
 WEIGHTS = {True: 1, False: 2}
-"""The weight of a field whose value is zero, and of any other: zeros are often obvious."""
+"""The weight of a field if its value is zero (True), and otherwise (False): zeros are often obvious."""
 
 DIGITS = 14
 """Significant digits of a number in Moodle."""

@@ -77,7 +77,7 @@ def grade_id(part: str) -> str:
 
 
 def checksum(cell: Cell) -> str:
-    """Return nbgrader's checksum of a cell, by which it recognises an unchanged cell."""
+    """Return the checksum that tells nbgrader whether a cell was changed."""
     metadata = cell["metadata"]["nbgrader"]
     flags = (metadata["grade"], metadata["solution"], metadata["locked"])
     worth = str(float(metadata["points"])) if metadata["grade"] else ""
@@ -144,5 +144,5 @@ def _markdown(name: str, source: str) -> Cell:
 
 
 def _code(name: str, source: str, metadata: dict[str, Any]) -> Cell:
-    about: Cell = {"cell_type": "code", "execution_count": None, "id": name, "outputs": []}
-    return {**about, "metadata": metadata, "source": source}
+    cell: Cell = {"cell_type": "code", "execution_count": None, "id": name, "outputs": []}
+    return {**cell, "metadata": metadata, "source": source}

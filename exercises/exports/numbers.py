@@ -110,10 +110,11 @@ def _from_numbers(problem: Problem, part: Part, direction: bool = False) -> Nume
     if is_derived(part):
         domain = _domain(problem, part)
         values = sample_configurations(problem.chain, part, domain, 1, Stream(f"{problem.id}/{part.name}/wrong"))
-        w = numbers(problem.chain, values)
-        _check_agreement(problem, part, reference, result(w, part)[..., 0], direction)
+        working = numbers(problem.chain, values)
+        _check_agreement(problem, part, reference, result(working, part)[..., 0], direction)
         wrong += [
-            _describe_wrong(mistake_result, mistake_result.answer[..., 0]) for mistake_result in _mistakes(w, part)
+            _describe_wrong(mistake_result, mistake_result.answer[..., 0])
+            for mistake_result in _mistakes(working, part)
         ]
     return NumericPart(part, reference, None, tuple(wrong))
 
@@ -156,9 +157,11 @@ def _from_formulas(problem: Problem, part: Part) -> NumericPart | None:
     configurations = list(_configurations(chain, part, stream))
     values = _values_by_symbol(chain, part, configurations)
     as_number = replace(part, answer=_as_number(part, sp.ones(*reference.shape)))
-    w = numbers(chain, values)
-    derived = result(w, as_number)
-    mistakes = [wrong_answer for wrong_answer in _mistakes(w, as_number) if wrong_answer.answer.shape == derived.shape]
+    working = numbers(chain, values)
+    derived = result(working, as_number)
+    mistakes = [
+        wrong_answer for wrong_answer in _mistakes(working, as_number) if wrong_answer.answer.shape == derived.shape
+    ]
     best = _best_configuration(derived, mistakes)
     if best is None:
         return None
@@ -251,15 +254,15 @@ def _scale_direction(direction: NumericPart) -> NumericPart:
 
 def _given_values(chain: Chain, part: Part, configuration: Configuration, reference: sp.Matrix) -> GivenValues:
     """Return the given values: joint values that the prompt doesn't give, and all others that the answer depends on."""
-    w, used = Wording(chain), reference.free_symbols
+    wording, used = Wording(chain), reference.free_symbols
     joints = tuple((tex(q), tex_value(configuration[q], q)) for q in chain.q if q not in part.details.given_joints)
     other_values: list[tuple[str, str]] = []
     if used & set(chain.rates):
-        units = zip(chain.rates, w.rate_units, strict=True)
+        units = zip(chain.rates, wording.rate_units, strict=True)
         other_values += [(tex(rate, chain), rf"{tex(configuration[rate])}\,\text{{{unit}}}") for rate, unit in units]
     rows = [sp.Symbol(row) for row in chain.task]
     if used & set(rows):
-        other_values += [(tex(row), w.velocity_value(row, configuration[row])) for row in rows]
+        other_values += [(tex(row), wording.velocity_value(row, configuration[row])) for row in rows]
     other_values += [
         (tex(sp.Symbol(name)), rf"{tex(configuration[sp.Symbol(name)])}\,\text{{{info.unit}}}")
         for name, info in part.symbols.items()

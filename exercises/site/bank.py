@@ -116,7 +116,7 @@ def _find_up_to_date(path: Path, made_from: str, endings: Sequence[str]) -> Json
 
 
 def _is_written(path: Path) -> bool:
-    """Return whether a file exists and is not empty, which it may be after a power failure."""
+    """Return whether a file exists and is not empty; a power failure may leave an empty file."""
     try:
         return path.stat().st_size > 0
     except OSError:

@@ -229,9 +229,9 @@ def _mistakes_in_formulas(problem: Problem, part: Part, points: Values) -> Itera
         return
     first_points = {name: column[:PRINTED] for name, column in points.items()}
     is_direction = part.answer.counts_up_to_a_factor
-    w = numbers(problem.chain, fix_given_joints(part, first_points) if is_direction else first_points)
-    seen = {_print_of(result(w, part), is_direction)}
-    for wrong in _likely_mistakes(w, part, seen):
+    working = numbers(problem.chain, fix_given_joints(part, first_points) if is_direction else first_points)
+    seen = {_print_of(result(working, part), is_direction)}
+    for wrong in _likely_mistakes(working, part, seen):
         if wrong.answer.shape[:2] != (part.shape or (1, 1)):
             continue
         if not _is_finite_and_nonzero(wrong.answer) or (print_numbers := _print_of(wrong.answer, is_direction)) in seen:
