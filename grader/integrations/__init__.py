@@ -1,10 +1,10 @@
-"""Programs that call qdot, and programs that qdot calls.
+"""Connect qdot with programs that call it, and with programs that it calls.
 
-It is the top: nothing imports it except by name.
+This is the top package: no other package imports it, and its modules are loaded only by name.
 
-    nbgrader_cells              notebooks in nbgrader's form: cells restored, marks filled in
-    nbgrader_plugin             what nbgrader runs; the only module that needs nbgrader
-    otter_marks, otter_plugin   marks that Otter's tests look up; what Otter runs, the only module that needs Otter
-    prairielearn, gradescope    what an exported PrairieLearn question calls; Gradescope's autograder
-    git_hosts, git_submissions  GitHub and GitLab; repositories fetched as they were at the deadline, feedback
+    nbgrader_cells              restore the cells of nbgrader's notebooks; fill in marks
+    nbgrader_plugin             run in nbgrader; the only module that needs nbgrader
+    otter_marks, otter_plugin   provide marks for Otter's tests; run in Otter, the only module that needs Otter
+    prairielearn, gradescope    serve an exported PrairieLearn question; grade as Gradescope's autograder
+    git_hosts, git_submissions  query GitHub and GitLab; fetch repositories as of the deadline, and return feedback
 """

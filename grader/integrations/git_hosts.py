@@ -1,7 +1,7 @@
-"""Ask GitHub or GitLab, from a grading job, where repositories are and when the server received each push.
+"""Query GitHub or GitLab, from a grading job, for the addresses of repositories and the time of each push.
 
-The times of commits come from a student's machine. The server keeps a list of pushes with times of its own clock:
-GitHub as the activity of a repository, GitLab as the events of a project.
+The times of commits come from a student's machine, so they are not trusted. The server records pushes with the times
+of its own clock: GitHub as the activity of a repository, GitLab as the events of a project.
 """
 
 import base64
@@ -21,14 +21,14 @@ from qdot.exercises.common.errors import QdotError
 
 TOKEN = "QDOT_TOKEN"  # noqa: S105 - a variable's name
 PATIENCE = 60
-"""Seconds within which a server must answer."""
+"""Timeout for an answer of a server, in seconds."""
 PAUSES = (2, 10)
-"""Seconds after which a server that failed is asked again."""
+"""Pauses, in seconds, before a failed request is repeated."""
 
 
 @dataclass(frozen=True)
 class Push:
-    """A push to a branch: the commit that it led to, and when the server received it."""
+    """A push to a branch: the branch's new commit, and the time when the server received it."""
 
     commit: str
     received: datetime.datetime
@@ -36,9 +36,9 @@ class Push:
 
 @dataclass(frozen=True)
 class Host:
-    """A server with repositories: the default owner, and the login and token for git and the API.
+    """A server with repositories: its addresses, the default owner, and the login and token for git and the API.
 
-    `pushes` yields the pushes to a branch of a repository, the last first.
+    `pushes` yields the pushes to a branch of a repository, the latest first.
     """
 
     server: str
@@ -53,22 +53,22 @@ class Host:
         return f"{self.server}/{repository}.git"
 
     def git_environment(self) -> dict[str, str]:
-        """Return the environment that passes the token to git: no argument and no file holds it.
+        """Return the environment variables that pass the token to git, so that no argument and no file contains it.
 
-        Git asks nobody for a password and fetches no large files (LFS).
+        Git is set not to prompt for a password, and not to fetch large files (LFS).
         """
-        kept = {name: value for name, value in os.environ.items() if not name.startswith("QDOT_")}
-        count = int(kept.get("GIT_CONFIG_COUNT") or 0)
-        known = base64.b64encode(f"{self.login}:{self.token}".encode()).decode()
+        variables = {name: value for name, value in os.environ.items() if not name.startswith("QDOT_")}
+        count = int(variables.get("GIT_CONFIG_COUNT") or 0)
+        credentials = base64.b64encode(f"{self.login}:{self.token}".encode()).decode()
         return {
-            **kept, "GIT_TERMINAL_PROMPT": "0", "GIT_LFS_SKIP_SMUDGE": "1", "GIT_CONFIG_COUNT": str(count + 1),
+            **variables, "GIT_TERMINAL_PROMPT": "0", "GIT_LFS_SKIP_SMUDGE": "1", "GIT_CONFIG_COUNT": str(count + 1),
             f"GIT_CONFIG_KEY_{count}": f"http.{self.server}/.extraheader",
-            f"GIT_CONFIG_VALUE_{count}": f"Authorization: Basic {known}",
+            f"GIT_CONFIG_VALUE_{count}": f"Authorization: Basic {credentials}",
         }  # fmt: skip
 
 
 def find_host(name: str, environment: Mapping[str, str]) -> Host:
-    """Return GitHub or GitLab as the environment variables of its jobs describe it. Raises QdotError."""
+    """Return GitHub or GitLab, as described by the environment variables of its jobs. Raises QdotError."""
     token = environment.get(TOKEN, "").strip()
     if not token:
         raise QdotError(f"{TOKEN} is not set; it is the token by which students' repositories are read (docs/ci.md)")
@@ -96,7 +96,7 @@ def find_host(name: str, environment: Mapping[str, str]) -> Host:
 def _pushes_on_github(host: Host, repository: str, branch: str) -> Iterator[Push]:
     path = f"repos/{quote(repository)}/activity?ref={quote(f'refs/heads/{branch}', safe='')}&per_page=100"
     for activity in _list_pages(host, path):
-        if activity["after"].strip("0"):  # else the branch was deleted
+        if activity["after"].strip("0"):  # zeros mean that the branch was deleted
             yield Push(activity["after"], datetime.datetime.fromisoformat(activity["timestamp"]))
 
 
@@ -109,17 +109,17 @@ def _pushes_on_gitlab(host: Host, repository: str, branch: str) -> Iterator[Push
 
 
 def _list_pages(host: Host, path: str) -> Iterator[Any]:
-    """Yield the items of a list of the API, page after page."""
+    """Yield the items of a paginated list of the API."""
     url = f"{host.api}/{path}"
     while url:
         page, links = _request(host, url)
         yield from page
-        following = re.search(r'<([^>]+)>;\s*rel="next"', links)
-        url = following[1] if following and following[1].startswith(f"{host.api}/") else ""
+        next_link = re.search(r'<([^>]+)>;\s*rel="next"', links)
+        url = next_link[1] if next_link and next_link[1].startswith(f"{host.api}/") else ""
 
 
 def _request(host: Host, url: str) -> tuple[Any, str]:
-    """Return the API's answer and its links to other pages; a server that fails is asked again, twice."""
+    """Return the API's answer and its links to other pages; repeat a failed request up to twice."""
     request = urllib.request.Request(url, headers={"Authorization": f"Bearer {host.token}"})  # noqa: S310 - the CI's
     for pause in (*PAUSES, None):
         try:

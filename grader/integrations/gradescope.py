@@ -30,7 +30,7 @@ from qdot.grader.submissions.submission import read_submission
 
 
 def make_results(root: Path, visibility: str = "visible", seconds: float = Limits.seconds) -> GradescopeResults:
-    """Return the contents of results.json. Raises QdotError if there can be no mark."""
+    """Return the contents of results.json. Raises QdotError if the submission can't be marked."""
     assignment = load_assignment(root / "source" / "assignment")
     metadata = read_metadata(root / "submission_metadata.json")
     submission = root / "submission"
@@ -44,7 +44,7 @@ def grade_submission(
     assignment: Assignment, student: Student, submission: Path, metadata: Mapping[str, Any],
     visibility: str = "visible", seconds: float = Limits.seconds,
 ) -> GradescopeResults:  # fmt: skip
-    """Return the results of one submission, with the deadline and time of Gradescope. Raises QdotError."""
+    """Return the results of one submission, with the deadline and the time from Gradescope. Raises QdotError."""
     deadline = find_due_date(metadata)
     if deadline is not None:
         student = replace(student, due_date=deadline)
@@ -65,9 +65,9 @@ def read_metadata(path: Path) -> dict[str, Any]:
 
 
 def find_submitter(assignment: Assignment, metadata: dict[str, Any], submission: Path) -> Student:
-    """Return the student who submitted, by identifiers and names. Raises QdotError.
+    """Return the student who submitted, found by identifiers and names. Raises QdotError.
 
-    Of a group, it is the student to whom the notebook was handed out.
+    If a group submitted, it is the member whose notebook it is.
     """
     roster = Roster(assignment.roster)
     owners: dict[str, None] = {}
@@ -87,7 +87,7 @@ def find_submitter(assignment: Assignment, metadata: dict[str, Any], submission:
 
 
 def _claimed_students(assignment: Assignment, submission: Path) -> set[str]:
-    """Return the student to whom the submitted notebook was handed out, by its metadata."""
+    """Return the student named in the submitted notebook's metadata, as a set; it is empty without a notebook."""
     files = find_student_files(assignment, submission)
     if files is None or files.obstacle:
         return set()
@@ -95,9 +95,9 @@ def _claimed_students(assignment: Assignment, submission: Path) -> set[str]:
 
 
 def find_due_date(metadata: Mapping[str, Any]) -> datetime.datetime | None:
-    """Return the deadline in Gradescope for this student, extensions included; None if there is none."""
-    of_users = [user.get("assignment") for user in metadata.get("users") or ()]
-    for source in (*of_users, metadata.get("assignment")):
+    """Return Gradescope's deadline for this student, including extensions; None if there is none."""
+    user_assignments = [user.get("assignment") for user in metadata.get("users") or ()]
+    for source in (*user_assignments, metadata.get("assignment")):
         deadline = parse_time(source.get("due_date")) if isinstance(source, dict) else None
         if deadline is not None:
             return deadline
@@ -110,16 +110,16 @@ DAY = datetime.timedelta(days=1)
 def apply_attempt_policy(
     results: GradescopeResults, metadata: dict[str, Any], policy: AttemptPolicy
 ) -> GradescopeResults:
-    """Return the results with the score of an earlier submission if that is higher, or if this one no longer counts."""
+    """Return the results with an earlier submission's score if it is higher, or if this submission doesn't count."""
     earlier = [
         submission
         for submission in metadata.get("previous_submissions") or ()
         if isinstance(submission.get("score"), (int, float, str)) and not submission.get("autograder_error")
     ]
     now = parse_time(metadata.get("created_at")) or datetime.datetime.now(datetime.UTC)
-    # What has no time stands by itself, before all that has one.
-    first = datetime.datetime(1970, 1, 1, tzinfo=datetime.UTC)
-    times = [parse_time(each.get("submission_time")) or first + i * DAY for i, each in enumerate(earlier)]
+    # A submission without a time gets one of its own, before all real times.
+    epoch = datetime.datetime(1970, 1, 1, tzinfo=datetime.UTC)
+    times = [parse_time(other.get("submission_time")) or epoch + i * DAY for i, other in enumerate(earlier)]
     counting = policy.select_counting([*times, now])
     this_counts = len(earlier) in counting
     best = max((float(earlier[i]["score"]) for i in counting if i < len(earlier)), default=0.0)
@@ -133,7 +133,7 @@ def apply_attempt_policy(
 
 
 def parse_time(text: object) -> datetime.datetime | None:
-    """Return a time that Gradescope gives, None if it gives none."""
+    """Return the time in a text from Gradescope; None if the text contains no time."""
     try:
         moment = datetime.datetime.fromisoformat(str(text))
     except ValueError:
@@ -142,7 +142,7 @@ def parse_time(text: object) -> datetime.datetime | None:
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Grade one submission; 0 if there are results, 2 if not."""
+    """Grade one submission; return 0 if there are results, otherwise 2."""
     parser = argparse.ArgumentParser(prog="python -m qdot.grader.integrations.gradescope", description=__doc__)
     parser.add_argument("root", type=Path, nargs="?", default=Path("/autograder"))
     parser.add_argument("--visibility", choices=VISIBILITY, default="visible")

@@ -1,6 +1,6 @@
-"""Restore the cells of nbgrader's notebooks after students changed them, and fill in qdot's marks.
+"""Restore the cells of nbgrader's notebooks that students have changed, and fill in qdot's marks.
 
-Nothing here needs nbgrader; `nbgrader_plugin` passes on the contents of nbgrader's database.
+This module doesn't need nbgrader; `nbgrader_plugin` passes on the contents of nbgrader's database.
 """
 
 import textwrap
@@ -17,28 +17,28 @@ from qdot.grader.reports.rows import Row
 
 
 def restore_cells(cells: Sequence[Cell], points: Mapping[str, float]) -> list[Cell]:
-    """Return a student's cells with one cell for each part's marks, behind its answer; `points` are by part.
+    """Return a student's cells with a cell for each part's marks after its answer; `points` are by part.
 
-    nbgrader's metadata are made anew: what students changed in them decides nothing, and stops nobody's grading. Of
-    several cells with the name of an answer the first keeps it. What was written into a cell for marks is kept.
+    nbgrader's metadata are recreated, so that students' changes to them neither affect the marks nor stop the grading.
+    If several cells have the name of an answer, the first keeps it. A changed cell for marks remains as another cell.
     """
     parts = {grade_id(part): part for part in points}
     marks = {name: marks_cell(part, points[part]) for name, part in parts.items()}
-    left, whole = dict(marks), list[Cell]()
+    unplaced, restored = dict(marks), list[Cell]()
     ids = {cell["id"] for cell in marks.values()}
-    for place, cell in enumerate(cells):
+    for index, cell in enumerate(cells):
         name = _metadata_text(cell["metadata"].pop("nbgrader", None), "grade_id")
         part = _metadata_text(cell["metadata"].get("qdot"), "part")
-        answered = grade_id(part) if part in points else name.removesuffix(ANSWER)
+        answer_name = grade_id(part) if part in points else name.removesuffix(ANSWER)
         if name in marks and cell["source"].strip() == marks[name]["source"]:
             continue
         if cell.get("id") in ids:
-            cell["id"] = f"changed-{place}"
-        whole.append(cell)
-        if (part in points or name.endswith(ANSWER)) and answered in left and cell["cell_type"] == "code":
-            cell["metadata"].update(answer_metadata(parts[answered]))
-            whole.append(left.pop(answered))
-    return [*whole, *left.values()]
+            cell["id"] = f"changed-{index}"
+        restored.append(cell)
+        if (part in points or name.endswith(ANSWER)) and answer_name in unplaced and cell["cell_type"] == "code":
+            cell["metadata"].update(answer_metadata(parts[answer_name]))
+            restored.append(unplaced.pop(answer_name))
+    return [*restored, *unplaced.values()]
 
 
 def _metadata_text(metadata: object, name: str) -> str:
@@ -46,42 +46,44 @@ def _metadata_text(metadata: object, name: str) -> str:
 
 
 def without_self_checks(cells: Sequence[Cell], problems: Problems) -> list[Cell]:
-    """Return the cells without the notebook's own checks, unless somebody changed them.
+    """Return the cells without the notebook's own checks; changed checks remain.
 
-    The staff read each student's notebook, and nbgrader's pages fold nothing: what checks is longer than all answers.
+    The staff read each student's notebook on nbgrader's pages, which can't fold cells, and the code of the checks is
+    longer than all the answers.
     """
     function, checks = cells_of(problems)
-    ours = {function, *checks} - {""}
-    return [cell for cell in cells if cell["source"].strip() not in ours]
+    check_sources = {function, *checks} - {""}
+    return [cell for cell in cells if cell["source"].strip() not in check_sources]
 
 
 def fill_in(cells: Sequence[Cell], rows: Sequence[Row]) -> None:
     """Write the outcome of each part into the cell for its marks; remove all other outputs. Raises QdotError.
 
-    Where a part is not answered, and its cell still says so, nbgrader is told that the cell is as it was handed out.
+    If a part is unanswered and its cell is still marked as blank, the cell's checksum tells nbgrader that it is
+    unchanged.
     """
     by_name = {grade_id(row.part): row for row in rows}
-    waiting = dict(by_name)
+    unplaced = dict(by_name)
     for cell in cells:
         if cell["cell_type"] != "code":
             continue
         cell["outputs"], cell["execution_count"] = [], None
-        about = cell["metadata"].get("nbgrader") or {}
-        if about.get("grade"):
-            row = waiting.pop(about["grade_id"], None)
-            if row is None or row.points is None or float(about["points"]) != row.max_points:
-                raise QdotError(f"{about['grade_id']}: {_describe_mismatch(row)}")
+        metadata = cell["metadata"].get("nbgrader") or {}
+        if metadata.get("grade"):
+            row = unplaced.pop(metadata["grade_id"], None)
+            if row is None or row.points is None or float(metadata["points"]) != row.max_points:
+                raise QdotError(f"{metadata['grade_id']}: {_describe_mismatch(row)}")
             cell["outputs"] = make_outputs(row)
-        elif about.get("solution"):
-            row = by_name.get(about["grade_id"].removesuffix(ANSWER))
+        elif metadata.get("solution"):
+            row = by_name.get(metadata["grade_id"].removesuffix(ANSWER))
             if row is not None and row.outcome == Outcome.MISSING and "blank" in cell["source"]:
-                about["checksum"] = checksum(cell)
-    if waiting:
-        raise QdotError(f"{', '.join(waiting)}: nbgrader knows no such cells; {GENERATE}")
+                metadata["checksum"] = checksum(cell)
+    if unplaced:
+        raise QdotError(f"{', '.join(unplaced)}: nbgrader knows no such cells; {GENERATE}")
 
 
 WIDTH = 76
-"""Characters of a line that nbgrader's pages show without scrolling, on a window of 860 pixels, too."""
+"""Maximum length of a line that nbgrader's pages show without scrolling, even in a window 860 pixels wide."""
 GENERATE = "export the assignment again and run nbgrader generate_assignment again"
 
 
@@ -92,10 +94,10 @@ def _describe_mismatch(row: Row | None) -> str:
 
 
 def make_outputs(row: Row) -> list[dict[str, Any]]:
-    """Return outputs that nbgrader scores with a part's points, and that give the reason.
+    """Return cell outputs from which nbgrader takes a part's points, with the reason.
 
-    An error is 0 points; else the value is the points. The words come in a stream before it, never on standard error,
-    which would be 0 points.
+    nbgrader gives 0 points for an error; otherwise the value of the cell is the points. The reason is on standard
+    output, because nbgrader gives 0 points for any text on standard error.
     """
     assert row.points is not None
     message = textwrap.fill(
@@ -106,7 +108,7 @@ def make_outputs(row: Row) -> list[dict[str, Any]]:
         title = f"{row.title}: {format_points(0)} of {format_points(row.max_points)} points"
         error = {"ename": row.outcome, "evalue": make_visible(row.message), "traceback": [title, message]}
         return [{"output_type": "error", **error}]
-    earned = float(min(row.points, row.max_points))  # nbgrader refuses to grade where there is more
+    earned = float(min(row.points, row.max_points))  # nbgrader refuses to grade if there are more points
     value = {"data": {"text/plain": repr(earned)}, "execution_count": None, "metadata": {}}
     stream = {"output_type": "stream", "name": "stdout", "text": f"{message}\n"}
     return [stream, {"output_type": "execute_result", **value}]

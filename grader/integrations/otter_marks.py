@@ -1,7 +1,7 @@
-"""Mark a submission for Otter's autograder, whose tests only look the marks up.
+"""Mark a submission for Otter's autograder, whose tests only look up the marks.
 
-Otter runs tests in the process that has run the student's code, so nothing that reveals answers may be there. qdot
-marks before that, in its own sandbox, and passes on only what the student is told anyway.
+Otter runs tests in the process that has run the student's code, so that process must not contain anything that reveals
+answers. qdot marks the submission earlier, in its own sandbox, and passes on only the feedback for the student.
 """
 
 import json
@@ -20,12 +20,12 @@ from qdot.grader.sandbox.sandbox import Limits
 from qdot.grader.submissions.submission import read_submission
 
 NAME = "qdot_marks"
-"""What the marks are called where tests are run."""
+"""Name of the variable with the marks in the process that runs the tests."""
 
 
 @dataclass(frozen=True)
 class Mark:
-    """The points of a part, the most points that it has, and the feedback."""
+    """The points of a part, its maximum points (`of`), and the feedback."""
 
     points: float
     of: float
@@ -35,9 +35,9 @@ class Mark:
 def grade_for_otter(
     folder: Path, notebook: Path, metadata: Mapping[str, Any], seconds: float = Limits.seconds
 ) -> GradescopeResults:
-    """Return a submission's results in Gradescope's form. Raises QdotError if there can be no mark.
+    """Return a submission's results in Gradescope's format. Raises QdotError if it can't be marked.
 
-    Without users in `metadata`, which Gradescope gives, the student is the one named in the notebook.
+    `metadata` are Gradescope's. If they have no users, the student is the one named in the notebook.
     """
     assignment = load_assignment(folder)
     if metadata.get("users"):
@@ -59,19 +59,19 @@ def _student_named_in(assignment: Assignment, notebook: Path) -> Student:
 
 
 def list_marks(results: GradescopeResults) -> dict[str, Mark]:
-    """Return the marks of all parts by their names."""
+    """Return the marks of all parts by the parts' names."""
     return {test.number: Mark(test.score or 0.0, test.max_score, test.output) for test in results.tests}
 
 
 def write_marks_code(marks: Mapping[str, Mark]) -> str:
-    """Return the code of a cell that loads the marks for the tests and runs nothing of the student's."""
+    """Return the code of a cell that loads the marks for the tests and runs no student code."""
     return f"import json\n{NAME} = json.loads({json.dumps(as_json(marks))!r})"
 
 
 def require_full_points(marks: Mapping[str, Mapping[str, Any]] | None, part: str) -> None:
-    """Raise AssertionError with the feedback on an answer that does not earn all of its points.
+    """Raise AssertionError with the feedback if an answer doesn't earn all of its points.
 
-    `marks` are what the cell of `write_marks_code` has read.
+    `marks` are the marks that the cell of `write_marks_code` has loaded.
     """
     if marks is None or part not in marks:
         raise AssertionError("qdot has not marked this notebook, so that it earns nothing")

@@ -1,9 +1,9 @@
-"""Let Otter's autograder mark by qdot: the plugin `Marks`.
+"""Let Otter's autograder mark with qdot: the plugin `Marks`.
 
-Otter works in the folder of the submission, from which Python would import whatever the student put there. So all that
-came with the notebook is taken away first, the notebook is marked from elsewhere, and then what decides the answers is
-taken away, too; in the notebook's place Otter runs one cell that has the marks. The tests look them up, and points in
-part are set at the end. It needs otter-grader, and is imported by nothing else.
+Otter works in the folder of the submission, from which Python could import the student's files. So the plugin first
+removes all files submitted with the notebook, marks the notebook from another folder, and then removes everything that
+reveals answers. Instead of the notebook, Otter runs one cell that contains the marks, which the tests look up. Partial
+points are set at the end. This module needs otter-grader, and no other module imports it.
 """
 
 import contextlib
@@ -23,14 +23,17 @@ from qdot.exercises.exports.otter import FOLDER
 from qdot.grader.integrations.otter_marks import grade_for_otter, list_marks, write_marks_code
 
 OTTERS = "tests"
-"""The folder that Otter itself has put beside the notebook, in the place of any that the student handed in."""
+"""The folder that Otter itself has put next to the notebook, replacing any submitted folder of that name."""
 
 
 class Marks(AbstractOtterPlugin):
-    """Mark the submission by the assignment that is in the autograder."""
+    """Otter plugin that marks the submission with the assignment in the autograder."""
 
     def before_grading(self, config: Any) -> None:
-        """Mark, and remove everything that could reveal answers. Raises QdotError if there can be no mark."""
+        """Mark the submission, and remove everything that could reveal answers.
+
+        Raises QdotError if it can't be marked.
+        """
         submission = Path(self.submission_path).absolute()
         _remove_all_but({submission, submission.parent / OTTERS})
         assignment = submission.parent.parent / "source" / "files" / FOLDER
@@ -41,26 +44,26 @@ class Marks(AbstractOtterPlugin):
             shutil.rmtree(assignment, ignore_errors=True)
 
     def before_execution(self, submission: NotebookNode | str) -> NotebookNode:
-        """Return the notebook that is run in place of the student's: a cell with the marks."""
+        """Return the notebook that Otter runs instead of the student's: one cell with the marks."""
         metadata = dict(submission.metadata) if isinstance(submission, NotebookNode) else {}
-        kept = {name: metadata[name] for name in ("kernelspec", "language_info") if name in metadata}
+        kernel_metadata = {name: metadata[name] for name in ("kernelspec", "language_info") if name in metadata}
         return new_notebook(
-            metadata=kept, cells=[new_code_cell(write_marks_code(list_marks(self.results)), id="marks")]
+            metadata=kernel_metadata, cells=[new_code_cell(write_marks_code(list_marks(self.results)), id="marks")]
         )
 
     def after_grading(self, results: Any) -> None:
-        """Give each part its points, less the late penalty, and show the notes on the whole submission."""
+        """Set each part's points minus the late penalty, and show the notes on the whole submission."""
         marks = list_marks(self.results)
         earned = sum(mark.points for mark in marks.values())
-        counting = self.results.score / earned if earned else 1
+        ratio = self.results.score / earned if earned else 1
         for part, mark in marks.items():
-            results.update_score(grade_id(part), mark.points * counting)
+            results.update_score(grade_id(part), mark.points * ratio)
         if self.results.output:
             results.set_output(self.results.output)
 
 
 def _remove_all_but(kept: set[Path]) -> None:
-    """Remove everything else from the folder of these files."""
+    """Remove everything except the paths in `kept` from their folder."""
     for path in next(iter(kept)).parent.iterdir():
         if path in kept:
             continue
@@ -72,14 +75,14 @@ def _remove_all_but(kept: set[Path]) -> None:
 
 @contextlib.contextmanager
 def _work_elsewhere() -> Iterator[None]:
-    """Work in a new, empty folder; processes that are started import nothing from their working folder."""
-    before = os.environ.get("PYTHONSAFEPATH")
+    """Work in a new, empty folder, and keep new processes from importing modules from their working folder."""
+    previous_value = os.environ.get("PYTHONSAFEPATH")
     os.environ["PYTHONSAFEPATH"] = "1"
     try:
         with tempfile.TemporaryDirectory(prefix="qdot-otter-") as empty, contextlib.chdir(empty):
             yield
     finally:
-        if before is None:
+        if previous_value is None:
             del os.environ["PYTHONSAFEPATH"]
         else:
-            os.environ["PYTHONSAFEPATH"] = before
+            os.environ["PYTHONSAFEPATH"] = previous_value
