@@ -1,8 +1,8 @@
 """Converts a part to STACK's form: the input, Maxima for marking, nodes of the response tree, and question tests.
 
 Formulas are compared at a few points, and matrices entry by entry with qdot's partial credit. Numbers are compared
-within their tolerance, and sets of joint values modulo full turns. Question tests submit names of question variables, because STACK
-stores only 255 characters of an answer.
+within their tolerance, and sets of joint values modulo full turns. Question tests submit names of question variables,
+because STACK stores only 255 characters of an answer.
 """
 
 from collections.abc import Sequence
