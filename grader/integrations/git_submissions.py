@@ -38,29 +38,29 @@ from qdot.grader.reports.github import make_summary
 from qdot.grader.submissions.submission import NOT_FETCHED
 
 AT_ONCE = 8
-"""Repositories that are fetched, or pushed to, side by side."""
+"""Maximum number of repositories that are fetched, or pushed to, at the same time."""
 PATIENCE = 300
-"""Seconds that git may take for one of them."""
+"""Timeout for each git command, in seconds."""
 WORK = ".submitted-"
-"""What the folder beside submitted/ is called into which is fetched."""
+"""Prefix of the temporary folder, next to submitted/, into which repositories are fetched."""
 FEEDBACK = "feedback"
-"""The branch in which a student finds it."""
+"""The branch in which a student finds the feedback."""
 
 
 class _LeftOut(Exception):
-    """Say why there is nothing of a student's to grade: nothing was pushed, or nothing in time."""
+    """A student has no work to grade, because nothing was pushed, or nothing in time; the message says why."""
 
 
 class _Unreached(Exception):
-    """Say why it is not known whether there is anything: the server can't be asked, or does not give it."""
+    """It is unknown whether a student has work, because the server is unreachable or refuses; the message says why."""
 
 
 @dataclass(frozen=True)
 class Collected:
-    """A student's repository: which commit is graded, when it was pushed, and until when a push counts.
+    """A student's repository: the commit to grade, the time of its push, and the time until which pushes count.
 
-    All are texts, as in the table. `left_out` says why there is nothing to grade, so that the work is missing;
-    `unreached` why that is not known, so that there is no mark.
+    All fields are texts, as in the table. `left_out` says why there is nothing to grade, so that the work counts as
+    missing. `unreached` says why this is unknown, so that there is no mark.
     """
 
     student: str
@@ -74,10 +74,11 @@ class Collected:
 
 
 def find_cutoff(assignment: Assignment, student: Student) -> datetime.datetime | None:
-    """Return the time after which a student's pushes no longer count: the deadline, unless late work may earn points.
+    """Return the time after which a student's pushes no longer count; None if they always count.
 
-    Where late work loses a share (`late`), it is that table's `until`; None where pushes count without an end. Without
-    that table, being late costs nothing: who pushed nothing in time is graded by the last push.
+    It is the deadline unless the assignment has a table `late`, which deducts points for late work; then it is the
+    `until` of that table, shifted by the student's extension. Without that table, lateness costs nothing, and a student
+    who pushed nothing in time is graded by the last push.
     """
     deadline = assignment.due_of(student)
     if deadline is None or assignment.late is None:
@@ -91,25 +92,27 @@ def find_cutoff(assignment: Assignment, student: Student) -> datetime.datetime |
 
 
 def collect(assignment: Assignment, host: Host) -> list[Collected]:
-    """Fetch everybody's repository into submitted/STUDENT, with a table of those who could not be reached.
+    """Fetch every student's repository into submitted/STUDENT, and list those that could not be fetched in a table.
 
-    Raises QdotError if nobody could be; what was fetched before is still there then.
+    Raises QdotError if no repository could be fetched; previously fetched files then remain.
     """
-    wanted = [(find_student(assignment, name), repository) for name, repository in _repositories(assignment, host)]
-    for left in assignment.folder.glob(f"{WORK}*"):  # by a run that was killed
-        shutil.rmtree(left, ignore_errors=True)
+    repositories = [
+        (find_student(assignment, name), repository) for name, repository in _repositories(assignment, host)
+    ]
+    for leftover in assignment.folder.glob(f"{WORK}*"):  # from a run that was killed
+        shutil.rmtree(leftover, ignore_errors=True)
     with tempfile.TemporaryDirectory(prefix=WORK, dir=assignment.folder) as work:
         fetched = Path(work, "submitted")
         fetched.mkdir()
         with ThreadPoolExecutor(AT_ONCE) as threads:
-            every = list(threads.map(lambda each: _collect_one(assignment, host, fetched, *each), wanted))
-        for each in every:
+            collected = list(threads.map(lambda each: _collect_one(assignment, host, fetched, *each), repositories))
+        for each in collected:
             if each.unreached:
                 note(f"{each.student}: {each.repository} can't be fetched, and has no mark: {each.unreached}")
             elif each.left_out:
                 note(f"{each.student}: {each.repository} is left out: {each.left_out}")
-        unreached = [{"student": each.student, "why": each.unreached} for each in every if each.unreached]
-        if len(unreached) == len(every):
+        unreached = [{"student": each.student, "why": each.unreached} for each in collected if each.unreached]
+        if len(unreached) == len(collected):
             raise QdotError(
                 "no repository could be fetched: are the names in repositories.csv right, and the token valid?"
             )
@@ -119,21 +122,21 @@ def collect(assignment: Assignment, host: Host) -> list[Collected]:
         if submitted.exists():
             submitted.rename(Path(work, "before"))
         fetched.rename(submitted)
-    table = _table([name.name for name in fields(Collected)], map(asdict, every))
+    table = _table([name.name for name in fields(Collected)], map(asdict, collected))
     write_atomically(assignment.folder / "graded" / "collected.csv", table)
-    return every
+    return collected
 
 
 def _table(columns: Sequence[str], rows: Iterable[Mapping[str, str]]) -> str:
     table = io.StringIO()
-    lines = csv.DictWriter(table, columns, lineterminator="\n")
-    lines.writeheader()
-    lines.writerows(rows)
+    writer = csv.DictWriter(table, columns, lineterminator="\n")
+    writer.writeheader()
+    writer.writerows(rows)
     return table.getvalue()
 
 
 def _repositories(assignment: Assignment, host: Host) -> list[tuple[str, str]]:
-    """Return students and their repositories. Raises QdotError."""
+    """Return the pairs of a student and a repository in repositories.csv. Raises QdotError."""
     path = assignment.folder / "repositories.csv"
     try:
         rows = list(csv.DictReader(path.read_text(encoding="utf-8-sig").splitlines()))
@@ -145,7 +148,7 @@ def _repositories(assignment: Assignment, host: Host) -> list[tuple[str, str]]:
 
 
 def _collect_one(assignment: Assignment, host: Host, fetched: Path, student: Student, repository: str) -> Collected:
-    """Fetch a student's repository into a folder of all, and return what was fetched."""
+    """Fetch a student's repository into `fetched`/STUDENT, and return a description of it."""
     until = find_cutoff(assignment, student)
     collected = Collected(student.id, repository, counts_until="" if until is None else until.isoformat())
     folder = fetched / student.id
@@ -165,12 +168,12 @@ def _collect_one(assignment: Assignment, host: Host, fetched: Path, student: Stu
 
 
 def _counting_push(host: Host, repository: str, branch: str, until: datetime.datetime | None, late_too: bool) -> Push:
-    """Return the last push to a branch that counts; if there is none, the very last if `late_too`."""
+    """Return the last push to a branch that came in time; if there is none and `late_too`, the last push of all."""
     try:
         pushes = iter(host.pushes(host, repository, branch))
         last = next(pushes, None)
-        every = () if last is None else chain((last,), pushes)
-        in_time = next((push for push in every if until is None or push.received <= until), None)
+        all_pushes = () if last is None else chain((last,), pushes)
+        in_time = next((push for push in all_pushes if until is None or push.received <= until), None)
         counting = in_time or (last if late_too else None)
     except urllib.error.HTTPError as error:
         why = f"the server answers {error.code} {error.reason}"
@@ -183,23 +186,23 @@ def _counting_push(host: Host, repository: str, branch: str, until: datetime.dat
 
 
 def _fetch_commit(host: Host, repository: str, push: Push, folder: Path) -> None:
-    """Put the files of a commit into a folder, each with the time of the push; links become files.
+    """Write the files of a commit into a folder, each with the time of the push; symbolic links become plain files.
 
-    A commit that the server no longer has is one that the student has replaced, by a push that was forced.
+    If the server no longer has the commit, the student has replaced it by a forced push.
     """
-    safely = ("-c", "core.symlinks=false", "-c", "core.hooksPath=/dev/null", "-C", str(folder))
+    safe_options = ("-c", "core.symlinks=false", "-c", "core.hooksPath=/dev/null", "-C", str(folder))
     folder.mkdir()
-    _git(host, *safely, "init", "--quiet")
+    _git(host, *safe_options, "init", "--quiet")
     try:
         _git(
-            host, *safely, "fetch", "--quiet", "--depth", "1", "--no-tags", "--no-recurse-submodules",
+            host, *safe_options, "fetch", "--quiet", "--depth", "1", "--no-tags", "--no-recurse-submodules",
             host.url(repository), push.commit,
         )  # fmt: skip
     except _Unreached as error:
         if re.search(r"not our ref|no such remote ref|unadvertised object", str(error)):
             raise _LeftOut(f"the commit that counts is no longer there: {error}") from None
         raise
-    _git(host, *safely, "checkout", "--quiet", "--detach", push.commit)
+    _git(host, *safe_options, "checkout", "--quiet", "--detach", push.commit)
     shutil.rmtree(folder / ".git")
     moment = push.received.timestamp()
     for path in folder.rglob("*"):
@@ -207,32 +210,32 @@ def _fetch_commit(host: Host, repository: str, push: Push, folder: Path) -> None
 
 
 def _git(host: Host, *arguments: str, **environment: str) -> str:
-    """Return what git prints. Raises _Unreached with what it says is wrong; advice follows after that line."""
+    """Return the output of a git command. Raises _Unreached with git's error line, without the advice after it."""
     try:
-        done = subprocess.run(
+        process = subprocess.run(
             ["git", *arguments], env={**host.git_environment(), **environment}, stdin=subprocess.DEVNULL,
             capture_output=True, text=True, errors="replace", timeout=PATIENCE,
         )  # fmt: skip
     except subprocess.TimeoutExpired:
         raise _Unreached(f"git took longer than {PATIENCE} s") from None
-    if done.returncode:
-        lines = [line for line in done.stderr.splitlines() if line.strip()]
-        last = lines[-1] if lines else f"git ended with {done.returncode}"
+    if process.returncode:
+        lines = [line for line in process.stderr.splitlines() if line.strip()]
+        last = lines[-1] if lines else f"git ended with {process.returncode}"
         raise _Unreached(printable(next((line for line in lines if ERROR.match(line)), last)))
-    return done.stdout
+    return process.stdout
 
 
 ERROR = re.compile("(remote|error|fatal|ERROR):")
-"""How the line begins in which git says what is wrong."""
+"""The beginning of the line in which git reports an error."""
 
 
 # --- handing back ---
 
 
 def hand_back(assignment: Assignment, host: Host) -> list[Collected]:
-    """Push the feedback of everybody whose repository was fetched; return their repositories and whom it can't reach.
+    """Push the feedback to every fetched repository, and return the repositories, with errors in `unreached`.
 
-    It is a commit without a past that depends on nothing but the feedback: if that has not changed, nothing is sent.
+    The feedback is a commit without a parent that depends only on its content, so unchanged feedback isn't sent again.
     """
     graded, results = read_last_results(assignment)
     by_student = {result.student: result for result in results}
@@ -254,11 +257,11 @@ def hand_back(assignment: Assignment, host: Host) -> list[Collected]:
         if student in by_student and (assignment.folder / "submitted" / student).is_dir()
     ]
     with ThreadPoolExecutor(AT_ONCE) as threads:
-        every = list(threads.map(lambda each: push_feedback(*each), fetched))
-    for each in every:
+        pushed = list(threads.map(lambda each: push_feedback(*each), fetched))
+    for each in pushed:
         if each.unreached:
             note(f"{each.student}: feedback can't be pushed to {each.repository}: {each.unreached}")
-    return every
+    return pushed
 
 
 def _push(host: Host, repository: str, folder: str) -> None:
@@ -271,9 +274,10 @@ def _push(host: Host, repository: str, folder: str) -> None:
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Collect, or hand back; 0 if that was done, 1 if feedback did not reach everybody, 2 if it can't be done.
+    """Collect repositories or hand back feedback; return the exit code.
 
-    A repository that can't be fetched stops nobody's grading: `qdot grade` then ends with 2, as that mark is lacking.
+    It is 0 for success, 1 if feedback did not reach every student, and 2 if the task can't be done. A repository that
+    can't be fetched doesn't stop the grading of others; `qdot grade` then exits with 2, because a mark is missing.
     """
     parser = argparse.ArgumentParser(
         prog="python -m qdot.grader.integrations.git_submissions", description=(__doc__ or "").splitlines()[0]
@@ -284,16 +288,19 @@ def main(arguments: list[str] | None = None) -> int:
     options = parser.parse_args(arguments)
     try:
         host, assignment = find_host(options.on, os.environ), load_assignment(options.folder)
-        every = (collect if options.task == "collect" else hand_back)(assignment, host)
+        repositories = (collect if options.task == "collect" else hand_back)(assignment, host)
     except QdotError as error:
         note(f"qdot: {error}")
         return 2
-    unreached, left_out = sum(bool(each.unreached) for each in every), sum(bool(each.left_out) for each in every)
-    done = len(every) - unreached - left_out
+    unreached, left_out = (
+        sum(bool(item.unreached) for item in repositories),
+        sum(bool(item.left_out) for item in repositories),
+    )
+    done_count = len(repositories) - unreached - left_out
     if options.task == "collect":
-        say(f"{done} repositories fetched, {left_out} left out, {unreached} could not be fetched")
+        say(f"{done_count} repositories fetched, {left_out} left out, {unreached} could not be fetched")
         return 0
-    say(f"{done} repositories given their feedback, {unreached} not")
+    say(f"{done_count} repositories given their feedback, {unreached} not")
     return int(bool(unreached))
 
 

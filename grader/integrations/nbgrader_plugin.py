@@ -1,8 +1,8 @@
-"""Replace nbgrader's own steps so that `nbgrader autograde` marks by qdot: `configure(c)`.
+"""Replace nbgrader's own steps so that `nbgrader autograde` marks with qdot: `configure(c)`.
 
-Assignments whose folder is qdot/ASSIGNMENT in the course are marked by qdot: no kernel is started, the notebook as it
-was handed in runs in qdot's sandbox, and is compared with the problems of the student whom nbgrader names. Every other
-assignment of the course is graded by nbgrader. It needs nbgrader, and is imported by nothing else.
+qdot marks the assignments that have a folder qdot/ASSIGNMENT in the course. No kernel is started: the submitted
+notebook runs in qdot's sandbox, and its answers are compared with the problems of the student named by nbgrader. All
+other assignments are graded by nbgrader. This module needs nbgrader, and no other module imports it.
 """
 
 import datetime
@@ -30,92 +30,90 @@ from qdot.grader.reports.rows import make_rows
 from qdot.grader.sandbox.sandbox import Limits
 
 FOLDER = "qdot"
-"""Where in a course the folders are by which assignments are marked."""
+"""The folder of a course that contains the folders of assignments that qdot marks."""
 Handed = tuple[NotebookNode, Any]
 
 
 def configure(c: Any) -> None:
-    """Set nbgrader's configuration; what else is set in it stays.
+    """Set qdot's steps in nbgrader's configuration; other settings don't change.
 
-    Raises QdotError if this nbgrader has other steps than those to be replaced.
+    Raises QdotError if this version of nbgrader lacks the steps to be replaced.
     """
     traits = Autograde.class_traits()
     sanitize, steps = (list(traits[f"{name}_preprocessors"].default()) for name in ("sanitize", "autograde"))
     if steps.count(Execute) != 1 or steps.count(AssignLatePenalties) != 1:
         raise QdotError("this nbgrader has other steps than those of 0.9: qdot can't mark in it")
-    ours = {Execute: Mark, AssignLatePenalties: Late}
+    replacements = {Execute: Mark, AssignLatePenalties: Late}
     c.Autograde.sanitize_preprocessors = [MakeWhole, *sanitize]
-    c.Autograde.autograde_preprocessors = [ours.get(step, step) for step in steps]
+    c.Autograde.autograde_preprocessors = [replacements.get(step, step) for step in steps]
 
 
 class MakeWhole(NbGraderPreprocessor):
-    """Restore the cells of a student's notebook before nbgrader looks at them."""
+    """nbgrader step that restores the cells of a student's notebook before nbgrader inspects them."""
 
     def preprocess(self, nb: NotebookNode, resources: Any) -> Handed:
-        """Return the notebook with its cells. Raises QdotError if an assignment of qdot has lost its folder."""
-        about = resources["nbgrader"]
-        with Gradebook(about["db_url"]) as gradebook:
-            pattern = gradebook.find_notebook(about["notebook"], about["assignment"])
-            sources = [cell.source for cell in pattern.source_cells]
-        assignment = _assignment_of_qdot(self, about["assignment"])
+        """Return the notebook with restored cells. Raises QdotError if the folder of a qdot assignment is missing."""
+        info = resources["nbgrader"]
+        with Gradebook(info["db_url"]) as gradebook:
+            source_notebook = gradebook.find_notebook(info["notebook"], info["assignment"])
+            sources = [cell.source for cell in source_notebook.source_cells]
+        assignment = _assignment_of_qdot(self, info["assignment"])
         if assignment is None:
             if any(source.startswith(SIGN) for source in sources):
-                raise QdotError(
-                    f"{about['assignment']} is marked by qdot, and {FOLDER}/{about['assignment']} is missing"
-                )
+                raise QdotError(f"{info['assignment']} is marked by qdot, and {FOLDER}/{info['assignment']} is missing")
             return nb, resources
         points = list_max_points(assignment)
         if sum(source.startswith(SIGN) for source in sources) != len(points):
-            raise QdotError(f"nbgrader knows other cells than {about['assignment']} has; {GENERATE}")
+            raise QdotError(f"nbgrader knows other cells than {info['assignment']} has; {GENERATE}")
         nb.cells = [from_dict(cell) for cell in restore_cells(nb.cells, points)]
         return nb, resources
 
 
 class Mark(Execute):
-    """Mark by qdot; assignments that are not qdot's are run by nbgrader."""
+    """nbgrader step that marks with qdot; nbgrader itself runs assignments that are not qdot's."""
 
     seconds = Float(Limits.seconds, help="Processor time that a student's notebook may take.").tag(config=True)
 
     def preprocess(self, nb: NotebookNode, resources: Any, *others: Any, **named: Any) -> Handed:
-        """Return the notebook with the marks and the reasons. Raises QdotError if there can be no mark."""
-        about = resources["nbgrader"]
-        assignment = _assignment_of_qdot(self, about["assignment"])
+        """Return the notebook with the marks and the reasons. Raises QdotError if it can't be marked."""
+        info = resources["nbgrader"]
+        assignment = _assignment_of_qdot(self, info["assignment"])
         if assignment is None:
             return super().preprocess(nb, resources, *others, **named)
-        result = _grade(assignment, about, self)
+        result = _grade(assignment, info, self)
         rows = make_rows(result, assignment.feedback)
         fill_in(nb.cells, rows)
-        problems = assignment.problems(about["student"])
+        problems = assignment.problems(info["student"])
         nb.cells = [from_dict(cell) for cell in without_self_checks(nb.cells, problems)]
         resources["qdot"] = {"late": _late_penalty(result)}
         if result.override is not None and result.override.points is not None:
             total = format_points(result.override.points)
-            note(f"{about['student']}: overrides.csv sets the total to {total}; nbgrader adds up the parts instead")
+            note(f"{info['student']}: overrides.csv sets the total to {total}; nbgrader adds up the parts instead")
         return nb, resources
 
 
 class Late(AssignLatePenalties):
-    """Apply the late rule of assignment.toml, or nbgrader's own if the assignment is not qdot's."""
+    """nbgrader step that applies the late rule of assignment.toml; other assignments use nbgrader's own rule."""
 
     def preprocess(self, nb: NotebookNode, resources: Any) -> Handed:
-        """Return the notebook unchanged, after writing its penalty to the database."""
+        """Write the late penalty to nbgrader's database, and return the notebook unchanged."""
         if "qdot" not in resources:
             return super().preprocess(nb, resources)
-        about = resources["nbgrader"]
-        with Gradebook(about["db_url"]) as gradebook:
-            names = about["notebook"], about["assignment"], about["student"]
+        info = resources["nbgrader"]
+        with Gradebook(info["db_url"]) as gradebook:
+            names = info["notebook"], info["assignment"], info["student"]
             gradebook.find_submission_notebook(*names).late_submission_penalty = resources["qdot"]["late"]
             gradebook.db.commit()
         return nb, resources
 
 
 def _course(step: Any) -> Any:
-    """Return nbgrader's description of the course of a conversion step."""
+    """Return nbgrader's object for the course folder, from one of its conversion steps."""
     return step.parent.parent.coursedir
 
 
 def _assignment_of_qdot(step: Any, key: str) -> Assignment | None:
-    """Return the assignment by which qdot marks; None if it is not qdot's. Raises QdotError."""
+    """Return the qdot assignment with a key; None if the assignment is not qdot's. Raises QdotError."""
     folder = Path(_course(step).root, FOLDER, key)
     if not folder.is_dir():
         return None
@@ -139,12 +137,12 @@ def _grade(assignment: Assignment, about: Any, step: Mark) -> Result:
 
 @cache
 def _check_sandbox_once(strict: bool) -> None:
-    """Report once what this machine does not enforce. Raises QdotError if the assignment requires it."""
+    """Report once what this machine can't enforce. Raises QdotError if the assignment requires it."""
     check_sandbox(strict)
 
 
 def _late_penalty(result: Result) -> float | None:
-    """Return the points that lateness costs, rounded as in qdot's own results."""
+    """Return the points deducted for lateness, rounded as in qdot's own results; None if the work is on time."""
     late = result.late
     if late is None:
         return None

@@ -1,9 +1,9 @@
-"""Serve an exported PrairieLearn question, whose server.py calls this: make a variant, parse answers, grade them.
+"""Serve an exported PrairieLearn question, whose server.py calls this module: generate a variant, parse and grade it.
 
-`data` is PrairieLearn's dictionary, JSON all through. Solutions, and which options are right, are among
-`correct_answers` only, which no panel but the answer's shows. Its elements have taken what was chosen or typed when we
-are called: of that the text is made that would be typed elsewhere, and the same reading and marking follow as always.
-Answers are text until the grammar of formulas reads them; nothing of them is ever executed.
+`data` is PrairieLearn's dictionary, whose values are all JSON. Solutions and the correct options are only in
+`correct_answers`, which only the answer panel shows. PrairieLearn's elements have stored the chosen or typed answers
+before this module is called. It converts them to the text that a student would type in a notebook, and parses and marks
+this text as usual. The grammar of formulas parses the answers as text; they are never executed.
 """
 
 import json
@@ -42,15 +42,15 @@ from qdot.grader.reports.feedback_levels import at_least
 Data = dict[str, Any]
 
 LONGEST = 20_000
-"""Characters of an answer; the longest reference has a tenth of that."""
+"""Maximum number of characters of an answer; the longest reference answer is a tenth as long."""
 
 
 def generate(data: Data, folder: str, slot: str) -> None:
-    """Put a variant into `params`, and its worked solutions into `correct_answers`."""
-    place, assignment_hints = _slot_and_hints(data, folder, slot)
+    """Store a variant in `params`, and its worked solutions in `correct_answers`."""
+    assignment_slot, assignment_hints = _slot_and_hints(data, folder, slot)
     seeds = json.loads((_folder(data, folder) / BANK_FILE).read_text(encoding="utf-8"))["seeds"][slot]
     seed = seeds[int(data["variant_seed"]) % len(seeds)]
-    problem = place.problem_with(int(seed))
+    problem = assignment_slot.problem_with(int(seed))
     data["params"].update(
         seed=seed,
         engine=ENGINE,
@@ -65,59 +65,59 @@ def generate(data: Data, folder: str, slot: str) -> None:
 
 
 def parse(data: Data, folder: str, slot: str) -> None:
-    """Say why answers can't be read; the submission is then not graded, and costs no attempt.
+    """Report why answers can't be parsed; such a submission is not graded, and costs no attempt.
 
-    Errors of the elements themselves stay.
+    Errors reported by the elements themselves remain.
     """
     problem = _problem(data, folder, slot)
-    blank = True
+    is_blank = True
     for part in problem.parts:
         names = input_names(part)
         if {part.name, *names} & set(data["format_errors"]):
-            blank = False
+            is_blank = False
             continue
-        typed = part.answer.accept(_Typed(data, part))
-        blank = blank and not typed
-        error = _describe_incomplete(data, part) or _why_unreadable(problem, part, typed)
+        text = part.answer.accept(_Typed(data, part))
+        is_blank = is_blank and not text
+        error = _describe_incomplete(data, part) or _why_unreadable(problem, part, text)
         if error:
             data["format_errors"][names[0]] = error
-    if blank:
+    if is_blank:
         data["format_errors"][input_names(problem.parts[0])[0]] = "no part is answered"
 
 
 def grade(data: Data, folder: str, slot: str) -> None:
-    """Mark every part as `qdot grade` does: partial credit, follow-through, the mistake.
+    """Mark every part as `qdot grade` does, with partial credit, follow-through and the diagnosed mistake.
 
-    If qdot itself fails, the submission is invalid and costs nothing.
+    If qdot itself fails, the submission is invalid and costs no attempt.
     """
     problem = _problem(data, folder, slot)
-    answers = {part.name: typed for part in problem.parts if (typed := part.answer.accept(_Typed(data, part)))}
+    answers = {part.name: text for part in problem.parts if (text := part.answer.accept(_Typed(data, part)))}
     assignment = load_assignment(_folder(data, folder))
     rules = MarkingRules(assignment.follow_through)
     verdicts = mark(problem, answers, secret=assignment.secret, rules=rules)
-    tells_mistakes = at_least(assignment.feedback, "mistake")
+    shows_mistakes = at_least(assignment.feedback, "mistake")
     data["feedback"] = {}
     for part, verdict in zip(problem.parts, verdicts, strict=True):
         if verdict.points is None:
             data["format_errors"][input_names(part)[0]] = verdict.judgement.reason
             continue
-        data["partial_scores"].update(_part_scores(part, verdict, tells_mistakes))
+        data["partial_scores"].update(_part_scores(part, verdict, shows_mistakes))
         data["feedback"][part.name] = {
-            "said": _describe_outcome(problem, verdict) if tells_mistakes else _OUTCOMES[verdict.judgement.outcome],
-            "advice": verdict.diagnosis.says if tells_mistakes and verdict.diagnosis is not None else "",
+            "said": _describe_outcome(problem, verdict) if shows_mistakes else _OUTCOMES[verdict.judgement.outcome],
+            "advice": verdict.diagnosis.says if shows_mistakes and verdict.diagnosis is not None else "",
         }
     earned = sum(verdict.points or 0.0 for verdict in verdicts)
     data["score"] = min(1.0, earned / problem.max_points)
 
 
 def _part_scores(part: Part, verdict: Verdict, tells_entries: bool) -> Data:
-    """Return the score of a part and, if `tells_entries`, whether each of several numbers is right."""
+    """Return the score of a part and, if `tells_entries`, whether each of several numbers is correct."""
     assert verdict.points is not None
     scores: Data = {part.name: {"score": verdict.points / part.points, "weight": part.points}}
     names, entries = input_names(part), verdict.judgement.entries
     if tells_entries and part.answer.is_in_numbers and len(names) > 1 and entries is not None:
-        right = [same for row in entries for same in row]
-        scores |= {name: {"score": int(same), "weight": 0} for name, same in zip(names, right, strict=True)}
+        matches = [same for row in entries for same in row]
+        scores |= {name: {"score": int(same), "weight": 0} for name, same in zip(names, matches, strict=True)}
     return scores
 
 
@@ -130,11 +130,11 @@ def _folder(data: Data, folder: str) -> Path:
 
 def _slot_and_hints(data: Data, folder: str, slot: str) -> tuple[Slot, bool]:
     assignment = load_assignment(_folder(data, folder))
-    return next(place for place in assignment.slots if place.name == slot), assignment.hints
+    return next(candidate for candidate in assignment.slots if candidate.name == slot), assignment.hints
 
 
 def _problem(data: Data, folder: str, slot: str) -> Problem:
-    """Return the problem of a variant. Raises QdotError if another engine made it."""
+    """Return the problem of a variant. Raises QdotError if another engine generated it."""
     if data["params"]["engine"] != ENGINE:
         raise QdotError(
             f"this variant was made by engine {data['params']['engine']} of qdot, and engine {ENGINE} is installed"
@@ -144,9 +144,9 @@ def _problem(data: Data, folder: str, slot: str) -> Problem:
 
 def _show_part(problem: Problem, part: Part, hinted: bool) -> Data:
     shown_hints = hints(problem, part) if hinted else ()
-    asked = question_alone(problem, part) if part.answer.offered else prompt(problem, part)
+    question = question_alone(problem, part) if part.answer.offered else prompt(problem, part)
     return {
-        "prompt": to_html_for_mathjax(asked),
+        "prompt": to_html_for_mathjax(question),
         "figure": part_svg(problem.chain, part, part.name),
         "hints": [{"name": f"Hint {i}", "text": to_html_for_mathjax(hint)} for i, hint in enumerate(shown_hints, 1)],
         "fields": _fields(problem, part),
@@ -156,7 +156,7 @@ def _show_part(problem: Problem, part: Part, hinted: bool) -> Data:
 
 
 def _fields(problem: Problem, part: Part) -> list[Data]:
-    """Return the boxes for numbers, each with its symbol and its unit."""
+    """Return the input fields for numbers, each with its symbol and its unit."""
     units = part.answer.units_due
     if part.shape is None or not units:
         return []
@@ -169,14 +169,17 @@ def _fields(problem: Problem, part: Part) -> list[Data]:
 
 @dataclass(frozen=True)
 class _Offered(AnswerVisitor[Any]):
-    """Options in the form of the elements: in our order, under the letters that worked solutions use."""
+    """Visitor that returns an answer's options for PrairieLearn's elements.
+
+    The options are in qdot's order, with the letters that worked solutions use.
+    """
 
     problem: Problem
     part: Part
 
     def matching(self, answer: Matching) -> Data:
         items = [
-            {"html": item, "letter": LETTERS[right]} for item, right in zip(answer.items, answer.right, strict=True)
+            {"html": item, "letter": LETTERS[index]} for item, index in zip(answer.items, answer.right, strict=True)
         ]
         return {
             "items": items,
@@ -184,11 +187,11 @@ class _Offered(AnswerVisitor[Any]):
         }
 
     def letters(self, answer: Letters) -> list[Data]:
-        named = answer.options != TRUE_FALSE
+        has_letters = answer.options != TRUE_FALSE
         return [
             {
                 "right": "true" if k in answer.right else "false",
-                "html": f"<strong>{LETTERS[k]}.</strong> {self._html(k)}" if named else self._html(k),
+                "html": f"<strong>{LETTERS[k]}.</strong> {self._html(k)}" if has_letters else self._html(k),
             }
             for k in range(len(answer.options))
         ]
@@ -202,7 +205,7 @@ def _options(problem: Problem, part: Part) -> Any:
 
 
 def _placeholder(part: Part) -> str:
-    """Return the form of an answer, for the box it is typed into."""
+    """Return the placeholder of an input field, which shows the form of the answer."""
     if part.answer.typed_as:
         return part.answer.typed_as
     shape = part.answer.placeholder().removeprefix("Matrix(").removesuffix(")")
@@ -221,7 +224,7 @@ def _show_solution(problem: Problem, part: Part) -> Data:
 
 @dataclass(frozen=True)
 class _Typed(AnswerVisitor[str]):
-    """The chosen or typed answer as it would be typed in a notebook; "" if there is none."""
+    """Visitor that returns the chosen or typed answer as the text for a notebook; "" if there is no answer."""
 
     data: Data
     part: Part
@@ -237,49 +240,49 @@ class _Typed(AnswerVisitor[str]):
         return "".join(LETTERS[int(text)] for text in _typed_texts(self.data, self.part) if text in _NUMBERS)
 
     def numbers(self, answer: Number) -> str:
-        typed = _typed_texts(self.data, self.part)
-        if not any(typed):
+        texts = _typed_texts(self.data, self.part)
+        if not any(texts):
             return ""
-        return f"[{', '.join(typed)}]" if len(typed) > 1 else typed[0]
+        return f"[{', '.join(texts)}]" if len(texts) > 1 else texts[0]
 
     def default(self, answer: Answer) -> str:
-        (typed,) = _typed_texts(self.data, self.part)
-        return typed
+        (text,) = _typed_texts(self.data, self.part)
+        return text
 
     def _chosen(self) -> str:
-        """Return the letters of the ticked options: the element shows them in our order, under its own keys."""
+        """Return the letters of the ticked options; the element lists them in qdot's order, with its own keys."""
         keys = [option["key"] for option in self.data["params"].get(self.part.name, ())]
         ticked = self.data["submitted_answers"].get(self.part.name) or ()
         return "".join(LETTERS[keys.index(key)] for key in ticked if key in keys)
 
 
 _NUMBERS = [str(number) for number in range(len(LETTERS))]
-"""How the element for matching calls options."""
+"""The names of options in the element for matching."""
 
 
 def _typed_texts(data: Data, part: Part) -> list[str]:
-    """Return the text in each input of a part, as it was typed, before the elements parse numbers."""
-    numeric = part.answer.is_in_numbers and part.answer.units_due
-    source = data["raw_submitted_answers"] if numeric else data["submitted_answers"]
+    """Return the text in each input of a part, as it was typed and before the elements parsed numbers."""
+    is_numeric = part.answer.is_in_numbers and part.answer.units_due
+    source = data["raw_submitted_answers"] if is_numeric else data["submitted_answers"]
     texts = (source.get(name) for name in input_names(part))
     return [str(text).strip() if isinstance(text, str | int) else "" for text in texts]
 
 
 def _describe_incomplete(data: Data, part: Part) -> str:
-    """Return which numbers or matches of a part are missing if others are there, else ""."""
+    """Return a message on the missing numbers or matches of an incomplete part; "" if it is complete or blank."""
     if part.answer.matched:
         is_filled = [text in _NUMBERS for text in _typed_texts(data, part)]
-        left = [item for item, there in zip(part.answer.matched, is_filled, strict=True) if not there]
-        return f"an option is due for {', '.join(left)}, too" if any(is_filled) and left else ""
+        missing = [item for item, filled in zip(part.answer.matched, is_filled, strict=True) if not filled]
+        return f"an option is due for {', '.join(missing)}, too" if any(is_filled) and missing else ""
     if len(input_names(part)) > 1:
         is_filled = [bool(text) for text in _typed_texts(data, part)]
-        left = [str(number) for number, there in enumerate(is_filled, 1) if not there]
-        return f"number {', '.join(left)} of {len(is_filled)} is left blank" if any(is_filled) and left else ""
+        missing = [str(number) for number, filled in enumerate(is_filled, 1) if not filled]
+        return f"number {', '.join(missing)} of {len(is_filled)} is left blank" if any(is_filled) and missing else ""
     return ""
 
 
 def _why_unreadable(problem: Problem, part: Part, typed: str) -> str:
-    """Return why an answer can't be read, "" if it can be or is blank."""
+    """Return why an answer can't be parsed; "" if it can be parsed or is blank."""
     if len(typed) > LONGEST:
         return f"an answer has at most {LONGEST} characters, and this has {len(typed)}"
     if not typed:
@@ -289,15 +292,15 @@ def _why_unreadable(problem: Problem, part: Part, typed: str) -> str:
 
 
 def _describe_outcome(problem: Problem, verdict: Verdict) -> str:
-    """Return the feedback on an answer, which gives nothing away: a variant may be tried again."""
+    """Return the feedback on an answer, without correct values, because students may try a variant again."""
     outcome, entries = verdict.judgement.outcome, verdict.judgement.entries
     words = _OUTCOMES[outcome]
     if verdict.followed_from is not None:
         earlier = ASKED[problem[verdict.followed_from].kind].title
         return f"It follows from your answer to “{earlier}”, which is not right."
     if outcome in (Outcome.WRONG, Outcome.PARTIAL) and entries is not None and sum(map(len, entries)) > 1:
-        off = [f"({i}, {j})" for i, row in enumerate(entries, 1) for j, same in enumerate(row, 1) if not same]
-        return f"{words} What is off: {', '.join(off)}."
+        wrong = [f"({i}, {j})" for i, row in enumerate(entries, 1) for j, same in enumerate(row, 1) if not same]
+        return f"{words} What is off: {', '.join(wrong)}."
     return words
 
 
