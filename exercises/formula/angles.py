@@ -1,4 +1,4 @@
-"""What stands inside a sine: sums of names and of pi with rational factors, found among the steps of a program."""
+"""Find the angles in a program: sums of names and of pi with rational factors, as in the argument of a sine."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -10,27 +10,27 @@ from qdot.exercises.formula.program import Step, compile_program
 from qdot.exercises.formula.trees import Node
 
 PARTS = 8
-"""An angle's w is exp(i theta / PARTS), so that halves, quarters and eighths of it are whole powers."""
+"""An angle's w is exp(i theta / PARTS), so that halves, quarters and eighths of it give integer powers."""
 
 Angle = dict[str, Fraction]
-"""A sum of names and of pi (under "pi") with rational factors; the constant term stands under ""."""
+"""A sum of names and of pi, as a map from each name to its rational factor; "" is the key of the constant term."""
 FoundAngle = tuple[Angle, bool]
 """An angle, and whether it is multiplied by i."""
 
 MOST_BITS = 10_000
-"""Size of a factor beyond which nothing is an angle: products of long numbers would fill the memory."""
+"""Maximum size of an angle's factors, because products of long numbers could use up the memory."""
 
 
 @dataclass(frozen=True)
 class Phase:
-    """exp(i angle) as a product of powers of the w and of the root of unity."""
+    """The value exp(i angle) as a product of powers of the w and of the root of unity."""
 
     powers: tuple[tuple[str, int], ...]
     turn: int
 
 
 def phase_of(angle: Angle) -> Phase | None:
-    """Return exp(i angle); None if a factor is not in eighths, or if a constant is no multiple of half a degree."""
+    """Return exp(i angle); None if a factor is no multiple of 1/8, or the constant no multiple of half a degree."""
     powers, turn = [], Fraction(0)
     for name, factor in angle.items():
         if name == "pi":
@@ -45,7 +45,7 @@ def phase_of(angle: Angle) -> Phase | None:
 
 
 def find_angles(steps: Sequence[Step]) -> list[FoundAngle | None]:
-    """Return the angle that each step of a program is, and whether it is multiplied by i; None for other steps."""
+    """Return for each step of a program its angle, and whether it is multiplied by i; None for other steps."""
     angles: list[FoundAngle | None] = []
     for op, operands, constant in steps:
         args = [angle for angle in (angles[i] for i in operands) if angle is not None]
@@ -94,7 +94,7 @@ def _is_long(number: Fraction) -> bool:
 
 
 def turns_of(node: Node) -> Fraction | None:
-    """Return a rational multiple of pi as a part of pi, from 0 to less than 2; None for anything else.
+    """Return the factor of a rational multiple of pi, reduced to 0 <= factor < 2; None for anything else.
 
     >>> turns_of(Node("neg", (Node("name", value="pi"),)))
     Fraction(1, 1)

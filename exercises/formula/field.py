@@ -1,4 +1,4 @@
-"""Whole numbers modulo a random prime, with a root of unity: formulas are evaluated exactly there."""
+"""Choose a random prime field with a root of unity, in which formulas are evaluated exactly."""
 
 import secrets
 from dataclasses import dataclass
@@ -8,15 +8,15 @@ from sympy.ntheory.primetest import mr
 from qdot.exercises.common.stream import Stream
 
 ORDER = 1440
-"""Order of the root of unity, which stands for a quarter of a degree; it also makes the roots of 2, 3, 5 and -1."""
+"""Order of the root of unity, which represents a quarter of a degree; sums of its powers give roots of 2, 3, 5, -1."""
 BITS = 80
 """Primes are chosen between 2^80 and 2^81."""
 PRIMES = 4.5e19
-"""There are more primes = 1 (mod 1440) than that between X = 2^80 and 2X, namely 4.8e19 or more.
+"""A lower bound on the number of primes = 1 (mod 1440) between X = 2^80 and 2X, which is 4.8e19 or more.
 
-With theta the sum of their logarithms, |theta(x) - x / 384| < x / (160 log x) (Bennett, Martin, O'Bryant, Rechnitzer,
-Explicit bounds for primes in arithmetic progressions, Illinois J. Math. 62, 2018), and there are at least
-(theta(2X) - theta(X)) / log(2X) of them.
+Let theta(x) be the sum of the logarithms of such primes up to x. Then |theta(x) - x / 384| < x / (160 log x) (Bennett,
+Martin, O'Bryant, Rechnitzer, Explicit bounds for primes in arithmetic progressions, Illinois J. Math. 62, 2018). The
+number of primes is at least (theta(2X) - theta(X)) / log(2X).
 """
 
 _SMALL = (7, 11, 13, 17, 19, 23, 29, 31, 37, 41)
@@ -26,7 +26,7 @@ _WITNESSES = (2, 3, 5, 7, 11, 13, 17, 19, 23, 29, 31, 37, 41)
 
 @dataclass(frozen=True)
 class Field:
-    """The integers modulo `prime`, with a `root` of unity of order ORDER; it is one of `choices` primes."""
+    """The integers modulo `prime` with a `root` of unity of order ORDER; the prime is one of `choices` primes."""
 
     prime: int
     root: int
@@ -34,12 +34,12 @@ class Field:
     choices: float = PRIMES
 
     def power(self, exponent: int) -> int:
-        """Return that power of the root of unity."""
+        """Return the root of unity to the power `exponent`."""
         return pow(self.root, exponent % ORDER, self.prime)
 
 
 def is_prime(number: int) -> bool:
-    """Tell whether a number below 3.3e24 is prime, for certain.
+    """Return whether a number below 3.3e24 is prime; the test is exact.
 
     >>> [n for n in range(1400, 3000, 1440) if is_prime(n + 41)], is_prime(2**61 - 1), is_prime(2**67 - 1)
     ([], True, False)
@@ -48,7 +48,7 @@ def is_prime(number: int) -> bool:
 
 
 def draw_field(stream: Stream) -> Field:
-    """Return a field with a random prime and root; all primes and all roots have the same chance."""
+    """Return a field with a random prime and root; all primes and all roots are equally likely."""
     low = (1 << BITS) // ORDER
     while True:
         prime = ORDER * (low + 1 + below(stream, low - 1)) + 1
@@ -61,16 +61,16 @@ ANSWERS = 64
 
 
 class SharedField:
-    """A field from the system's randomness, another one after ANSWERS comparisons.
+    """A field chosen by the system's random generator, and replaced after ANSWERS comparisons.
 
-    A verdict depends on it only by the chance that the verdict's bound states.
+    The probability that a verdict depends on the choice is at most the verdict's bound.
     """
 
     def __init__(self) -> None:
         self._left, self._field = 0, Field(0, 0)
 
     def get(self) -> Field:
-        """Return the field."""
+        """Return the current field, or a new one if it has been used ANSWERS times."""
         if self._left == 0:
             self._left, self._field = ANSWERS, draw_field(Stream(secrets.token_hex(32)))
         self._left -= 1
@@ -85,5 +85,5 @@ def _root(prime: int, stream: Stream) -> int:
 
 
 def below(stream: Stream, limit: int) -> int:
-    """Return a whole number from 0 to limit - 1; the chances differ by less than 2^-40 of themselves."""
+    """Return a random integer from 0 to limit - 1; probabilities differ by a factor of less than 1 + 2^-40."""
     return ((stream.below(1 << 63) << 63) | stream.below(1 << 63)) % limit

@@ -1,4 +1,4 @@
-"""What a name in an answer stands for: a symbol, a function, a sine in the shorthand of robotics, a product of such."""
+"""Determine the meaning of a name in an answer: a symbol, a function, a robotics shorthand, or a product of these."""
 
 import re
 import unicodedata
@@ -8,20 +8,20 @@ from functools import lru_cache
 from qdot.exercises.formula.vocabulary import LIMITS, VOCABULARY, pattern
 
 FUNCTIONS: dict[str, str] = VOCABULARY["functions"]
-"""Every function that an expression may call, under each name that is understood for it."""
+"""Every function that an expression may call, by each of its accepted names."""
 SHORTHAND: dict[str, str] = VOCABULARY["shorthand"]
-"""What c and s are before an angle."""
+"""The functions that c and s denote before an angle."""
 ARITY: dict[str, int] = VOCABULARY["arity"]
 CONSTANTS = tuple(dict.fromkeys(VOCABULARY["constants"].values()))
 
 LONGEST = LIMITS["name"]
-"""No name of this field is longer."""
+"""Maximum length of a name."""
 
 _SPELLED: dict[str, str] = VOCABULARY["constants"]
 _LETTERS = str.maketrans(VOCABULARY["letters"])
 _RATE, _SHORT = pattern("rate"), pattern("short")
 _JOINTS: dict[str, list[str]] = VOCABULARY["joints"]
-"""What q1, th1 and t1 may be, the first of them that is a symbol of the problem."""
+"""Candidates for q, th, t and the like; the first one that, with its index, is a symbol of the problem is meant."""
 _JOINT = re.compile(f"({'|'.join(_JOINTS)})([0-9]{{1,4}})")
 _SUMS: list[str] = VOCABULARY["sums_of_angles"]
 _GLUED: str = VOCABULARY["patterns"]["short_without_space"]
@@ -37,7 +37,7 @@ class NamePart:
 
 @lru_cache(maxsize=4096)
 def plain_name(name: str) -> str:
-    """Return a name in the form that the symbol tables use: no module, no Greek, no underscore before digits."""
+    """Return a name as in the symbol tables: without module, Greek letters, and underscores before digits."""
     for module in VOCABULARY["modules"]:
         name = name.removeprefix(module)
     return re.sub("_(?=[0-9])", "", unicodedata.normalize("NFKC", name).translate(_LETTERS))
@@ -60,18 +60,18 @@ def pieces_of(raw: str, known: frozenset[str]) -> tuple[NamePart, ...]:
     part = _usual_meaning(name, known)
     if part is not None:
         return (part,)
-    for whole in VOCABULARY["whole_numbers"]:  # kπ
-        if name in (f"{whole}pi", f"pi{whole}"):
-            return (NamePart("name", (whole,)), NamePart("name", ("pi",)))
+    for integer_name in VOCABULARY["whole_numbers"]:  # kπ
+        if name in (f"{integer_name}pi", f"pi{integer_name}"):
+            return (NamePart("name", (integer_name,)), NamePart("name", ("pi",)))
     if name[0] in "ij" and name[1:] in known:  # e^(iθ1)
         return (NamePart("name", ("I",)), NamePart("name", (name[1:],)))
     return _split(name, known) or (NamePart("name", (name,)),)
 
 
 def factors_of(raw: str, known: frozenset[str]) -> list[str]:
-    """Return the factors of a product that is written with dots, as a1.a2.sin; [] if one is unknown, as in a1.subs.
+    """Return the factors of a product typed with dots, as a1.a2.sin; [] if a factor is unknown, as in a1.subs.
 
-    Without a problem, whose symbols are not known, they end with a digit.
+    If no symbols are known, because there is no problem, every name that ends with a digit is accepted.
 
     >>> factors_of("a1.c1", frozenset({"a1", "theta1"})), factors_of("np.sin", frozenset({"a1"}))
     (['a1', 'c1'], [])
@@ -85,10 +85,10 @@ def factors_of(raw: str, known: frozenset[str]) -> list[str]:
 
 
 def _usual_meaning(name: str, known: frozenset[str]) -> NamePart | None:
-    """Return the customary meaning of a name that is no symbol of the problem, or None."""
-    short = _SHORT.fullmatch(name)
-    if short is not None and (angles := _angles(short.group(3), known, short.group(2) or "theta")):
-        return NamePart(SHORTHAND[short.group(1)], angles)
+    """Return the usual meaning of a name that is not a symbol of the problem, or None."""
+    shorthand = _SHORT.fullmatch(name)
+    if shorthand is not None and (angles := _angles(shorthand.group(3), known, shorthand.group(2) or "theta")):
+        return NamePart(SHORTHAND[shorthand.group(1)], angles)
     rate = _RATE.fullmatch(name)
     if rate is not None:
         symbol = f"qd{next(filter(None, rate.groups()))}"
@@ -97,14 +97,14 @@ def _usual_meaning(name: str, known: frozenset[str]) -> NamePart | None:
         return NamePart("name", (_SPELLED[name],))
     if not known:
         return None
-    together = name.replace("_", "")
+    joined_name = name.replace("_", "")
     for spelled, letter in VOCABULARY["spelled"].items():
-        together = together.replace(spelled, letter)
-    together = VOCABULARY["velocities"].get(together, together)
-    for written in (together, together.lower()):
-        if written in known:
-            return NamePart("name", (written,))
-    joint = _JOINT.fullmatch(together.lower())
+        joined_name = joined_name.replace(spelled, letter)
+    joined_name = VOCABULARY["velocities"].get(joined_name, joined_name)
+    for candidate in (joined_name, joined_name.lower()):
+        if candidate in known:
+            return NamePart("name", (candidate,))
+    joint = _JOINT.fullmatch(joined_name.lower())
     if joint is None:
         return None
     spelled, digits = joint.groups()
@@ -128,19 +128,19 @@ def _words(known: frozenset[str]) -> re.Pattern[str]:
 
 
 def _split(name: str, known: frozenset[str]) -> tuple[NamePart, ...]:
-    """Return the parts of names without spaces between them, as in a1c12 or costheta1; () if one is unknown."""
+    """Return the parts of names joined without spaces, as in a1c12 or costheta1; () if a part is unknown."""
     if not known:
         return ()
-    split: list[NamePart] = []
-    at = 0
+    pieces: list[NamePart] = []
+    position = 0
     for match in _words(known).finditer(name):
-        if match.start() != at:
+        if match.start() != position:
             return ()
-        word, at = match.group(), match.end()
+        word, position = match.group(), match.end()
         piece = NamePart("name", (word,)) if word in known or word == "pi" else None
         function = FUNCTIONS.get(word) or SHORTHAND.get(word)
         piece = piece or (NamePart("function", (function,)) if function is not None else _usual_meaning(word, known))
         if piece is None:
             return ()
-        split.append(piece)
-    return tuple(split) if at == len(name) and len(split) > 1 else ()
+        pieces.append(piece)
+    return tuple(pieces) if position == len(name) and len(pieces) > 1 else ()

@@ -1,4 +1,4 @@
-"""What is left of zero where a formula was worked out with floating-point numbers: cos(pi/2) = 6.123e-17."""
+"""Remove the residue of zeros that were computed with floating-point numbers, as in cos(pi/2) = 6.123e-17."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -8,15 +8,15 @@ from qdot.exercises.formula.algebra import ZERO
 from qdot.exercises.formula.trees import Node, fold
 
 NOISE = 1e-12
-"""A term with a smaller coefficient is rounding, however many digits of it are written, and whatever is beside it."""
+"""A term with a smaller coefficient is a rounding error, regardless of its number of digits and of other terms."""
 
 BOUNDED = ("sin", "cos")
-"""Functions whose values are of the order of 1, whatever is in them."""
+"""Functions whose values are of the order of 1 for every argument."""
 
 
 @dataclass(frozen=True)
 class _Term:
-    """A tree, the size of its coefficient (nan where it is not known), and its value where it is a number."""
+    """A tree, the size of its coefficient (nan if it is unknown), and its value if it is a number."""
 
     tree: Node
     size: float
@@ -28,9 +28,9 @@ class _Term:
 
 
 def remove_noise(tree: Node) -> Node:
-    """Return a tree without the terms whose coefficient is only rounding, or zero if it has no other terms.
+    """Return a tree without the terms whose coefficient is only a rounding error, or zero if it has no other terms.
 
-    It is the same object if it has no such terms.
+    The tree itself is returned if it has no such terms.
 
     >>> from fractions import Fraction
     >>> x, tiny = Node("name", value="x"), Node("number", value=Fraction(612323399573677, 10**31))
@@ -41,7 +41,7 @@ def remove_noise(tree: Node) -> Node:
 
 
 def _combine_terms(node: Node, args: Sequence[_Term]) -> _Term:
-    """Return a node with what is left of its arguments."""
+    """Return a node with the terms that remain of its arguments."""
     if node.kind in ("number", "decimal"):
         value = _number_or_nan(lambda: float(node.value))
         return _Term(node, abs(value), value)

@@ -1,7 +1,7 @@
-r"""Vectors and matrices without commas: in lines, in columns with tabs or gaps, Matlab's [a b; c d], 0,5; 1,25.
+r"""Parse vectors and matrices in lines, in columns with tabs or gaps, as Matlab's [a b; c d], or as 0,5; 1,25.
 
-What separates entries here may mean something else elsewhere (a sum continues in the next line, a blank is a product).
-So this is tried only if a text does not have the expected shape, and only if every row has the expected entries.
+These separators may have another meaning (a sum continues in the next line, a space is a product). So a table is tried
+only if a text does not have the expected shape, and accepted only if every row has the expected number of entries.
 """
 
 import re
@@ -18,14 +18,14 @@ _NUMBER, _NAME = pattern("decimal_with_comma"), pattern("name_of_table")
 _COMMA, _POINT = pattern("comma_of_list"), pattern("comma_of_number")
 _FACTORS = sorted({factor for factor in VOCABULARY["units"].values() if factor})
 MOST = 4000
-"""Characters of a table that is read."""
+"""Maximum number of characters of a table."""
 
 _Cells = list[list[str]]
 _Split = Callable[[str], list[str]]
 
 
 def table_text(text: str, shape: tuple[int, int]) -> str | None:
-    r"""Return a table as the text of a list of rows; None for another shape, or if there are two ways to read it.
+    r"""Return a table as the text of a list of rows; None for another shape, or if the table is ambiguous.
 
     >>> table_text("a1\ta2\n0\t1", (2, 2)), table_text("[a1 -a2; 0 1]", (2, 2)), table_text("a1, 0,5\n0, 1", (2, 2))
     ('[[a1, a2], [0, 1]]', '[[a1, -a2], [0, 1]]', '[[a1, 0.5], [0, 1]]')
@@ -41,7 +41,7 @@ def table_text(text: str, shape: tuple[int, int]) -> str | None:
 
 
 def _tables(text: str, rows: int, columns: int) -> Iterator[_Cells]:
-    """Yield what a text is by its lines, and by Matlab's semicolons, with each of what separates entries of a row."""
+    """Yield the cells of a text for each combination of row separator (lines, semicolons) and entry separator."""
     lines = text.split("\n")
     is_markdown = any(map(_RULE.fullmatch, lines))
     lines = [_FRAME.sub("", line) for line in lines if not _RULE.fullmatch(line)]
@@ -54,14 +54,14 @@ def _tables(text: str, rows: int, columns: int) -> Iterator[_Cells]:
             by_line = (_BAR.split,) if is_markdown else (_GAP.split, *_SPLITS)
         for split in by_line:
             yield [_entries(line, split) for line in lines]
-    if (matlab := _MATLAB.fullmatch(text.strip(SPACES))) is None:
+    if (matlab_match := _MATLAB.fullmatch(text.strip(SPACES))) is None:
         return
-    inner = matlab.group(1) or matlab.group(2)
-    for between in (";", "[;\n]"):
-        filled = [row for row in re.split(between, inner) if row.strip(SPACES)]
+    inner = matlab_match.group(1) or matlab_match.group(2)
+    for separator in (";", "[;\n]"):
+        rows_of_text = [row for row in re.split(separator, inner) if row.strip(SPACES)]
         for split in (_alone, *_SPLITS) if columns == 1 else _SPLITS:
-            cells = [_entries(row, split) for row in filled]
-            # a row for the expected column; commas without blanks make a list already
+            cells = [_entries(row, split) for row in rows_of_text]
+            # a row counts as the expected column; commas without spaces already make a list
             yield (
                 [[cell] for cell in cells[0]] if columns == 1 and len(cells) == 1 and split is not _by_comma else cells
             )
@@ -79,7 +79,7 @@ _SPLITS: tuple[_Split, ...] = (_BLANK.split, _by_comma, _COMMA.split)
 
 
 def _entries(line: str, split: _Split) -> list[str]:
-    """Return the entries of a row, 0,5 among them as a number; behind the last a comma may stand."""
+    """Return the entries of a row, with decimal commas as points; the last entry may be followed by a comma."""
     cells = split(line.strip(SPACES).removesuffix(",").strip(SPACES))
     return [_POINT.sub(".", cell) for cell in cells]
 
@@ -90,7 +90,7 @@ def _is_table(cells: _Cells, shape: tuple[int, int]) -> bool:
 
 
 def numbers_text(text: str, count: int) -> str | None:
-    """Return numbers that are separated by more than a comma as the text of a list, else None.
+    """Return the text of a list of numbers that are separated by more than a comma, else None.
 
     >>> numbers_text("0,5; -1,25", 2), numbers_text("0,5, -1,25", 2), numbers_text("0,5,-1,25", 2)
     ('[0.5, -1.25]', '[0.5, -1.25]', None)
@@ -102,8 +102,8 @@ def numbers_text(text: str, count: int) -> str | None:
     inner = without_units(text, frozenset()).strip(SPACES)
     if inner[:1] + inner[-1:] in ("()", "[]") or (inner[:1] + inner[-1:] == "{}" and ";" in inner):
         inner = inner[1:-1]
-    if named := _named_numbers(inner):
-        return f"[{', '.join(named)}]" if len(named) == count else None
+    if assignments := _named_numbers(inner):
+        return f"[{', '.join(assignments)}]" if len(assignments) == count else None
     entries = [entry.strip(SPACES) for entry in _BETWEEN.split(inner)]
     if len(entries) == count and all(map(_is_number, entries)):
         return f"[{', '.join(entry.replace(',', '.') for entry in entries)}]"
@@ -123,7 +123,7 @@ def _named_numbers(text: str) -> list[str]:
 
 
 def _is_number(entry: str) -> bool:
-    """Tell whether a number stands there, alone or times what its unit is worth."""
+    """Return whether an entry is a number, perhaps times the factor of its unit."""
     factors = (factor for factor in ("", *_FACTORS) if entry.endswith(factor))
     return any(_NUMBER.fullmatch(entry.removesuffix(factor)) for factor in factors)
 
@@ -134,7 +134,7 @@ def _list_cells(cells: list[list[str]]) -> str:
 
 
 def _is_whole(cell: str) -> bool:
-    """Tell whether an entry holds no comma, semicolon or number with two points, and its brackets are closed."""
+    """Return whether a cell is one entry: no separators, no number with two points, and all brackets closed."""
     return (
         bool(cell.strip(SPACES))
         and not re.search(r"[,;=]|\.[0-9]{1,18}\.", cell)

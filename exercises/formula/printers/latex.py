@@ -1,4 +1,4 @@
-r"""Formulas as LaTeX: blanks between factors and around signs, none beside brackets, c_{1} (a_{1} + a_{2})."""
+r"""Print formulas as LaTeX, with spaces between factors and around signs, as in c_{1} (a_{1} + a_{2})."""
 
 from functools import lru_cache
 from itertools import pairwise
@@ -23,28 +23,28 @@ def latex(formula: Layout) -> str:
 
 
 def _row(pieces: Pieces) -> str:
-    shown, before, joins = "", None, False  # joins: whether what is before is a plus or minus between two terms
+    text, before, joins = "", None, False  # joins: whether the previous piece is a plus or minus between two terms
     for piece in pieces:
         joined = piece in (MINUS, PLUS) and is_binary(before)
         if before is not None and (joined or joins or not _touch(before, piece)):
-            shown += " "
-        shown += _piece(piece)
+            text += " "
+        text += _piece(piece)
         before, joins = piece, joined
-    return shown
+    return text
 
 
 def _index(index: Layout) -> str:
-    """Return an index or a power, without blanks beside signs."""
+    """Return a subscript or superscript, without spaces next to signs."""
     if index.kind != "row":
         return _piece(index)
-    shown = _piece(index.inner[0])
+    text = _piece(index.inner[0])
     for before, piece in pairwise(index.inner):
-        shown += ("" if "sign" in (before.kind, piece.kind) else " ") + _piece(piece)
-    return f"{{{shown}}}"
+        text += ("" if "sign" in (before.kind, piece.kind) else " ") + _piece(piece)
+    return f"{{{text}}}"
 
 
 def _touch(before: Layout, piece: Layout) -> bool:
-    """Return whether two pieces stand side by side without a blank."""
+    """Return whether two pieces have no space between them."""
     if _is_sign(before, _AROUND) or _is_sign(piece, _AROUND):
         return False
     if _is_sign(before, _OPENS) or _is_sign(base(piece), _CLOSES) or piece == THIN:
@@ -79,8 +79,8 @@ def _piece(piece: Layout) -> str:
     if kind == "fenced":
         left, right = (f"\\{bracket}" if bracket in "{}" else bracket for bracket in text)
         return rf"\left{left}{latex(inner[0])}\right{right}"
-    name, between = ("bmatrix", r" \\ ") if kind == "matrix" else ("aligned", r" \\[6pt] " if text else r" \\ ")
-    rows = between.join(" & ".join(map(latex, cells.inner)) for cells in inner)
+    name, separator = ("bmatrix", r" \\ ") if kind == "matrix" else ("aligned", r" \\[6pt] " if text else r" \\ ")
+    rows = separator.join(" & ".join(map(latex, cells.inner)) for cells in inner)
     return rf"\begin{{{name}}} {rows} \end{{{name}}}"
 
 
@@ -89,8 +89,8 @@ def _script(foot: Layout, below: Layout, above: Layout) -> str:
     first, *others = *parts(above), EMPTY
     primes = PRIMES.find(first.text) + 1 if first.text else 0
     above = row(*others[:-1]) if primes else above
-    shown = f"{_piece(foot)}{chr(39) * primes}"
+    text = f"{_piece(foot)}{chr(39) * primes}"
     marks = ("_", below), ("^", above)
     for mark, part in reversed(marks) if above == _STAR else marks:  # p^*_{1}
-        shown += f"{mark}{_index(part)}" if part.inner or part.text else ""
-    return shown
+        text += f"{mark}{_index(part)}" if part.inner or part.text else ""
+    return text

@@ -1,4 +1,4 @@
-"""Expressions, matrices and lists as Python code with SymPy, as a notebook's cell holds it."""
+"""Print expressions, matrices and lists as Python code for SymPy, as in a notebook's cell."""
 
 import re
 import textwrap
@@ -11,17 +11,17 @@ from qdot.exercises.formula import order
 from qdot.exercises.formula.order import decimal
 
 WIDTH = 88
-"""Columns of a line of code in a notebook, as far as it can be broken."""
+"""Maximum length of a line of code in a notebook, if it can be broken."""
 
 
 Write = Callable[[sp.Expr], str]
-"""How a formula is written as code."""
+"""A function that converts a formula to code."""
 
 
 class _Code(StrPrinter):
-    """Writes terms and factors in the order of formulas for people; decimals, and fractions that Python does not round.
+    """Prints terms and factors in the order that a person would use, with decimals, and fractions as Rational.
 
-    `names` are symbols that stand for sums, with what they stand for.
+    `names` maps symbols that stand for sums to the text of the sums.
     """
 
     def __init__(self, names: Mapping[sp.Symbol, str]) -> None:
@@ -50,18 +50,22 @@ class _Code(StrPrinter):
         return f"{'-' if order.product(expr).negative else ''}{self._print_unsigned(expr)}"
 
     def _print_unsigned(self, term: sp.Expr) -> str:
-        """Return a term without the sign before it."""
+        """Return a term without its sign."""
         if not term.is_Mul:
             return str(self._print(abs(term) if term.is_Rational or term.is_Float else term))
         product = order.product(term)
         digits = None if _is_irrational(term) else decimal(product.number)
-        above, below = (digits, "1") if digits else (str(product.number.p), str(product.number.q))
-        over = [above] * (above != "1") + [self._print_factor(factor, product) for factor in product.above]
-        under = [below] * (below != "1") + [self._print_factor(factor, product) for factor in product.below]
-        if not under:
-            return "*".join(over)
-        line = under[0] if len(under) == 1 else f"({'*'.join(under)})"
-        return f"{'*'.join(over) or '1'}/{line}"
+        numerator, denominator = (digits, "1") if digits else (str(product.number.p), str(product.number.q))
+        numerator_factors = [numerator] * (numerator != "1") + [
+            self._print_factor(factor, product) for factor in product.above
+        ]
+        denominator_factors = [denominator] * (denominator != "1") + [
+            self._print_factor(factor, product) for factor in product.below
+        ]
+        if not denominator_factors:
+            return "*".join(numerator_factors)
+        divisor = denominator_factors[0] if len(denominator_factors) == 1 else f"({'*'.join(denominator_factors)})"
+        return f"{'*'.join(numerator_factors) or '1'}/{divisor}"
 
     def _print_factor(self, factor: sp.Expr, product: order.Product) -> str:
         return f"({self._print_sum(factor, factor in product.flips)})" if factor.is_Add else str(self._print(factor))
@@ -74,12 +78,12 @@ class _Code(StrPrinter):
 
 
 def _is_irrational(term: sp.Mul) -> bool:
-    """Return whether there is a number such as pi or a root among the factors, as in 5*pi/6."""
+    """Return whether a factor is an irrational number such as pi or a root, as in 5*pi/6."""
     return any(factor.is_number and not factor.is_Rational for factor in term.args)
 
 
 def python_text(expression: sp.Expr, names: Mapping[sp.Symbol, str] | None = None) -> str:
-    """Return an expression as Python text that means exactly the same, `names` being written as what they stand for.
+    """Return an expression as Python text with exactly the same value; `names` maps symbols to their text.
 
     >>> t1, t2, a1 = sp.symbols("theta1 theta2 a1")
     >>> python_text(sp.Rational(2, 5) * sp.sin(t1) - a1 * sp.cos(t1 + t2 + 5 * sp.pi / 12) / 3)
@@ -89,7 +93,7 @@ def python_text(expression: sp.Expr, names: Mapping[sp.Symbol, str] | None = Non
 
 
 def matrix_code(rows: Sequence[Sequence[str]], taken: int) -> str:
-    """Return a matrix row by row, a column as Matrix([..., ...]); `taken` columns of its line are used already."""
+    """Return a matrix row by row, a column as Matrix([..., ...]); `taken` columns of its line are already used."""
     inside = taken + len("Matrix()")
     if all(len(row) == 1 for row in rows):
         return f"Matrix({list_code([row[0] for row in rows], inside)})"
@@ -107,21 +111,25 @@ def list_code(items: Sequence[str], taken: int, depth: int = 0) -> str:
 
 
 def bracket_long_text(text: str, taken: int) -> str:
-    """Return a formula, in brackets on lines of its own if it does not fit behind what is `taken`."""
+    """Return a formula, in brackets on separate lines if it doesn't fit after `taken` columns."""
     return text if taken + len(text) <= WIDTH else f"(\n{_wrap(text, 1)}\n)"
 
 
 def _wrap(text: str, depth: int) -> str:
-    """Return text that stands in brackets on lines of its own, broken before operators, never inside cos(...).
+    """Return bracketed text on indented lines, broken before operators.
 
-    Nor inside of brackets that are short, as in (d3 + 0.39).
+    It is never broken inside cos(...) or inside short brackets, as in (d3 + 0.39).
     """
     indent = "    " * depth
     if "\n" in text:  # broken already
         return indent + text
-    tied = re.sub(r"(?<=[a-z]\()[^()]*(?=\))|\([^()]{,24}\)", lambda match: match.group().replace(" ", "\0"), text)
-    tied = re.sub(r" ([-+]) ", " \\1\0", tied)
-    if max(map(len, tied.split(" "))) > WIDTH - len(indent) - 4:  # a long product is broken before its factors too
-        tied = re.sub(r"(?<=\))(\*|/)(?=[(a-z])", " \\1\0", tied)
+    unbreakable = re.sub(
+        r"(?<=[a-z]\()[^()]*(?=\))|\([^()]{,24}\)", lambda match: match.group().replace(" ", "\0"), text
+    )
+    unbreakable = re.sub(r" ([-+]) ", " \\1\0", unbreakable)
+    if (
+        max(map(len, unbreakable.split(" "))) > WIDTH - len(indent) - 4
+    ):  # a long product is broken before its factors too
+        unbreakable = re.sub(r"(?<=\))(\*|/)(?=[(a-z])", " \\1\0", unbreakable)
     wrapper = textwrap.TextWrapper(WIDTH, indent, indent + "    ", break_long_words=False, break_on_hyphens=False)
-    return wrapper.fill(tied).replace("\0", " ")
+    return wrapper.fill(unbreakable).replace("\0", " ")
