@@ -202,11 +202,11 @@ class _Worker:
         if task.files is None:
             return [Graded(marked=self._mark(task.student, None))]
         attempts = read_attempts(task.files, self.assignment.key)
-        counting = _counting_attempts(self.assignment, attempts)
+        counting_attempts = _counting_attempts(self.assignment, attempts)
         handed_in = []
         for attempt in sorted(attempts, key=lambda attempt: attempt.received):
             submission = attempt.submission
-            marked = self._mark(task.student, attempt) if attempt in counting else None
+            marked = self._mark(task.student, attempt) if attempt in counting_attempts else None
             lateness = ("file", None) if submission is None else (submission.received_from, submission.late)
             handed_in.append(Graded(printable_name(attempt.file.name), attempt.received, marked, *lateness))
         return handed_in
@@ -275,8 +275,8 @@ def _counting_attempts(assignment: Assignment, attempts: list[Attempt]) -> list[
     If the names or the metadata of some notebooks name the assignment, the other notebooks are ignored.
     """
     of_assignment = [attempt for attempt in attempts if attempt.is_of(assignment)] or attempts
-    counting = assignment.attempts.select_counting([attempt.received for attempt in of_assignment])
-    return [of_assignment[i] for i in counting]
+    chosen = assignment.attempts.select_counting([attempt.received for attempt in of_assignment])
+    return [of_assignment[i] for i in chosen]
 
 
 def _mark_failed(assignment: Assignment, task: Task, why: str = DIED) -> list[Graded]:

@@ -86,8 +86,8 @@ def read_certificate(path: Path, assignment: str, student: str) -> Certificate |
         return None
     except pydantic.ValidationError as error:
         first = error.errors()[0]
-        where = ".".join(map(str, first["loc"]))
-        raise _unreadable_certificate(path, f"{where}: {first['msg']}" if where else first["msg"]) from None
+        location = ".".join(map(str, first["loc"]))
+        raise _unreadable_certificate(path, f"{location}: {first['msg']}" if location else first["msg"]) from None
     except (OSError, UnicodeDecodeError) as error:
         raise _unreadable_certificate(path, getattr(error, "strerror", None) or "it is not UTF-8 text") from None
     if (certificate.assignment, certificate.student) != (assignment, student):
@@ -115,7 +115,7 @@ def describe_missing(path: Path, notebook: Path) -> str:
     )
 
 
-# --- the notebook that was handed out ---
+# --- the released notebook ---
 
 
 def cell_digests(notebook: Mapping[str, Any]) -> list[tuple[str, str]]:
@@ -160,9 +160,9 @@ def find_notebook_failures(path: Path, certificate: Certificate) -> list[Failure
         message = f"{path} can't be read as a notebook ({why}); restore it from a backup"
         return [Failure(Kind.ALTERED, f"{student}: {message}")]
     concerned: dict[str, list[str]] = {}
-    for cell, how in find_alterations(certificate.notebook, cell_digests(notebook)):
+    for cell, difference in find_alterations(certificate.notebook, cell_digests(notebook)):
         slot = cell.partition("-")[0]
-        concerned.setdefault(slot if slot in certificate.problems else "", []).append(f"{cell} {how}")
+        concerned.setdefault(slot if slot in certificate.problems else "", []).append(f"{cell} {difference}")
     message = f"{student}: {path} is not as it was handed out, restore it from a backup: "
     return [Failure(Kind.ALTERED, message + ", ".join(altered), slot) for slot, altered in concerned.items()]
 

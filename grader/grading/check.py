@@ -166,12 +166,12 @@ def _check_answer(part: str, text: str, expected: ExpectedForm | None) -> Checke
         return CheckedAnswer(part, False, "left blank" if is_blank else parsed.refusal.reason)
     if unknown := _describe_unknown_symbols(parsed, expected):
         return CheckedAnswer(part, False, unknown)
-    shown = text if len(text) <= 300 else text[:300] + " …"
+    excerpt = text if len(text) <= 300 else text[:300] + " …"
     if parsed.tree is not None and has_blank(parsed.tree):
-        return CheckedAnswer(part, False, f"partly left blank: {shown}")
+        return CheckedAnswer(part, False, f"partly left blank: {excerpt}")
     if expected is not None and expected.answer.is_a_set:
-        return CheckedAnswer(part, True, shown + (f" ({OR})" if _may_mean_and(parsed, expected) else ""))
-    return CheckedAnswer(part, True, ("" if ".singular" in part else _describe_shape(parsed)) + shown)
+        return CheckedAnswer(part, True, excerpt + (f" ({OR})" if _may_mean_and(parsed, expected) else ""))
+    return CheckedAnswer(part, True, ("" if ".singular" in part else _describe_shape(parsed)) + excerpt)
 
 
 def _may_mean_and(parsed: ParsedAnswer, expected: ExpectedForm) -> bool:

@@ -85,10 +85,10 @@ def check_secret(assignment: Assignment, submissions: Sequence[Submission], path
     wrong = sum(mark != assignment.secret_mark for mark in marks)
     if 2 * wrong > len(marks):
         source = assignment.folder / SECRET_FILE
-        where = str(source) if source.exists() else f"${SECRET_VARIABLE}"
+        source_name = str(source) if source.exists() else f"${SECRET_VARIABLE}"
         raise QdotError(
             f"{path}: {'the notebook was' if len(marks) == 1 else f'{wrong} of {len(marks)} notebooks were'} made with "
-            f"another secret than the one in {where}, so "
+            f"another secret than the one in {source_name}, so "
             "nothing was done: every student would be marked on problems that they never saw. Put the secret "
             f"there that the notebooks were made with{remedy}"
         )

@@ -54,8 +54,8 @@ class Plan:
         for path, content in self.shortened.items():
             lines = path.read_bytes().count(b"\n") - content.count(b"\n")
             yield f"  shorten  {self._shown(path)} by {lines} {'line' if lines == 1 else 'lines'}"
-        for shown, advice in self.mentions:
-            yield f"  stays    {shown}: {advice}"
+        for path_text, advice in self.mentions:
+            yield f"  stays    {path_text}: {advice}"
 
     def carry_out(self) -> None:
         """Remove the files and shorten the tables. Raises QdotError; running the command again then continues."""
@@ -88,8 +88,8 @@ def plan_forgetting(folder: Path, name: str) -> list[Plan]:
     student = _find_student([student for roster in rosters.values() for student in roster], name)
     plans = [plan for assignment in assignments if (plan := _plan(assignment, rosters[assignment], student))]
     if not plans:
-        known = sorted({student.id for roster in rosters.values() for student in roster})
-        raise QdotError(f"{folder} has nothing of this student: {unknown('student', name, known[:50])}")
+        identifiers = sorted({student.id for roster in rosters.values() for student in roster})
+        raise QdotError(f"{folder} has nothing of this student: {unknown('student', name, identifiers[:50])}")
     return plans
 
 
@@ -117,9 +117,9 @@ def _find_student(roster: Sequence[Student], name: str) -> Student:
 
 
 def _plan(folder: Path, roster: Sequence[Student], student: Student) -> Plan | None:
-    known = [*roster, *([] if any(other.id == student.id for other in roster) else [student])]
+    students = [*roster, *([] if any(other.id == student.id for other in roster) else [student])]
     root = folder / "submitted"
-    certain, doubtful = find_paths_of_student(known, root, student.id) if root.is_dir() else ([], [])
+    certain, doubtful = find_paths_of_student(students, root, student.id) if root.is_dir() else ([], [])
     removed, shortened = [*certain, *_files_named_after(folder, student.id)], dict(_shortened(folder, student.id))
     if not removed and not shortened:
         return None
@@ -185,13 +185,13 @@ def remove_rows(content: bytes, rows: set[int]) -> bytes:
     encodings = {b"\xff\xfe": "utf-16-le", b"\xfe\xff": "utf-16-be"}
     encoding = encodings.get(content[:2], "latin-1")  # works for UTF-8, whose other characters have no newline bytes
     lines = re.findall(r"[^\r\n]*(?:\r\n|\r|\n)|[^\r\n]+$", content.decode(encoding))
-    begins: list[int] = []
-    for _ in csv_rows("\n".join(line.rstrip("\r\n") for line in lines), begins):
+    starts: list[int] = []
+    for _ in csv_rows("\n".join(line.rstrip("\r\n") for line in lines), starts):
         pass
     others = (
         line
         for number, line in enumerate(lines, 1)
-        if max((begin for begin in begins if begin <= number), default=0) not in rows
+        if max((begin for begin in starts if begin <= number), default=0) not in rows
     )
     return "".join(others).encode(encoding)
 
@@ -204,12 +204,12 @@ def _mentions(folder: Path, student: Student, handled: set[Path]) -> Iterator[tu
     for path in sorted(folder.rglob("*")):
         if path in handled or not path.is_file() or ".git" in path.relative_to(folder).parts:
             continue
-        shown = path.relative_to(folder).as_posix()
+        path_text = path.relative_to(folder).as_posix()
         if path.name.lower().endswith(PACKED):
-            yield shown, "it can't be searched; remove it or make it again"
+            yield path_text, "it can't be searched; remove it or make it again"
         elif pattern is not None and _contains(path, pattern):
-            again = "; 'qdot export' makes it again" if shown.startswith("exports/") else ""
-            yield shown, f"it names this student{again}"
+            again = "; 'qdot export' makes it again" if path_text.startswith("exports/") else ""
+            yield path_text, f"it names this student{again}"
     if any((top / ".git").exists() for top in (folder.resolve(), *folder.resolve().parents)):
         yield ".git", "git keeps everything that was committed"
 

@@ -245,10 +245,12 @@ def describe_moves(earlier: Mapping[str, Result], results: Sequence[Result]) -> 
         f"{student:<{widths[0]}}  {part:<{widths[1]}}  {was:>{widths[2]}} → {now:<{widths[3]}}  {move.why}"
         for move, (student, part, was, now) in zip(moved, rows, strict=True)
     ]
-    before, after = (sum_points(result.score for result in run) for run in (earlier.values(), results))
+    old_sum, new_sum = (sum_points(result.score for result in run) for run in (earlier.values(), results))
     students = len({move.student for move in moved})
-    change = sum_points((after, -before))
+    change = sum_points((new_sum, -old_sum))
     marks = "1 student's mark" if students == 1 else f"{students} students' marks"
     sign = "+" if change >= 0 else "−"
-    summary = f"{marks} moved since the last run; all points together {format_points(before)} → {format_points(after)}"
+    summary = (
+        f"{marks} moved since the last run; all points together {format_points(old_sum)} → {format_points(new_sum)}"
+    )
     return "\n".join([*lines, f"{summary} ({sign}{format_points(abs(change))})"])

@@ -129,14 +129,14 @@ class _ProblemMarking:
         """Return the verdict on a part. Call it in the order of the parts, after all of them are judged."""
         followed = self._follow(part)
         judgement = self.judgements[part.name]
-        shown = SHOWN if text is not None and is_table(text) else text
+        answer = SHOWN if text is not None and is_table(text) else text
         if judgement.outcome in NOT_RIGHT:
             diagnosis, group, attempt = self._explain(part, followed)
-            verdict = _verdict_by_points(part, judgement, shown, diagnosis, followed, self.rules.credit)
+            verdict = _verdict_by_points(part, judgement, answer, diagnosis, followed, self.rules.credit)
             return replace(verdict, group=group, attempt=attempt)
         points = None if judgement.outcome is Outcome.UNGRADED else share_of_points(part.points, judgement.share)
         is_attempt = judgement.outcome is Outcome.CORRECT and not part.answer.offered
-        return Verdict(part.name, judgement, points, part.points, shown, attempt=True if is_attempt else None)
+        return Verdict(part.name, judgement, points, part.points, answer, attempt=True if is_attempt else None)
 
     def _follow(self, part: Part) -> Followed | None:
         """Return the judgement on a wrong answer, compared with what follows from earlier wrong answers.

@@ -75,33 +75,33 @@ def read_overrides(assignment: Assignment) -> Overrides:
     by_group: dict[str, Override] = {}
     lines: dict[tuple[str, str], int] = {}
     for number, cells in read_table(path, COLUMNS[0], HEADER):
-        where = f"{path}: line {number}"
+        line = f"{path}: line {number}"
         if not {"part", "points"} <= set(cells):
-            raise QdotError(f"{where}: it has no cell for part or points; the columns are {HEADER}")
+            raise QdotError(f"{line}: it has no cell for part or points; the columns are {HEADER}")
         student, part, points, comment, group = (
             unicodedata.normalize("NFC", cells.get(name, "").strip()) for name in (*COLUMNS, GROUP)
         )
         if group and student:
             raise QdotError(
-                f"{where}: it names the student {student!r} and the group {group!r}; a line is for one or the other, "
+                f"{line}: it names the student {student!r} and the group {group!r}; a line is for one or the other, "
                 "so leave one of the two cells empty"
             )
         if group:
-            part, group = _part_and_key(where, part, group, list(max_points))
+            part, group = _part_and_key(line, part, group, list(max_points))
         elif student not in students:
-            raise QdotError(f"{where}: no student {student!r} is in roster.csv")
+            raise QdotError(f"{line}: no student {student!r} is in roster.csv")
         if part not in max_points:
-            raise _unknown_part(where, part, list(max_points))
+            raise _unknown_part(line, part, list(max_points))
         whose = f"the group {group!r}" if group else f"{part or 'the total'} of {student!r}"
-        if (known := lines.setdefault((student, group or part), number)) != number:
-            raise QdotError(f"{where}: {whose} is set on line {known} already")
+        if (first_line := lines.setdefault((student, group or part), number)) != number:
+            raise QdotError(f"{line}: {whose} is set on line {first_line} already")
         if group:
             if not points and not comment:
-                raise QdotError(f"{where}: neither points nor a comment is given for {whose}; give one, or both")
-            worth = _parse_points(where, part, points, max_points[part]) if points else None
+                raise QdotError(f"{line}: neither points nor a comment is given for {whose}; give one, or both")
+            worth = _parse_points(line, part, points, max_points[part]) if points else None
             by_group[group] = Override(worth, comment, group)
         else:
-            worth = _parse_points(where, part, points, max_points[part])
+            worth = _parse_points(line, part, points, max_points[part])
             by_student.setdefault(student, {})[part] = Override(worth, comment)
     return Overrides(by_student, by_group, {group: number for (student, group), number in lines.items() if not student})
 
@@ -120,10 +120,10 @@ def note_unused_groups(assignment: Assignment, overrides: Overrides, groups: Seq
         keys = ", ".join(part_groups[:MOST_LISTED]) + (
             f" and {more} more, which `qdot report` shows" if more > 0 else ""
         )
-        known = f"groups of {part}: {keys}" if part_groups else f"no answer to {part} is in a group"
+        known_groups = f"groups of {part}: {keys}" if part_groups else f"no answer to {part} is in a group"
         notes.append(
             f"{assignment.folder / OVERRIDES}: line {overrides.lines[group]}: no answer of this class is in the "
-            f"group {group!r}{hint}, so the line does nothing yet; {known}"
+            f"group {group!r}{hint}, so the line does nothing yet; {known_groups}"
         )
     return notes
 
@@ -150,8 +150,8 @@ def _part_and_key(where: str, part: str, group: str, known: Sequence[str]) -> tu
 
 
 def _unknown_part(where: str, part: str, known: Sequence[str]) -> QdotError:
-    named = tuple(name for name in known if name != TOTAL)
-    return QdotError(f"{where}: {unknown('part', part, named)}; or empty, for the student's total")
+    part_names = tuple(name for name in known if name != TOTAL)
+    return QdotError(f"{where}: {unknown('part', part, part_names)}; or empty, for the student's total")
 
 
 def _parse_points(where: str, part: str, text: str, most: float) -> float:

@@ -159,7 +159,7 @@ def _entries_that_vary(answer: AnswerToCredit) -> list[bool]:
     return [any(x.name not in constants for x in entry.free_symbols) for entry in answer.part.answer.as_matrix()]
 
 
-# --- right but for signs or a common factor ---
+# --- correct except for signs or a common factor ---
 
 
 def _credit_but_for_factor(answer: AnswerToCredit, judgement: Judgement) -> _Credit | None:
@@ -287,13 +287,15 @@ def _is_product_of(
         combinations(range(len(written)), len(written) - too_many) if too_many < len(written) else (),
         combinations(range(len(expected)), len(expected) - lost),
     )
-    for kept, chosen in choices:
+    for given_indices, expected_indices in choices:
         with np.errstate(all="ignore"):
-            ratio = values[list(kept)].prod(axis=0) / values[[len(written) + k for k in chosen]].prod(axis=0)
+            ratio = values[list(given_indices)].prod(axis=0) / values[
+                [len(written) + k for k in expected_indices]
+            ].prod(axis=0)
         if np.all(np.isfinite(ratio)) and abs(ratio[0]) > 0 and np.allclose(ratio, ratio[0], rtol=SAME, atol=0):
             given, reference = (
-                reduce(times, (written[k] for k in kept), ONE),
-                reduce(times, (expected[k] for k in chosen), ONE),
+                reduce(times, (written[k] for k in given_indices), ONE),
+                reduce(times, (expected[k] for k in expected_indices), ONE),
             )
             same = compare_entries([given], [reference], domain, f"{seed}/same").equal[0]
             if same or constant_factor([given], [reference], domain, varying, seed) is not None:

@@ -174,15 +174,15 @@ def _counting_push(host: Host, repository: str, branch: str, until: datetime.dat
         last = next(pushes, None)
         all_pushes = () if last is None else chain((last,), pushes)
         in_time = next((push for push in all_pushes if until is None or push.received <= until), None)
-        counting = in_time or (last if late_too else None)
+        counting_push = in_time or (last if late_too else None)
     except urllib.error.HTTPError as error:
         why = f"the server answers {error.code} {error.reason}"
         raise _Unreached(f"when it was pushed to is not known: {why}") from None
     except (OSError, ValueError, LookupError, TypeError) as error:
         raise _Unreached(f"when it was pushed to is not known: {error}") from None
-    if counting is None:
+    if counting_push is None:
         raise _LeftOut(f"the server knows of no push to {branch}{f' until {until}' if until else ''}")
-    return counting
+    return counting_push
 
 
 def _fetch_commit(host: Host, repository: str, push: Push, folder: Path) -> None:

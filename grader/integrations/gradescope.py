@@ -79,9 +79,9 @@ def find_submitter(assignment: Assignment, metadata: dict[str, Any], submission:
     if len(owners) > 1:
         owners = {name: None for name in owners if name in _claimed_students(assignment, submission)}
     if len(owners) != 1:
-        named = ", ".join(str(user.get("email") or user.get("name")) for user in metadata["users"])
+        user_names = ", ".join(str(user.get("email") or user.get("name")) for user in metadata["users"])
         raise QdotError(
-            f"{named}: not surely one student of roster.csv; add the e-mail address there, and export again"
+            f"{user_names}: not surely one student of roster.csv; add the e-mail address there, and export again"
         )
     return find_student(assignment, next(iter(owners)))
 
@@ -120,14 +120,14 @@ def apply_attempt_policy(
     # A submission without a time gets one of its own, before all real times.
     epoch = datetime.datetime(1970, 1, 1, tzinfo=datetime.UTC)
     times = [parse_time(other.get("submission_time")) or epoch + i * DAY for i, other in enumerate(earlier)]
-    counting = policy.select_counting([*times, now])
-    this_counts = len(earlier) in counting
-    best = max((float(earlier[i]["score"]) for i in counting if i < len(earlier)), default=0.0)
-    if this_counts and best <= results.score:
+    counting_indices = policy.select_counting([*times, now])
+    is_counting = len(earlier) in counting_indices
+    best = max((float(earlier[i]["score"]) for i in counting_indices if i < len(earlier)), default=0.0)
+    if is_counting and best <= results.score:
         return results
     score = format_points(results.score)
     message = f"an earlier submission earned {format_points(best)} points, which count; this one earned {score}"
-    if not this_counts:
+    if not is_counting:
         message += f"; {policy.rule}"
     return replace(results, score=best, output="\n".join(filter(None, (message, results.output))))
 

@@ -45,13 +45,14 @@ def make_counterexample_table(problem: Problem, part: Part, example: Counterexam
     """
     candidates = (example.missing, example.surplus) if isinstance(example, SetDifference) else (example.at,)
     configurations = [at for at in candidates if at is not None]
-    known = problem.symbols()
-    if any(set(at) - set(known) for at in configurations):
+    symbol_infos = problem.symbols()
+    if any(set(at) - set(symbol_infos) for at in configurations):
         return None
-    names = [name for name in known if any(name in at for at in configurations)]
+    names = [name for name in symbol_infos if any(name in at for at in configurations)]
     symbols = tuple(
         ExampleRow(
-            _symbol_html(problem, name), tuple(_quantity_text(at.get(name), known[name].unit) for at in configurations)
+            _symbol_html(problem, name),
+            tuple(_quantity_text(at.get(name), symbol_infos[name].unit) for at in configurations),
         )
         for name in names
     )
@@ -108,8 +109,8 @@ def format_decimal(value: float, digits: int = DIGITS) -> str:
     ('−0.7281', '3', '1.25·10⁻⁶')
     """
     mantissa, _, power = f"{value:.{digits}g}".partition("e")
-    shown = f"{mantissa}·10{str(int(power)).translate(SUPERSCRIPT)}" if power else mantissa
-    return shown.replace("-", "−") if float(mantissa) else "0"
+    text = f"{mantissa}·10{str(int(power)).translate(SUPERSCRIPT)}" if power else mantissa
+    return text.replace("-", "−") if float(mantissa) else "0"
 
 
 def _quantity_text(value: float | None, unit: str) -> str:
@@ -124,10 +125,10 @@ def _quantity_text(value: float | None, unit: str) -> str:
 def _distinct_values(yours: float | str, right: float | str, unit: str) -> tuple[str, str]:
     """Return two values as texts, with enough digits to distinguish them."""
     for digits in range(DIGITS, MOST_DIGITS + 1):
-        shown = _value_text(yours, digits, unit), _value_text(right, digits, unit)
-        if shown[0] != shown[1]:
+        texts = _value_text(yours, digits, unit), _value_text(right, digits, unit)
+        if texts[0] != texts[1]:
             break
-    return shown
+    return texts
 
 
 def _value_text(value: float | str, digits: int, unit: str) -> str:

@@ -108,12 +108,12 @@ def make_annotations(assignment: Assignment, results: Sequence[Result]) -> str:
 
 def _commands(kind: str, notes: Sequence[Annotation], title: str) -> str:
     """Return the commands of a kind, as many as GitHub shows; the last, called `title`, counts those left out."""
-    shown = [note for note in notes if note.kind == kind]
-    if len(shown) > MOST_ANNOTATIONS:
-        left_out = len(shown) - MOST_ANNOTATIONS + 1
+    selected = [note for note in notes if note.kind == kind]
+    if len(selected) > MOST_ANNOTATIONS:
+        left_out = len(selected) - MOST_ANNOTATIONS + 1
         last = Annotation(kind, title, f"and {left_out} more; the job summary has all")
-        shown = [*shown[: MOST_ANNOTATIONS - 1], last]
-    return "".join(note.command for note in shown)
+        selected = [*selected[: MOST_ANNOTATIONS - 1], last]
+    return "".join(note.command for note in selected)
 
 
 def make_check_summary(checked: CheckedNotebook) -> str:
