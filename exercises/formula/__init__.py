@@ -1,22 +1,22 @@
-"""Formulas as people write them: parsed, evaluated, compared as functions and as sets of configurations.
+"""Parse, print and evaluate formulas, and compare them as functions and as sets of configurations.
 
 From the bottom up:
 
-    printing, sympy_text                SymPy's expressions as text, fast
-    order                               terms and factors in the order in which a person writes them
-    layout, latex                       how a formula is laid out, one tree whatever it was made from; our LaTeX as such
-    printers/                           a file for each notation that it is printed in; Maxima and Python from SymPy
-    vocabulary                          words, signs, units and habits of those who write: vocabulary.json
-    names, trees                        what a name stands for; expressions as trees of plain nodes
-    algebra                             trees added, multiplied and differentiated, without SymPy
-    notation, tables                    LaTeX, typography and units as plain text; vectors and matrices without commas
-    products                            operations on matrices carried out
-    metres                              the unit m distinguished from a whole number
-    parser                              text to a tree by a grammar, in whatever notation it was written
-    noise                               removes what floating-point numbers leave of zero
-    program                             trees evaluated at many points at once
-    field, angles, exact                rational functions of sines and cosines, compared modulo a random prime
-    identity                            are two expressions the same function
-    scale                               are they the same but for a sign, or for a constant factor
-    set_parser, conditions              conditions as a union of pieces; are two sets the same
+    printing, sympy_text                print SymPy expressions as text, fast
+    order                               puts terms and factors in the order in which a person writes them
+    layout, latex                       the layout of a formula as a tree; parses qdot's own LaTeX into a layout
+    printers/                           one module for each notation in which formulas are printed
+    vocabulary                          words, signs, units and habits in typed answers: vocabulary.json
+    names, trees                        the meaning of a name; expressions as trees of plain nodes
+    algebra                             adds, multiplies and differentiates trees, without SymPy
+    notation, tables                    LaTeX, typography and units to plain text; vectors and matrices without commas
+    products                            evaluates operations on matrices
+    metres                              distinguishes the unit m from a whole number
+    parser                              parses a text in any common notation into a tree
+    noise                               removes rounding errors of zeros computed with floating-point numbers
+    program                             evaluates trees at many points at once
+    field, angles, exact                compare rational functions of sines and cosines modulo a random prime
+    identity                            decides whether two expressions are the same function
+    scale                               decides whether they are the same up to signs and a constant factor
+    set_parser, conditions              parse conditions as a union of pieces; decide whether two sets are equal
 """

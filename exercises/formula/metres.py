@@ -1,4 +1,4 @@
-"""The unit m in a formula, 0.3 m*sin(theta1), distinguished from a whole number, as in theta2 = (2m + 1) pi/2."""
+"""Distinguish the unit m, as in 0.3 m*sin(theta1), from a whole number m, as in theta2 = (2m + 1) pi/2."""
 
 from qdot.exercises.formula.trees import Node
 from qdot.exercises.formula.vocabulary import VOCABULARY, pattern
@@ -12,29 +12,29 @@ _INVERSES = (*VOCABULARY["inverses"].values(), "atan2")
 
 
 def remove_metres(tree: Node) -> Node:
-    """Return a tree without the unit m behind a number or a list, and at the end of a product.
+    """Return a tree without the unit m after a number or a list, and at the end of a product.
 
-    Where it multiplies pi or an angle, m is a whole number, and stays.
+    If m multiplies pi or an angle, it is a whole number, and stays.
 
     >>> from qdot.exercises.formula.parser import read
     >>> from qdot.exercises.formula.trees import node_text
     >>> [node_text(read(text).args[1]) for text in ("d3 = 0.2 m + a1", "theta2 = (2 m + 1) pi/2", "d3 = m*a1")]
     ['(0.2+a1)', '(((2*m)+1)*pi/2)', '(m*a1)']
     """
-    done: list[Node] = []
+    results: list[Node] = []
     stack = [(tree, False, False, True)]
     while stack:  # no recursion: a long sum is a deep tree
-        top, is_ready, counts, is_last = stack.pop()
-        if is_ready or not top.args:
-            args = done[len(done) - len(top.args) :]
-            is_unit = top.kind == "*" and not counts and _is_metre(args[1]) and _has_unit(args[0], is_last)
-            done[len(done) - len(args) :] = [args[0] if is_unit else top.with_args(args)]
+        current, is_ready, has_angle, is_last = stack.pop()
+        if is_ready or not current.args:
+            args = results[len(results) - len(current.args) :]
+            is_unit = current.kind == "*" and not has_angle and _is_metre(args[1]) and _has_unit(args[0], is_last)
+            results[len(results) - len(args) :] = [args[0] if is_unit else current.with_args(args)]
         else:
-            is_product = top.kind in ("*", "/", "^")
-            counts = top.kind != "call" and (counts or (is_product and is_last and _turns(top)))
-            stack.append((top, True, counts, is_last))
-            stack += [(arg, False, counts, not is_product) for arg in reversed(top.args)]
-    return done[0]
+            is_product = current.kind in ("*", "/", "^")
+            has_angle = current.kind != "call" and (has_angle or (is_product and is_last and _turns(current)))
+            stack.append((current, True, has_angle, is_last))
+            stack += [(arg, False, has_angle, not is_product) for arg in reversed(current.args)]
+    return results[0]
 
 
 def _is_metre(node: Node) -> bool:
@@ -43,7 +43,10 @@ def _is_metre(node: Node) -> bool:
 
 
 def _has_unit(node: Node, is_last: bool) -> bool:
-    """Tell whether what stands before m has it as its unit: a number, fraction or list; before the last m, most do."""
+    """Return whether m is the unit of the factors before it.
+
+    It is after a number, a fraction or a list. At the end of a product it is after anything but a whole number.
+    """
     last = node.args[1] if node.kind == "*" else node
     if is_last:
         return last.value not in _WHOLE
@@ -52,12 +55,19 @@ def _has_unit(node: Node, is_last: bool) -> bool:
 
 
 def _turns(product: Node) -> bool:
-    """Tell whether pi or an angle is in a product, other than in a function that is no angle itself."""
+    """Return whether a product contains pi or an angle, except in the argument of a function.
+
+    Inverse trigonometric functions count as angles.
+    """
     stack = [product]
     while stack:
-        top = stack.pop()
-        if top.value == "pi" or top.value in _INVERSES or (top.kind == "name" and _ANGLE.fullmatch(top.value)):
+        current = stack.pop()
+        if (
+            current.value == "pi"
+            or current.value in _INVERSES
+            or (current.kind == "name" and _ANGLE.fullmatch(current.value))
+        ):
             return True
-        if top.kind != "call":
-            stack.extend(top.args)
+        if current.kind != "call":
+            stack.extend(current.args)
     return False

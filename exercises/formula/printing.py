@@ -1,6 +1,6 @@
-"""Expressions as text, letter by letter as SymPy prints them, in a fraction of the time: parts are printed once.
+"""Print expressions exactly as SymPy does, in a fraction of the time, because equal parts are printed only once.
 
-It needs nothing of qdot: the process in which notebooks run loads this file by itself
+This module imports nothing from qdot: the process in which notebooks run loads this file alone
 (`grader/sandbox/contained/printing`).
 """
 
@@ -10,14 +10,14 @@ import sympy
 from sympy.printing.str import StrPrinter
 
 MOST_KEPT, LONGEST_KEPT = 4096, 1000
-"""Expressions whose text is kept, and the characters of the longest: the same angles come often in an answer."""
+"""Maximum number of cached texts, and maximum length of each; the same angles often recur in an answer."""
 
 _texts: dict[tuple[type, int], tuple[sympy.Basic, str]] = {}
-"""Texts by the very object: equal would not do, as 0.5 is equal to 0.50."""
+"""Texts by the identity of the object; equality is not enough, because 0.5 is equal to 0.50."""
 
 
 class Printer(StrPrinter):
-    """Prints what SymPy's own printer prints, and keeps the texts of what can't change."""
+    """Prints the same text as SymPy's printer, and caches the texts of immutable expressions."""
 
     def _print(self, expr: Any, **settings: Any) -> str:
         if settings or not isinstance(expr, sympy.Basic):
@@ -34,7 +34,7 @@ class Printer(StrPrinter):
 
 
 class FullPrinter(Printer):
-    """Prints doubles with all their digits: SymPy prints 15, and 0.866025403784439 is not the root of 3/4."""
+    """Prints doubles with all digits: SymPy prints only 15, and 0.866025403784439 is not the root of 3/4."""
 
     def _print_Float(self, number: sympy.Float) -> str:
         return repr(float(number)) if number._prec <= 53 else str(sympy.sstr(number, full_prec=True))

@@ -1,8 +1,9 @@
-"""Whether an answer is right but for signs and a constant factor, and which of them are wrong.
+"""Decide whether an answer is correct except for signs and a constant factor, and which of these are wrong.
 
-It is if it is k > 0 times the reference at every configuration, the entries of which have signs of their own. With
-s, r the entries of answer and reference, s', r' the same at another configuration with the same constants, and r_p an
-entry that is not zero, that is s_i r'_p = r_i s'_p for all i: it is compared as exactly as a right answer is.
+It is if, after a sign change of single entries, it is k > 0 times the reference at every configuration. Let s_i and r_i
+be the entries of answer and reference (with these signs), s'_i and r'_i the same at another configuration with the same
+constants, and r_p a nonzero entry. Then the condition is s_i r'_p = r_i s'_p for all i. It is tested as exactly as a
+correct answer.
 """
 
 from collections.abc import Sequence
@@ -22,7 +23,7 @@ POINTS = 6
 
 @dataclass(frozen=True)
 class Factor:
-    """By what an answer is too large: whether signs are wrong, and whether it is another than 1 or -1."""
+    """The factor between an answer and its reference: whether signs are wrong, and whether it differs from 1 and -1."""
 
     is_negative: bool
     is_other: bool
@@ -36,7 +37,7 @@ def constant_factor(
     seed: str,
     rounding: Rounding | None = None,
 ) -> Factor | None:
-    """Return the constant factor between all entries and the reference, ignoring signs; None if there is only 0."""
+    """Return the constant factor between all entries and the reference, up to signs; None if there is none."""
     pivot = next((k for k, entry in enumerate(reference) if entry != ZERO), None)
     if pivot is None:
         return None
@@ -49,14 +50,16 @@ def constant_factor(
     signed = [negative(entry) if minus else entry for entry, minus in zip(reference, is_negative, strict=True)]
     if is_negative.any() and all(compare_entries(entries, signed, domain, f"{seed}/sign", rounding).equal):
         return Factor(is_negative=True, is_other=False)
-    there = Domain({**domain.roles, **{_elsewhere(name): domain.roles[name] for name in varying}})
-    moved = {name: Node("name", value=_elsewhere(name)) for name in varying}
-    answered, right = (replace_names(tree, moved) for tree in (entries[pivot], signed[pivot]))
-    left = [times(entry, right) for entry in entries]
-    if not all(compare_entries(left, [times(entry, answered) for entry in signed], there, f"{seed}/moved").equal):
+    extended_domain = Domain({**domain.roles, **{_elsewhere(name): domain.roles[name] for name in varying}})
+    renamed = {name: Node("name", value=_elsewhere(name)) for name in varying}
+    answered, expected = (replace_names(tree, renamed) for tree in (entries[pivot], signed[pivot]))
+    products = [times(entry, expected) for entry in entries]
+    if not all(
+        compare_entries(products, [times(entry, answered) for entry in signed], extended_domain, f"{seed}/moved").equal
+    ):
         return None
-    known = ratios[pivot][np.isfinite(ratios[pivot])].real
-    if not len(known) or not np.all(np.abs(known) > 0):
+    finite_ratios = ratios[pivot][np.isfinite(ratios[pivot])].real
+    if not len(finite_ratios) or not np.all(np.abs(finite_ratios) > 0):
         return None
     return Factor(is_negative=bool(is_negative.any()), is_other=True)
 

@@ -1,4 +1,4 @@
-"""Expressions as text: what is compared, kept and sorted by; made once for each."""
+"""Return expressions as text, which is used to compare, store and sort them; each text is cached."""
 
 from collections.abc import Iterable
 from functools import lru_cache
@@ -11,7 +11,7 @@ from qdot.exercises.formula.printing import Printer
 
 @lru_cache(maxsize=1024, typed=True)
 def text_of(expression: sp.Expr) -> str:
-    """Return an expression as text; kept, for each is wanted by the record, its digest, the tests and the grader."""
+    """Return an expression as text; cached, because the record, its digest, the tests and the grader need it."""
     return _known.get((type(expression), expression)) or Printer().doprint(expression)
 
 
@@ -20,7 +20,7 @@ _MOST_KNOWN = 8192
 
 
 def know_texts(texts: Iterable[tuple[sp.Expr, str]]) -> None:
-    """Take the texts of expressions that were kept: SymPy takes half as long to print references as marking does."""
+    """Remember stored texts of expressions, because printing the references would take half as long as grading."""
     if len(_known) > _MOST_KNOWN:
         _known.clear()
     _known.update(((type(expression), expression), text) for expression, text in texts)

@@ -1,6 +1,6 @@
-"""The words, signs, units and habits of those who write answers: vocabulary.json, which the site's reader has, too.
+"""Load the words, signs, units and habits of typed answers from vocabulary.json, which the site's parser uses, too.
 
-Whoever adds a synonym adds it there, and both readers know it; neither has a list of its own.
+Add a synonym there, and both parsers recognize it; neither has a list of its own.
 """
 
 import json
@@ -11,7 +11,7 @@ from typing import Any
 VOCABULARY: dict[str, Any] = json.loads(Path(__file__).with_name("vocabulary.json").read_text(encoding="utf-8"))
 LIMITS: dict[str, int] = VOCABULARY["limits"]
 SPACES: str = VOCABULARY["spaces"]
-"""What may stand between any two words; `\\s` means other signs to Python than to a browser."""
+"""All characters that count as spaces, because `\\s` matches other characters in Python than in a browser."""
 
 
 def pattern(name: str) -> re.Pattern[str]:

@@ -1,8 +1,8 @@
-"""The central data of the program: a problem, its identity and its parts.
+"""The central data of qdot: a problem, its identity and its parts.
 
-It imports common, formula, arm and answers.
+This package imports common, formula, arm and answers.
 
     problem                     identity, problem, part
-    record                      a problem as plain data, and the digests that identify it
+    record                      converts a problem to plain data, and computes the digests that identify it
     credit                      the rules for partial credit, which an assignment may change
 """

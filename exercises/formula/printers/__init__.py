@@ -1,12 +1,12 @@
-"""Printers of formulas: a file for each notation.
+"""Print formulas: one module for each notation.
 
-Of layouts (`qdot.exercises.formula.layout`), whatever they were made from:
+These print layouts (`qdot.exercises.formula.layout`):
 
     latex, mathml           for documents and pages; for browsers
     unicode, typst          for terminals; for PDF
-    speech                  in words, for those who hear a page
+    speech                  in words, for screen readers
 
-Of SymPy's expressions, where what they mean is wanted:
+These print SymPy expressions, because the meaning must be preserved:
 
     maxima, python          for STACK; for notebooks
 """

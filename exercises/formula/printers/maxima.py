@@ -1,15 +1,15 @@
-"""Formulas as Maxima reads them, and as STACK's students may type them but for `%pi`."""
+"""Print formulas in Maxima's notation, which students may also type in STACK, except for `%pi`."""
 
 import sympy as sp
 from sympy.printing.precedence import precedence
 from sympy.printing.str import StrPrinter
 
 _NAMES = {"Abs": "abs", "sign": "signum", "ln": "log"}
-"""Functions that Maxima calls otherwise."""
+"""Functions that have another name in Maxima."""
 
 
 class _Maxima(StrPrinter):
-    """SymPy's own text with Maxima's powers, constants and functions; doubles are the fractions they print as."""
+    """Prints as SymPy does, with Maxima's powers, constants and functions, and with doubles as exact fractions."""
 
     def _print_Pi(self, _: sp.Expr) -> str:
         return "%pi"
@@ -41,7 +41,7 @@ class _Maxima(StrPrinter):
 
 
 def maxima_text(expression: sp.Expr) -> str:
-    """Return an expression as Maxima text that means exactly the same.
+    """Return an expression as Maxima text with exactly the same value.
 
     >>> x = sp.Symbol("theta1")
     >>> maxima_text(sp.Rational(2, 5) * sp.sin(x) ** 2 / sp.sqrt(sp.pi + sp.atan(sp.Rational(2, 7))))

@@ -1,4 +1,4 @@
-"""Formulas in words, for those who hear a page: the text that stands for an equation in a tagged PDF."""
+"""Print formulas in words, for screen readers: the alternative text of an equation in a tagged PDF."""
 
 from collections.abc import Callable
 from functools import lru_cache
@@ -46,8 +46,8 @@ def _speak_matrix(piece: Layout, *_: str) -> str:
     rows = [[print_layout(cell, _PRINTERS) for cell in row.inner] for row in piece.inner]
     if len(rows[0]) == 1:
         return f"column with entries {'; '.join(row[0] for row in rows)}; end of column"
-    listed = "; ".join(f"row {number}: {', '.join(row)}" for number, row in enumerate(rows, 1))
-    return f"matrix of {len(rows)} rows and {len(rows[0])} columns, {listed}; end of matrix"
+    row_texts = "; ".join(f"row {number}: {', '.join(row)}" for number, row in enumerate(rows, 1))
+    return f"matrix of {len(rows)} rows and {len(rows[0])} columns, {row_texts}; end of matrix"
 
 
 _PRINTERS: dict[str, Callable[..., str]] = {

@@ -1,4 +1,4 @@
-"""Formulas as Typst's mathematics."""
+"""Print formulas as Typst mathematics."""
 
 from collections.abc import Callable
 
@@ -8,7 +8,7 @@ _SIZED = {"frac": "frac({}, {})", "tfrac": "inline(frac({}, {}))", "dfrac": "dis
 
 
 def typst_string(text: str) -> str:
-    r"""Return a text as a string of Typst's code.
+    r"""Return a text as a string literal in Typst code.
 
     >>> print(typst_string('a "b" \\ c'))
     "a \"b\" \\ c"
@@ -18,7 +18,7 @@ def typst_string(text: str) -> str:
 
 
 def typst_math(formula: Layout) -> str:
-    r"""Return a formula as Typst's mathematics.
+    r"""Return a formula as Typst mathematics.
 
     >>> from qdot.exercises.formula.latex import parse_latex
     >>> typst_math(parse_latex(r"\dot{\theta}_{1} = -\tfrac{1}{2} a_{1}"))
@@ -28,13 +28,13 @@ def typst_math(formula: Layout) -> str:
 
 
 def _print_text(piece: Layout) -> str:
-    is_list = "," in piece.text.strip(",")  # a decimal comma would part two numbers
+    is_list = "," in piece.text.strip(",")  # Typst would take a decimal comma for a separator
     return typst_string(piece.text) if is_list else _escape_sign(piece.text)
 
 
 def _print_script(piece: Layout, base: str, *scripts: str) -> str:
-    foot, _, above = piece.inner
-    shown = base if foot.kind != "row" or len(foot.inner) == 1 else f"({base})"
+    base_piece, _, above = piece.inner
+    shown = base if base_piece.kind != "row" or len(base_piece.inner) == 1 else f"({base})"
     if above == DEGREE:
         return f"{shown} °"
     marks = zip("_^", piece.inner[1:], scripts, strict=True)
@@ -47,8 +47,8 @@ def _print_fenced(piece: Layout, inside: str) -> str:
 
 
 def _print_table(piece: Layout, *_: str) -> str:
-    between, rows = (" & ", " \\ ") if piece.kind == "aligned" else (", ", "; ")
-    table = rows.join(between.join(map(typst_math, cells.inner)) for cells in piece.inner)
+    separator, rows = (" & ", " \\ ") if piece.kind == "aligned" else (", ", "; ")
+    table = rows.join(separator.join(map(typst_math, cells.inner)) for cells in piece.inner)
     return table if piece.kind == "aligned" else f'mat(delim: "{piece.text[0]}", {table})'
 
 
