@@ -274,9 +274,9 @@ def _counting_attempts(assignment: Assignment, attempts: list[Attempt]) -> list[
 
     If the names or the metadata of some notebooks name the assignment, the other notebooks are ignored.
     """
-    of_assignment = [attempt for attempt in attempts if attempt.is_of(assignment)] or attempts
-    chosen = assignment.attempts.select_counting([attempt.received for attempt in of_assignment])
-    return [of_assignment[i] for i in chosen]
+    matching = [attempt for attempt in attempts if attempt.is_of(assignment)] or attempts
+    chosen = assignment.attempts.select_counting([attempt.received for attempt in matching])
+    return [matching[i] for i in chosen]
 
 
 def _mark_failed(assignment: Assignment, task: Task, why: str = DIED) -> list[Graded]:

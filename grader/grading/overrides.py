@@ -92,12 +92,12 @@ def read_overrides(assignment: Assignment) -> Overrides:
             raise QdotError(f"{line}: no student {student!r} is in roster.csv")
         if part not in max_points:
             raise _unknown_part(line, part, list(max_points))
-        whose = f"the group {group!r}" if group else f"{part or 'the total'} of {student!r}"
+        target = f"the group {group!r}" if group else f"{part or 'the total'} of {student!r}"
         if (first_line := lines.setdefault((student, group or part), number)) != number:
-            raise QdotError(f"{line}: {whose} is set on line {first_line} already")
+            raise QdotError(f"{line}: {target} is set on line {first_line} already")
         if group:
             if not points and not comment:
-                raise QdotError(f"{line}: neither points nor a comment is given for {whose}; give one, or both")
+                raise QdotError(f"{line}: neither points nor a comment is given for {target}; give one, or both")
             worth = _parse_points(line, part, points, max_points[part]) if points else None
             by_group[group] = Override(worth, comment, group)
         else:

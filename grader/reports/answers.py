@@ -1,7 +1,7 @@
 """Show a student's answer on the feedback page: typeset as a formula if that is possible, and as text.
 
-The formula is what qdot parsed and judged. An answer is shown only as text if it is too long or too deeply nested to
-be typeset, can't be parsed, or is not a formula (a function, a letter without an option).
+The formula is what qdot parsed and judged. An answer is shown only as text if it can't be parsed, or if it is too long
+or too deeply nested to be typeset. So are answers that aren't formulas (a function, a letter without an option).
 """
 
 import re

@@ -1,8 +1,8 @@
 """Draw the charts of the class overview with matplotlib, as SVG that takes its colours from the page.
 
-The same numbers give the same bytes. A chart is drawn in placeholder colours, which are then replaced by variables of
-the page's style sheet, so that it follows the light and the dark theme. Hatching and words repeat all information that
-colours carry. No chart contains a student's text.
+The same numbers give the same bytes. A chart is drawn in placeholder colours. They are replaced by variables of the
+page's style sheet, so that the chart follows the light and the dark theme. Hatching and words repeat all the
+information that colours carry. No chart contains a student's text.
 """
 
 import io

@@ -1,7 +1,7 @@
 """Write a student's feedback page: for each part, what is correct and what is not, where, and why.
 
-The page is made from a result as stored in results.jsonl, and from the student's problems: their figures, the units of
-their symbols, and the worked solutions if the assignment sets `feedback = "solutions"`.
+The page is made from a result as stored in results.jsonl, and from the figures and units of the student's problems. It
+contains the worked solutions if the assignment sets `feedback = "solutions"`.
 """
 
 import hashlib

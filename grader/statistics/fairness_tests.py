@@ -1,7 +1,7 @@
 """Test whether students with some variants of a problem did better than others by more than chance.
 
-Each student gets a different arm of about the same difficulty. The arms are grouped by visible features (the kinds of
-joints, offsets, senses of the axes, …), and a permutation test computes how often random groups differ as much. The
+Each student gets a different arm of about the same difficulty. The arms are grouped by visible features: the kinds of
+joints, offsets, senses of the axes, and so on. A permutation test computes how often random groups differ as much. The
 p-values are corrected by Holm's method, because there are many such tests.
 """
 
