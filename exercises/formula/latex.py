@@ -76,21 +76,21 @@ class _Reader:
         return Layout("row", "", tuple(pieces))
 
     def script(self, base: Layout) -> Layout:
-        below, above, primes = EMPTY, EMPTY, 0
+        subscript, superscript, primes = EMPTY, EMPTY, 0
         while self.tokens and self.tokens[-1] in _SCRIPTS:
             mark = self.take()
             if mark == "'":
                 primes += 1
             elif mark == "_":
-                below = self.argument()
+                subscript = self.argument()
             else:
-                above = self.argument()
+                superscript = self.argument()
         if primes > len(PRIMES):
             raise self.unknown("'" * primes)
         if primes:
             prime = Layout("letter", PRIMES[primes - 1])
-            above = Layout("row", "", (prime, *parts(above))) if above != EMPTY else prime
-        return Layout("script", "", (base, below, above))
+            superscript = Layout("row", "", (prime, *parts(superscript))) if superscript != EMPTY else prime
+        return Layout("script", "", (base, subscript, superscript))
 
     def argument(self) -> Layout:
         """Return a group in braces as a row, or else the next sign; for a number, only its first digit."""

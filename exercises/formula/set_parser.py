@@ -55,13 +55,13 @@ def parse_pieces(node: Node, joints: Sequence[str]) -> list[Piece]:
     if node.kind == "in":
         return _assign(node.args[0], node.args[1], joints)
     if node.kind == "eq":
-        left, right = node.args
-        if right.kind in ("list", "set"):
-            return _assign(left, right, joints)
-        for joint, value in ((left, right), (right, left)):
+        left_side, right_side = node.args
+        if right_side.kind in ("list", "set"):
+            return _assign(left_side, right_side, joints)
+        for joint, value in ((left_side, right_side), (right_side, left_side)):
             if joint.kind == "name" and joint.value in joints and joint.value not in names(value):
                 return _assign(joint, value, joints)
-        return _vanish(Node("-", (left, right)))
+        return _vanish(Node("-", (left_side, right_side)))
     if node.kind == "name" and node.value in joints:
         raise ReadError(f"{node.value} stands alone; say what it is, as in {node.value} = pi/3")
     return _vanish(node)

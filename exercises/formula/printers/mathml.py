@@ -99,17 +99,17 @@ class _Writer:
         return self.aligned(piece) if kind == "aligned" else self.group(piece)
 
     def script(self, base: Layout, *scripts: Layout) -> str:
-        below, above = ("" if part == EMPTY else self.group(part) for part in scripts)
+        subscript, superscript = ("" if part == EMPTY else self.group(part) for part in scripts)
         names = ("under", "over") if self.block and base.text == "∑" else ("sub", "sup")
-        tag = f"m{names[0] if below else ''}{names[1] if above else ''}"
-        return f"<{tag}>{self.group(base)}{below}{above}</{tag}>"
+        tag = f"m{names[0] if subscript else ''}{names[1] if superscript else ''}"
+        return f"<{tag}>{self.group(base)}{subscript}{superscript}</{tag}>"
 
     def fence(self, brackets: str, inside: Layout) -> str:
-        left, right = (
+        opening, closing = (
             f"{_FENCE.format(side)}{'>' + _char(sign) + '</mo>' if sign != '.' else ' />'}"
             for side, sign in zip(("pre", "post"), brackets, strict=True)
         )
-        return f"<mrow>{left}{self.row(inside.inner, Layout('sign', brackets[0]))}{right}</mrow>"
+        return f"<mrow>{opening}{self.row(inside.inner, Layout('sign', brackets[0]))}{closing}</mrow>"
 
     def matrix(self, rows: Pieces) -> str:
         cells = "".join(f"<mtr>{''.join(_cell('', self.row(cell.inner)) for cell in row.inner)}</mtr>" for row in rows)

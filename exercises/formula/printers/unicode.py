@@ -49,13 +49,13 @@ def _beside(boxes: Sequence[_Box]) -> _Box:
     boxes = [box for box in boxes if box.lines[0]]
     if not boxes:
         return _flat("")
-    above = max(box.middle for box in boxes)
-    below = max(len(box.lines) - box.middle for box in boxes)
+    lines_above = max(box.middle for box in boxes)
+    lines_below = max(len(box.lines) - box.middle for box in boxes)
     rows = []
-    for row in range(-above, below):
+    for row in range(-lines_above, lines_below):
         inside = (box.lines[box.middle + row] if 0 <= box.middle + row < len(box.lines) else None for box in boxes)
         rows.append("".join(" " * box.width if t is None else t for t, box in zip(inside, boxes, strict=True)))
-    return _Box(tuple(rows), above)
+    return _Box(tuple(rows), lines_above)
 
 
 def _grid(rows: Sequence[Sequence[_Box]], aligned: bool) -> _Box:
