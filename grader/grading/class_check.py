@@ -13,7 +13,7 @@ from qdot.grader.submissions.layouts import only_folder
 from qdot.grader.submissions.submission import DEEPEST, StudentFiles, Submission, SubmissionFolder, read_submission
 
 LOOKED_AT = 25
-"""Approximate number of students, spread over the roster, whose notebooks' metadata are inspected."""
+"""Maximum number of students, spread over the roster, whose notebooks' metadata are inspected."""
 LARGEST = 1_000_000
 """Maximum size in bytes of an inspected notebook; malicious ones are left to the processes that grade."""
 ARCHIVES = (".zip", ".tar", ".tgz", ".tar.gz", ".7z", ".rar")
@@ -189,7 +189,7 @@ def read_sample(
 
 
 def _normalize(identifier: str) -> str:
-    """Return an identifier without the features that spreadsheets and systems change: leading zeros and case."""
+    """Return an identifier without what spreadsheets and systems change: leading zeros, case, encoding of letters."""
     return re.sub(r"(?<!\d)0+(?=\d)", "", unicodedata.normalize("NFKC", identifier).casefold())
 
 

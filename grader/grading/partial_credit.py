@@ -166,8 +166,8 @@ def _credit_but_for_factor(answer: AnswerToCredit, judgement: Judgement) -> _Cre
     """Return the credit for an answer whose wrong entries are all correct except for signs or a common factor.
 
     The factor is a constant or, in a result that is divided by the determinant, the determinant. If the expected
-    entries are numbers, only wrong signs earn credit, because any number is correct up to a factor. A single number
-    earns nothing.
+    entries are numbers, only wrong signs earn credit, because any number is correct up to a factor. A single nonzero
+    number earns nothing.
     """
     part, parsed, domain, varying = answer.part, answer.parsed, answer.domain, answer.varying
     expected = [entry for row in part.answer.trees(domain.roles) for entry in row]
