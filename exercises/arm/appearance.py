@@ -424,7 +424,7 @@ def _common_extreme_signs(samples: Sequence[Sample], axis: int, moving: int) -> 
 
 
 def _extreme_signs(samples: Sequence[Sample], axis: int, moving: int) -> list[int | None]:
-    """Return 1 if the point's distance from an axis is a local maximum, -1 if it is a local minimum, else 0, per sample.
+    """Return for each sample 1 if the point's distance from an axis is a local maximum, -1 if a local minimum, else 0.
 
     The distance is a function of the joint `moving`. The result is None if that joint hardly changes it, for example
     if the point lies on the joint's own axis.
@@ -442,7 +442,7 @@ def _extreme_signs(samples: Sequence[Sample], axis: int, moving: int) -> list[in
 
 
 def _global_extreme_signs(samples: Sequence[Sample], axis: int, moving: int) -> list[int]:
-    """Return 1 if the point's distance from an axis is a global maximum, -1 if it is a global minimum, else 0, per sample.
+    """Return for each sample 1 if the point's distance from an axis is a global maximum, -1 if a minimum, else 0.
 
     The squared distance is a sum of sines and cosines of a revolute joint's angle and of twice that angle. Five values
     determine this sum. It may have two maxima if the axes are not parallel.

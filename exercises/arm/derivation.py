@@ -1,6 +1,6 @@
-"""Everything the chapter derives for one arm, derived once per structure, with numbers substituted per arm.
+"""Derive all results of the chapter once per structure, and substitute the numbers of each arm.
 
-A structure is a chain in which every length that is not zero is a symbol and joint offsets are absorbed into the joint
+A structure is a chain in which every nonzero length is a symbol and joint offsets are absorbed into the joint
 variables. Its results are proved (both routes give exactly the same Jacobian) and then hold for every arm of that
 structure.
 """
@@ -37,26 +37,29 @@ from qdot.exercises.common.errors import QdotError
 Values = dict[sp.Symbol, sp.Expr]
 
 MOST_TERMS, LONG = 3000, 100
-"""Terms that all maximal minors of a Jacobian may have together, and terms beyond which another way is preferred.
+"""Maximum number of terms in all maximal minors of a Jacobian, and the number above which elimination is preferred.
 
-The seven of a Panda have 400.
+The seven minors of a Panda have 400 terms.
 """
 
 
 class TooLong(QdotError):
-    """A result that is too long to be derived, and to be read."""
+    """The error raised if a result would be too long to be derived or read."""
 
 
 @dataclass(frozen=True)
 class Structure:
-    """A chain with symbols for everything that can be measured, and what each symbol stands for."""
+    """A chain with symbols for all lengths and angles that an arm may vary, and the value of each symbol."""
 
     chain: Chain
     values: tuple[tuple[sp.Symbol, sp.Expr], ...]
 
 
 def structure(chain: Chain) -> Structure:
-    """Return the structure of `chain`: lengths and odd angles as symbols, right angles, zeros and minus signs kept."""
+    """Return the structure of `chain`: lengths, and angles that are not multiples of pi/2, become symbols.
+
+    Right angles, zeros and minus signs are kept.
+    """
     values: Values = {q: q + offset for q, offset in zip(chain.q, chain.offsets, strict=True) if offset != 0}
 
     def generalize(name: str, value: sp.Expr) -> sp.Expr:
@@ -69,7 +72,7 @@ def structure(chain: Chain) -> Structure:
         elif value == 0:
             return sp.S.Zero
         elif value.as_coeff_Mul()[0].is_negative and not name.startswith("base"):
-            return -generalize(name, -value)  # its sign decides between stretched out and folded back
+            return -generalize(name, -value)  # the sign decides between stretched out and folded back
         if value != symbol:
             values[symbol] = value
         return symbol
@@ -81,13 +84,13 @@ def structure(chain: Chain) -> Structure:
 
 @lru_cache(maxsize=4096)
 def _generic_position(chain: Chain) -> sp.Matrix:
-    """Return the point of interest of a structure; with skew axes, the rest takes much longer."""
+    """Return the point of interest of a structure; if axes are skew, the other results take much longer."""
     return frames_and_point(chain)[1].applyfunc(textbook)
 
 
 @lru_cache(maxsize=4096)
 def _prove_geometry(chain: Chain) -> tuple[sp.Matrix, sp.Matrix, sp.Matrix]:
-    """Return axes, p* and the geometric Jacobian of a structure, on which both routes agree."""
+    """Return the axes, p* and the geometric Jacobian of a structure, after proving that both routes agree."""
     frames, point = frames_and_point(chain)
     z = sp.Matrix.hstack(*(frame.rotation[:, 2].applyfunc(textbook) for frame in frames[: chain.n]))
     on_axes = link_frames(chain)[convention_of(chain).frame_on_axis(1) :][: chain.n]
@@ -98,14 +101,14 @@ def _prove_geometry(chain: Chain) -> tuple[sp.Matrix, sp.Matrix, sp.Matrix]:
     working = formulas(chain)
     propagated = np.concatenate([propagate_linear_rows(working), working["angular"]])
     axes_of_convention = sp.Matrix.hstack(*(frame.rotation[:, 2] for frame in on_axes))
-    for differentiated, by_propagation, what in (
+    for differentiated, by_propagation, quantity in (
         (z.T, working["axes"][: chain.n], "z"),
         (axes_of_convention.T, working["axes"][: chain.n], "z"),
         (p_star.T, working["arms"][: chain.n], "p*"),
         (geometric, propagated, "Jacobian"),
     ):
         if not all(are_identical(a, b) for a, b in zip(differentiated, as_formulas(by_propagation), strict=True)):
-            raise RuntimeError(f"the two routes disagree on {what} of {chain}; please report this")
+            raise RuntimeError(f"the two routes disagree on {quantity} of {chain}; please report this")
     return z, p_star, geometric
 
 
@@ -114,7 +117,7 @@ def _geometric_jacobian(chain: Chain) -> sp.Matrix:
 
 
 def determinant_of(matrix: sp.Matrix) -> sp.Expr:
-    """Return the determinant multiplied out, sines and cosines being independent symbols."""
+    """Return the expanded determinant of a matrix; its sines and cosines are treated as independent symbols."""
     atoms = sorted(matrix.atoms(sp.sin, sp.cos), key=sp.default_sort_key)
     names = {atom: sp.Symbol(f"t_{i}") for i, atom in enumerate(atoms)}
     polynomials = DomainMatrix.from_Matrix(matrix.xreplace(names))
@@ -122,12 +125,12 @@ def determinant_of(matrix: sp.Matrix) -> sp.Expr:
 
 
 def short_jacobian(chain: Chain) -> sp.Matrix:
-    """Return a matrix with the maximal minors of the task Jacobian but shorter entries, if all six rows count.
+    """Return a matrix with the same maximal minors as the task Jacobian but shorter entries, if the task has six rows.
 
-    It is the Jacobian of the last link seen from frame k in the middle of the chain, with O_k as the reference point:
-    another frame and point of the same body multiply J from the left by a matrix of determinant 1, which leaves minors
-    of all six rows unchanged. For other tasks, with fewer joints, or if P is not a point of the last link, it is the
-    task Jacobian itself.
+    It is the Jacobian of the last link in frame k in the middle of the chain, with O_k as the reference point. Another
+    frame and point of the same body multiply J from the left by a matrix of determinant 1, which leaves minors of all
+    six rows unchanged. For other tasks, for fewer joints, or if P is not fixed to the last link, return the task
+    Jacobian itself.
     """
     if set(chain.task) != set(TASK_ROWS) or chain.n < len(TASK_ROWS) or not moves_with_last_link(chain):
         return task_matrix(_geometric_jacobian(chain), chain.task)
@@ -137,7 +140,10 @@ def short_jacobian(chain: Chain) -> sp.Matrix:
 
 
 def moves_with_last_link(chain: Chain) -> bool:
-    """Tell whether P could as well be fixed in the last link, as a wrist centre: later joints would not move it."""
+    """Return whether P might as well be fixed to the last link, because later joints do not move it.
+
+    A wrist centre is an example.
+    """
     if chain.point.frame == chain.n:
         return True
     frames, point = frames_and_point(chain)
@@ -156,8 +162,8 @@ def _expanded_minors(chain: Chain) -> tuple[sp.Expr, ...] | None:
     rows, cols = jacobian.shape
     size = min(rows, cols)
     minors, terms = [], 0
-    for chosen in product(combinations(range(rows), size), combinations(range(cols), size)):
-        minors.append(determinant_of(jacobian.extract(*map(list, chosen))))
+    for indices in product(combinations(range(rows), size), combinations(range(cols), size)):
+        minors.append(determinant_of(jacobian.extract(*map(list, indices))))
         terms += len(sp.Add.make_args(minors[-1]))
         if terms > MOST_TERMS:
             return None
@@ -165,21 +171,21 @@ def _expanded_minors(chain: Chain) -> tuple[sp.Expr, ...] | None:
 
 
 def minors_are_long(chain: Chain) -> bool:
-    """Tell whether the maximal minors of the task Jacobian have too many terms to be read."""
+    """Return whether the maximal minors of the task Jacobian have too many terms to be read."""
     minors = _expanded_minors(structure(chain).chain)
     return minors is None or sum(len(sp.Add.make_args(minor)) for minor in minors) > LONG
 
 
 @lru_cache(maxsize=4096)
 def _generic_minors(chain: Chain) -> tuple[Factored, ...]:
-    """Return every maximal minor of the task Jacobian, factored; just the determinant if it is square.
+    """Return every maximal minor of the task Jacobian, factored; only the determinant if it is square.
 
     Raises TooLong.
     """
     minors = _expanded_minors(chain)
     if minors is None:
-        what = "the determinant has" if len(chain.task) == chain.n else "the minors of J have"
-        raise TooLong(f"{what} more than {MOST_TERMS} terms, too many for conditions that a person could read")
+        subject = "the determinant has" if len(chain.task) == chain.n else "the minors of J have"
+        raise TooLong(f"{subject} more than {MOST_TERMS} terms, too many for conditions that a person could read")
     return _factor_all(minors)
 
 
@@ -188,7 +194,7 @@ _MOST_STORED = 64
 
 
 def store_minors(chain: Chain, minors: Callable[[], tuple[Factored, ...]]) -> None:
-    """Store the minors of an arm's structure, so that the grader, which needs them for few arms, derives none."""
+    """Store a function that returns the minors of an arm's structure, so that the grader need not derive them."""
     if len(_stored_minors) >= _MOST_STORED:
         _stored_minors.clear()
     _stored_minors[chain] = minors
@@ -207,8 +213,8 @@ def _generic_inverse(chain: Chain) -> tuple[tuple[Factored, ...], ...]:
     n = jacobian.rows
 
     def entry(i: int, j: int) -> Factored:
-        rest = jacobian.extract([r for r in range(n) if r != j], [c for c in range(n) if c != i])
-        cofactor = factor_trig((-1) ** (i + j) * (determinant_of(rest) if n > 1 else sp.S.One))
+        submatrix = jacobian.extract([r for r in range(n) if r != j], [c for c in range(n) if c != i])
+        cofactor = factor_trig((-1) ** (i + j) * (determinant_of(submatrix) if n > 1 else sp.S.One))
         return cofactor.over(determinant)
 
     return tuple(tuple(entry(i, j) for j in range(n)) for i in range(n))
@@ -216,11 +222,11 @@ def _generic_inverse(chain: Chain) -> tuple[tuple[Factored, ...], ...]:
 
 @lru_cache(maxsize=4096)
 def _generic_rates(chain: Chain) -> tuple[Factored, ...]:
-    """Return the rates by the adjugate, each over one denominator: (sum of cofactors times velocities) / det J."""
+    """Return the joint rates, each as one fraction: (sum of cofactors times velocities) / det J."""
     jacobian = task_matrix(_geometric_jacobian(chain), chain.task)
     (determinant,) = _generic_minors(chain)
     velocity = sp.Matrix(task_velocity(chain))
-    # By Cramer's rule: replacing column i by the velocity gives the numerator of rate i.
+    # Cramer's rule: the numerator of rate i is the determinant of J with the velocity as column i.
     numerators = (
         determinant_of(sp.Matrix.hstack(jacobian[:, :i], velocity, jacobian[:, i + 1 :])) for i in range(chain.n)
     )
@@ -231,11 +237,11 @@ def _generic_rates(chain: Chain) -> tuple[Factored, ...]:
 
 def _collect_by_velocity(rate: Factored, velocity: tuple[sp.Symbol, ...]) -> Factored:
     """Return the same product with its numerator collected by the task's velocities, as in the book."""
-    gathered = tuple(
+    factors = tuple(
         (sp.collect(sp.expand(f), velocity, textbook) if f.free_symbols & set(velocity) else f, power)
         for f, power in rate.factors
     )
-    return Factored(rate.coefficient, gathered)
+    return Factored(rate.coefficient, factors)
 
 
 class Derivation:
@@ -246,7 +252,7 @@ class Derivation:
         generic = structure(chain)
         self._structure, self._values = generic.chain, dict(generic.values)
 
-    # Computed on demand: the determinant of a 6-DOF arm needs none of them.
+    # These are computed on demand, because the determinant of a 6-DOF arm needs none of them.
     @cached_property
     def position(self) -> sp.Matrix:
         """The point of interest, 3 x 1 (m)."""
@@ -276,13 +282,14 @@ class Derivation:
         return task_matrix(self.geometric, self.chain.task)
 
     def fill(self, expression: sp.Expr) -> sp.Expr:
-        """Return an expression of the structure in this arm's numbers and symbols."""
+        """Return an expression of the structure with this arm's numbers and symbols substituted."""
         return substitute(expression, self._values)
 
     def fill_matrix(self, matrix: sp.Matrix) -> sp.Matrix:
-        """Return a matrix of the structure in this arm's numbers and symbols.
+        """Return a matrix of the structure with this arm's numbers and symbols substituted.
 
-        If the arm is described by its axes, its table has lengths with roots and angles that its file doesn't mention.
+        If the arm is described by its axes, its DH table has roots and angles that its file doesn't mention; these are
+        simplified.
         """
         filled = matrix.applyfunc(self.fill)
         if convention_of(self.chain).has_frames:
@@ -297,8 +304,8 @@ class Derivation:
     @cached_property
     def generic_minors(self) -> tuple[Factored, ...]:
         """The maximal minors of the structure's task Jacobian (one, the determinant, if square), factored."""
-        kept = _stored_minors.get(self.chain)
-        return _generic_minors(self._structure) if kept is None else kept()
+        stored = _stored_minors.get(self.chain)
+        return _generic_minors(self._structure) if stored is None else stored()
 
     @property
     def generic_joints(self) -> tuple[sp.Symbol, ...]:
@@ -342,12 +349,12 @@ class Derivation:
             raise ValueError(f"{self.chain.name}: the {what} needs a square Jacobian, and this one is {shape}")
 
     def link_jacobian(self, k: int) -> sp.Matrix:
-        """Return the 6 x n Jacobian of frame k: the velocity of O_k and of link k (6.9, 6.10, sums ending at k)."""
-        inner = derive(convention_of(self.chain).first_joints(k)).geometric
-        return sp.Matrix.hstack(inner, sp.zeros(6, self.chain.n - k))
+        """Return the 6 x n Jacobian of frame k: the velocity of O_k and of link k ((6.9), (6.10), sums up to k)."""
+        first_columns = derive(convention_of(self.chain).first_joints(k)).geometric
+        return sp.Matrix.hstack(first_columns, sp.zeros(6, self.chain.n - k))
 
     def twist(self, jacobian: sp.Matrix | None = None) -> sp.Matrix:
-        """Return J qd for the geometric Jacobian (6.4), or for another with n columns."""
+        """Return J qd for the geometric Jacobian (6.4), or for another matrix with n columns."""
         return (self.geometric if jacobian is None else jacobian) * sp.Matrix(self.chain.rates)
 
     def rate_law(self) -> sp.Matrix:
@@ -359,11 +366,11 @@ class Derivation:
 
 
 def task_velocity(chain: Chain) -> tuple[sp.Symbol, ...]:
-    """Return the symbols of the task's velocity, as in vx, vy."""
+    """Return the symbols of the task's velocity, such as vx, vy."""
     return tuple(sp.Symbol(row) for row in chain.task)
 
 
 @lru_cache(maxsize=512)
 def derive(chain: Chain) -> Derivation:
-    """Return the derivation of `chain` (cached, as several questions need that of the same arm)."""
+    """Return the derivation of `chain`; it is cached, because several questions use that of the same arm."""
     return Derivation(chain)

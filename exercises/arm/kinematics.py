@@ -1,11 +1,15 @@
-"""Velocity kinematics of a chain, by two independent routes, in the chapter's notation.
+"""Compute the velocity kinematics of a chain by two independent routes, in the chapter's notation.
 
-T_i: pose of frame i, R_i its rotation, O_i its origin; z_{i-1} = R_{i-1} (0, 0, 1): axis of joint i; p*_{i-1}:
-from O_{i-1} to the point of interest; p*_n is the point seen from O_n. World frame throughout; rows of a
-6 x n Jacobian are vx vy vz wx wy wz (6.6). If the arm is described by a modified table, the axis of joint i is z_i.
+All vectors are in the world frame:
 
-Route 1 differentiates the position (6.1-6.4); route 2, the stages of `derivation_graph`, propagates velocities
-(6.9-6.13). They share the DH table only: route 1 works in runs of parallel joints with absolute angles, route 2
+- T_i is the pose of frame i, R_i its rotation, O_i its origin;
+- z_{i-1} = R_{i-1} (0, 0, 1) is the axis of joint i (z_i if the arm is described by a modified table);
+- p*_{i-1} is the vector from O_{i-1} to the point of interest, and p*_n the vector from O_n.
+
+The rows of a 6 x n Jacobian are vx vy vz wx wy wz (6.6).
+
+Route 1 differentiates the position (6.1-6.4). Route 2, the stages of `derivation_graph`, propagates velocities
+(6.9-6.13). They share only the DH table: route 1 uses absolute angles in runs of parallel joints, and route 2
 multiplies rotation matrices joint by joint.
 """
 
@@ -34,7 +38,7 @@ class Frame:
 
 
 class _Run:
-    """A frame as `outer` Rz(`angle`): inside a run of parallel joints only the absolute angle grows."""
+    """The rotation of a frame as `outer` Rz(`angle`); in a run of parallel joints, only the absolute angle changes."""
 
     def __init__(self, outer: sp.Matrix, angle: sp.Expr) -> None:
         self.outer, self.angle = outer, angle
@@ -64,7 +68,10 @@ class _Run:
 def _walk_frames(
     base: Base, rows: Iterable[Joint], steps: Callable[[Joint], Iterable[tuple[str, sp.Expr, sp.Expr]]]
 ) -> Iterator[tuple[_Run, sp.Matrix]]:
-    """Yield every frame's run and origin, starting with the base; a run keeps changing after it was yielded."""
+    """Yield the run and the origin of every frame, starting with the base.
+
+    All frames share one run object, which changes after it has been yielded.
+    """
     run = _Run(sp.eye(3), sp.S.Zero)
     run.turn_z(base.yaw)
     run.turn_x(base.tilt)
@@ -85,8 +92,8 @@ def _walk_frames(
 def frames_and_point(chain: Chain) -> tuple[tuple[Frame, ...], sp.Matrix]:
     """Return frames 0 ... n and the position of the point of interest (3 x 1, m), by runs of parallel joints.
 
-    Angles are absolute, as in cos(theta1 + theta2), so that nothing needs to be simplified. The result is cached, as
-    every derivation begins here: copy a matrix before you change it.
+    Angles are absolute, as in cos(theta1 + theta2), so that nothing needs to be simplified. The result is cached,
+    because every derivation begins here; copy a matrix before you change it.
     """
     frames, point = [], sp.zeros(3, 1)
     for index, (run, origin) in enumerate(_walk_frames(chain.base, chain.joints, StandardDh.steps)):
@@ -105,7 +112,7 @@ def link_frames(chain: Chain) -> tuple[Frame, ...]:
 
 
 def frame_behind(joints: Iterable[Joint]) -> Frame:
-    """Return the frame after some joints of a chain, seen from the frame before them."""
+    """Return the frame after consecutive joints of a chain, in the coordinates of the frame before them."""
     *_, (run, origin) = _walk_frames(Base(), joints, StandardDh.steps)
     return run.frame(origin)
 
@@ -125,31 +132,32 @@ def jacobian_seen_from(chain: Chain, frame: int, about: int | None) -> sp.Matrix
         if about is None and i >= end:
             columns.append(sp.zeros(3, 1))
             continue
-        way = frame_behind(chain.joints[min(i, frame) : max(i, frame)])
+        relative = frame_behind(chain.joints[min(i, frame) : max(i, frame)])
         if i < frame:
-            z, origin = way.rotation.T * Z, -(way.rotation.T * way.origin)
+            z, origin = relative.rotation.T * Z, -(relative.rotation.T * relative.origin)
         else:
-            z, origin = way.rotation * Z, way.origin
+            z, origin = relative.rotation * Z, relative.origin
         linear, angular = (z.cross(point - origin), z) if joint.kind == "R" else (z, sp.zeros(3, 1))
         columns.append(linear if about is None else linear.col_join(angular))
     return sp.Matrix.hstack(*columns)
 
 
 def task_matrix(geometric: sp.Matrix, task: tuple[str, ...]) -> sp.Matrix:
-    """Return the rows of a 6 x n Jacobian that the task counts."""
+    """Return the rows of a 6 x n Jacobian that belong to the task."""
     return geometric.extract([TASK_ROWS.index(row) for row in task], list(range(geometric.cols)))
 
 
 @lru_cache(maxsize=4096)
 def _number(expression: sp.Expr) -> float:
-    """Return a number of the table; cached, as it is needed dozens of times for an arm."""
+    """Return a number of the table as a float; it is cached, because an arm uses it dozens of times."""
     return float(expression)
 
 
 class NumericChain:
-    """The same arm in numbers: a third, purely numerical reading of the DH table (4 x 4 products).
+    """The numeric arm: a third, purely numerical evaluation of the DH table by products of 4 x 4 matrices.
 
-    `values` gives each open parameter; poses are arrays of n joint values, or many of them at once (… x n).
+    `values` has a value for each symbolic parameter. A configuration is an array of n joint values; most methods take
+    many of them at once (… x n).
     """
 
     def __init__(self, chain: Chain, values: Mapping[str, float]) -> None:
@@ -173,13 +181,13 @@ class NumericChain:
         self._convention_place = np.array([number(value) for value in self._convention.base.position])
         self.point_frame = chain.point.frame
         self.offset = np.array([*map(number, chain.point.offset), 1.0])
-        none, tilt = np.zeros(()), np.array(number(chain.base.tilt))
-        self.base = _pose(np.array(number(chain.base.yaw)), none, none, (np.cos(tilt), np.sin(tilt)))
+        zero, tilt = np.zeros(()), np.array(number(chain.base.tilt))
+        self.base = _pose(np.array(number(chain.base.yaw)), zero, zero, (np.cos(tilt), np.sin(tilt)))
         self.base[:3, 3] = [number(value) for value in chain.base.position]
 
     @staticmethod
     def stack(arms: Sequence["NumericChain"]) -> "NumericChain":
-        """Return k arms of one structure as one, whose poses are k x m x n: each arm in m poses of its own."""
+        """Return k arms of the same structure as one object, whose configurations are k x m x n: m for each arm."""
         first = arms[0]
         combined = copy(first)
         if all(arm is first for arm in arms):
@@ -198,7 +206,7 @@ class NumericChain:
         return moved
 
     def first_joints(self, count: int, offset: tuple[float, float, float]) -> "NumericChain":
-        """Return the arm of the first joints only, with a point of interest fixed in the last of their frames."""
+        """Return the arm of the first joints only, with a point of interest fixed in their last frame."""
         shortened = copy(self)
         for name in ("kinds", "offsets", "fixed", "_revolute", "_offsets", "_fixed_entries", "_a"):
             setattr(shortened, name, getattr(self, name)[:count])
@@ -218,12 +226,12 @@ class NumericChain:
         return poses
 
     def convention_frames(self, frames: np.ndarray) -> np.ndarray:
-        """Return the frames of the arm's convention, for poses as `frames` returns them."""
+        """Return the frames of the arm's convention, for frames as returned by `frames`."""
         corners = frames[..., 1:, :3, 3] - self._a[:, None] * frames[..., 1:, :3, 0]
         return self._convention.frames_in_numbers(frames, corners, self._convention_place)
 
     def _entries(self, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return theta and d of every row of the table, of shape (…, n), or (n) if they are the same in all poses."""
+        """Return theta and d of every row of the table, shape (…, n), or (n) if they are constant."""
         moving_values = q + self._offsets
         if not self._slides:
             return moving_values, self._fixed_entries
@@ -236,7 +244,7 @@ class NumericChain:
         return self.point_of(self.frames(q))
 
     def point_of(self, frames: np.ndarray) -> np.ndarray:
-        """Return the point of interest for poses as `frames` returns them."""
+        """Return the point of interest for frames as returned by `frames`."""
         if self.offset.ndim > 1:  # several arms
             return np.asarray((frames[..., self.point_frame, :, :] @ self.offset[..., None])[..., :3, 0])
         return np.asarray((frames[..., self.point_frame, :, :] @ self.offset)[..., :3])
@@ -246,13 +254,13 @@ class NumericChain:
         return self.jacobian_of(self.frames(q))
 
     def jacobian_of(self, frames: np.ndarray) -> np.ndarray:
-        """Return the 6 x n Jacobian for poses as `frames` returns them."""
+        """Return the 6 x n Jacobian for frames as returned by `frames`."""
         z, origins = frames[..., :-1, :3, 2], frames[..., :-1, :3, 3]
         rows = np.empty((*z.shape[:-1], 6))
         rows[..., :3], rows[..., 3:] = cross(z, self.point_of(frames)[..., None, :] - origins), z
-        for slide in self._slides:
-            rows[..., slide, :3] = z[..., slide, :]
-            rows[..., slide, 3:] *= 0.0
+        for prismatic in self._slides:
+            rows[..., prismatic, :3] = z[..., prismatic, :]
+            rows[..., prismatic, 3:] *= 0.0
         rows[..., self.point_frame :, :3] *= 0.0  # joints that do not carry the point
         return rows.swapaxes(-1, -2)
 

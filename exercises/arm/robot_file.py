@@ -1,4 +1,4 @@
-"""Read a ROBOT.toml: a user's own arm. Every error names file, line, joint and key.
+"""Read a ROBOT.toml, which describes a user's own arm. Every error message names file, line, joint and key.
 
     name = "my arm"
     source = "its manual, p. 12"   # optional: the source of its numbers
@@ -9,7 +9,7 @@
     base = {position = [0, 0, 0.4], rpy = [0, 0, "pi/2"]}    # optional: the pose of frame O_0 in the world
     [[joint]]
     kind = "R"
-    theta = "theta1"               # or "-theta1 + pi/2", if the joint counts the other way
+    theta = "theta1"               # or "-theta1 + pi/2", if the joint variable increases in the opposite sense
     d = 0
     a = "a1"
     alpha = "pi/2"
@@ -18,11 +18,15 @@
     [draw]                         # optional, for assignments: ranges of each student's random lengths, in metres
     a1 = [0.3, 0.8]
 
-With convention = "screws", a [[joint]] has kind, axis = [0, 0, 1] and point = ["a1", 0, 0], a point on the axis, both
-in the base frame when all joint variables are zero, and the key `point` at the top is the point of interest then;
-twists are (omega, v), or (v, omega) with twist_order = "v-omega". Without `task`, the rows are: all six, for six joints
-or more that can move in all of them; for four joints the rows in which the arm moves, if they are four (SCARA); else
-the linear rows in which the point moves.
+With convention = "screws", a [[joint]] has kind, axis = [0, 0, 1] and point = ["a1", 0, 0], a point on the axis. Both
+are given in the base frame when all joint variables are zero, as is the key `point` at the top, the point of interest.
+Twists are (omega, v), or (v, omega) with twist_order = "v-omega".
+
+Without `task`, the rows are:
+
+- all six, for six joints or more that can move in all of them;
+- the rows in which the arm moves, for four joints that move in exactly four rows (SCARA);
+- otherwise, the linear rows in which the point moves.
 """
 
 import difflib
@@ -61,7 +65,7 @@ from qdot.exercises.common.stream import Stream
 ROW_KEYS = Convention.joint_keys
 ANGLES = ("theta", "alpha")
 MOST_JOINTS = 10
-"""The proof that both routes give the same Jacobian takes twice as long for each parallel joint more."""
+"""Maximum number of joints: each further parallel joint doubles the time of proving that both routes agree."""
 ANGLE_UNITS = ("radians", "degrees")
 """The units of a file's angles."""
 TOP_KEYS = ("name", "source", "convention", "twist_order", "angles", "task", "point", "base", "tool", "joint", "draw")
@@ -74,10 +78,10 @@ Draws = tuple[tuple[sp.Symbol, int, int], ...]
 
 @dataclass(frozen=True)
 class WrittenArm:
-    """The arm as its file describes it, if not by the standard table: a convention, and rows as written there.
+    """The arm as described in its file, if that is not a standard table: the convention, and the rows as written.
 
-    A row of a table is theta, d, a, alpha; a row of axes is the direction and a point, None for a prismatic joint.
-    `base` has its position and angles as written, None if the file has none.
+    A row of a table is theta, d, a, alpha. A row of axes is the direction and a point, which is None for a prismatic
+    joint. `base` has position and angles of the base as written; it is None if the file has no base.
     """
 
     convention: type[Convention]
@@ -87,11 +91,13 @@ class WrittenArm:
 
 @dataclass(frozen=True)
 class Robot:
-    """What a file describes: a chain, and the lengths to sample as (symbol, least, greatest) in whole centimetres.
+    """The robot that a file describes: a chain, and the lengths to sample as (symbol, minimum, maximum) in whole cm.
 
-    `written_arm` is the arm as written, None if that is the standard table; `limits` are those of each joint (rad or
-    m), None if the file has none. `notes` are warnings about probable mistakes. `source` is the source of the numbers,
-    or empty. If numbers of the standard table have no short formula, it is `rounded`, to ten decimals.
+    - `notes`: warnings about probable mistakes.
+    - `limits`: the limits of each joint (rad or m), None for a joint without limits.
+    - `written_arm`: the arm as written, None if that is the standard table.
+    - `source`: the source of the numbers, or empty.
+    - `rounded`: whether numbers of the standard table are rounded to ten decimals, because they have no short formula.
     """
 
     chain: Chain
@@ -104,7 +110,7 @@ class Robot:
 
 
 def read_robot(path: Path) -> Chain:
-    r"""Return the chain that a file describes, its lengths open. Raises QdotError as `read_robot_file` does.
+    r"""Return the chain that a file describes, with symbolic lengths. Raises QdotError as `read_robot_file` does.
 
     >>> import tempfile
     >>> row = 'kind = "R"\ntheta = "theta1"\nd = 0\na = "a1"\nalpha = 0'
@@ -120,7 +126,7 @@ def read_robot(path: Path) -> Chain:
 def read_robot_file(path: Path, tip: str = "") -> Robot:
     """Return the robot that a file describes: a URDF if its name ends in .urdf or .xml, else a ROBOT.toml.
 
-    For a URDF, `tip` is the link at the end of the chain. Raises QdotError with file, line, place and what is right.
+    For a URDF, `tip` is the link at the end of the chain. Raises QdotError with file, line, key and a correction.
     """
     if path.suffix.lower() in (".urdf", ".xml"):
         return _robot_of_urdf(path, read_urdf(path, tip))
@@ -149,7 +155,7 @@ def _robot_of_urdf(path: Path, described: UrdfChain) -> Robot:
 
 
 def robot_of(file: TomlFile) -> Robot:
-    """Return the robot that the content of a file describes. Raises QdotError."""
+    """Return the robot that a parsed TOML file describes. Raises QdotError."""
     reader = _Reader(file)
     chain = reader.chain()
     draws = _draws(file, chain)
@@ -186,10 +192,10 @@ class _Reader:
         self.written_arm: WrittenArm | None = None
         self.axis_points: tuple[Triple | None, ...] = ()
         self.home_axes: tuple[list[Axis], sp.Matrix | None] = ([], None)
-        """The axes at home and the point of interest, if the table may have rounded them."""
+        """The axes at home and the point of interest, for checking whether the table rounded them."""
 
     def chain(self) -> Chain:
-        """Return the arm, with the file's task, else the usual one."""
+        """Return the arm with the task in the file, or with the default task if the file has none."""
         base, joints, point = self._read_table() if self.has_table else self._read_axes()
         name, order = self.convention.name, self.twist_order
         chain = Chain(self.title, joints, ("vx",), base, point, self.title, name, self.axis_points, order)
@@ -199,7 +205,7 @@ class _Reader:
             return chain.with_task(*_task(self.table["task"]))
 
     def _text(self, key: str, example: str) -> str:
-        """Return a text as one line."""
+        """Return the text under a key as a single line. Raises QdotError if it is empty or no text."""
         value = self.table[key]
         with self.file.at(key):
             if not isinstance(value, str) or not value.strip():
@@ -210,24 +216,24 @@ class _Reader:
         value = self.table.get(key, known[0])
         with self.file.at(key):
             if value not in known:
-                meant = ALIASES.get(str(value).lower().replace("_", "-")) if key == "convention" else None
-                hint = f"; for what you wrote, that is {toml_text(meant)}" if meant else ""
+                alias = ALIASES.get(str(value).lower().replace("_", "-")) if key == "convention" else None
+                hint = f"; for what you wrote, that is {toml_text(alias)}" if alias else ""
                 raise QdotError(f"it is {' or '.join(map(toml_text, known))}{hint}")
         return str(value)
 
     def _kind(self, index: int, row: dict[str, Any]) -> str:
-        keys, place = self.convention.joint_keys, ("joint", index)
+        keys, path = self.convention.joint_keys, ("joint", index)
         self._check_convention(index, row)
-        self.file.check_keys(place, (*keys, "limits"), ("kind",), TOP_KEYS)
-        with self.file.at(*place, "kind"):  # it decides which other keys are needed
+        self.file.check_keys(path, (*keys, "limits"), ("kind",), TOP_KEYS)
+        with self.file.at(*path, "kind"):  # the kind decides which other keys are needed
             if row["kind"] not in ("R", "P"):
                 raise QdotError('it is "R" (revolute) or "P" (prismatic)')
-        slides = not self.has_table and row["kind"] == "P"
-        self.file.check_keys(place, (*keys, "limits"), keys[:2] if slides else keys)
+        needs_no_point = not self.has_table and row["kind"] == "P"
+        self.file.check_keys(path, (*keys, "limits"), keys[:2] if needs_no_point else keys)
         return str(row["kind"])
 
     def _check_convention(self, index: int, row: dict[str, Any]) -> None:
-        """Refuse a joint that does not fit the file's convention, which may have been forgotten."""
+        """Raise QdotError if a joint does not match the file's convention, which may have been omitted."""
         key = next((key for key in row if key in (("axis",) if self.has_table else ROW_KEYS[1:])), None)
         if key is None:
             return
@@ -256,14 +262,14 @@ class _Reader:
             self.home_axes = axes_of_rows(rows, base, self.convention), None
         table = dh_of_modified_rows if self.has_links_first else dh_of_standard_rows
         if self.has_links_first or any(row.is_reversed for row in rows):
-            written = zip(rows, self.variables, strict=True)
+            pairs = zip(rows, self.variables, strict=True)
             self.written_arm = WrittenArm(
-                self.convention, tuple(row.entries(variable) for row, variable in written), self._written_base()
+                self.convention, tuple(row.entries(variable) for row, variable in pairs), self._written_base()
             )
         return table(rows, base, self._point())
 
     def _written_base(self) -> tuple[Triple, Triple] | None:
-        """Return position and angles of the base as written."""
+        """Return the position and the angles of the base as written; None if the file has no base."""
         if "base" not in self.table:
             return None
         table = self.table["base"]
@@ -272,19 +278,20 @@ class _Reader:
 
     def _row(self, index: int) -> Row:
         row, variable = self.rows[index], self.variables[index]
-        kind, moving = row["kind"], "theta" if row["kind"] == "R" else "d"
+        kind, variable_key = row["kind"], "theta" if row["kind"] == "R" else "d"
         values: dict[str, sp.Expr] = {}
         is_reversed = False
-        for key in (moving, *(key for key in ROW_KEYS[1:] if key != moving)):  # most mistakes are in what moves
+        # most mistakes are in the entry with the joint variable
+        for key in (variable_key, *(key for key in ROW_KEYS[1:] if key != variable_key)):
             with self.file.at("joint", index, key):
                 value = self._value(row[key], key in ANGLES)
-                if key == moving:
+                if key == variable_key:
                     value, is_reversed = _split_variable(value, variable, kind)
                 values[key] = self._check_entry(value, key in ANGLES)
         return Row(kind, values["theta"], values["d"], values["a"], values["alpha"], is_reversed)
 
     def _point(self) -> Point | None:
-        """Return the point of interest in a frame of the table as written, None if the file has none."""
+        """Return the point of interest in a frame of the table as written; None if the file has none."""
         n = len(self.rows)
         if "tool" in self.table:
             if "point" in self.table:
@@ -296,17 +303,17 @@ class _Reader:
         if "point" not in self.table:
             return None
         raw = self.table["point"]
-        right = f'it is the origin of a frame, "O0" … "O{n}", or [x, y, z] in the last frame'
+        correction = f'it is the origin of a frame, "O0" … "O{n}", or [x, y, z] in the last frame'
         with self.file.at("point"):
             if isinstance(raw, str):
                 match = re.fullmatch(r"O_?(\d{1,2})", raw)
                 if match is None or int(match.group(1)) > n:
-                    raise QdotError(right)
+                    raise QdotError(correction)
                 return Point(int(match.group(1)))
-            return self._read_point(raw, right)
+            return self._read_point(raw, correction)
 
     def _read_point(self, raw: object, right: str) -> Point:
-        """Return a point as [x, y, z] on the last link, or {frame = 2, offset = [x, y, z]}."""
+        """Parse a point: [x, y, z] on the last link, or {frame = 2, offset = [x, y, z]}."""
         frame = len(self.rows)
         if isinstance(raw, dict):
             if {*raw} != {"frame", "offset"} or type(raw["frame"]) is not int or not 0 <= raw["frame"] <= frame:
@@ -325,8 +332,8 @@ class _Reader:
         self.file.check_keys((), TOP_KEYS, ("name", "joint", "point"))
         base = self._pose("base")
         with self.file.at("point"):
-            home = "it is [x, y, z] in the base frame, where the point of interest is when all joint variables are zero"
-            home_point = self._read_point(self.table["point"], home)
+            hint = "it is [x, y, z] in the base frame, where the point of interest is when all joint variables are zero"
+            home_point = self._read_point(self.table["point"], hint)
         point = base @ Pose(sp.eye(3), sp.Matrix(home_point.offset))
         axes = [self._axis(index) for index in range(len(self.rows))]
         self.written_arm = replace(_written_axes(axes), base=self._written_base())
@@ -346,15 +353,15 @@ class _Reader:
         """Return an axis as written, in the base frame."""
         row = self.rows[index]
         with self.file.at("joint", index, "axis"):
-            right = "it is the direction of the axis at home, three numbers that are not all zero, as in [0, 0, 1]"
-            direction = sp.Matrix(self._triple(row["axis"], right))
+            message = "it is the direction of the axis at home, three numbers that are not all zero, as in [0, 0, 1]"
+            direction = sp.Matrix(self._triple(row["axis"], message))
             if direction.free_symbols or direction.norm() == 0:
-                raise QdotError(right)
-        through = (sp.S.Zero,) * 3
+                raise QdotError(message)
+        axis_point = (sp.S.Zero,) * 3
         if "point" in row:
             with self.file.at("joint", index, "point"):
-                through = self._triple(row["point"], "it is a point on the axis at home, [x, y, z] in metres")
-        return Axis(row["kind"], direction, sp.Matrix(through))
+                axis_point = self._triple(row["point"], "it is a point on the axis at home, [x, y, z] in metres")
+        return Axis(row["kind"], direction, sp.Matrix(axis_point))
 
     # --- entries ---
 
@@ -397,7 +404,7 @@ class _Reader:
         return value
 
     def limits(self) -> tuple[Limits | None, ...]:
-        """Return the limits of each joint."""
+        """Return the limits of each joint; None for a joint without limits."""
         return tuple(self._limits(index) for index in range(len(self.rows)))
 
     def _limits(self, index: int) -> Limits | None:
@@ -405,14 +412,14 @@ class _Reader:
         if "limits" not in row:
             return None
         is_angle = row["kind"] == "R"
-        right = "they are two numbers, the lower first, as in " + ('["-pi/2", "pi/2"]' if is_angle else "[0, 0.5]")
+        message = "they are two numbers, the lower first, as in " + ('["-pi/2", "pi/2"]' if is_angle else "[0, 0.5]")
         with self.file.at("joint", index, "limits"):
             ends = row["limits"]
             if not isinstance(ends, list) or len(ends) != 2:
-                raise QdotError(right)
+                raise QdotError(message)
             low, high = (value_of(end, is_angle, self.in_degrees) for end in ends)
             if low.free_symbols or high.free_symbols or not low < high:
-                raise QdotError(right)
+                raise QdotError(message)
         return low, high
 
 
@@ -430,7 +437,7 @@ def _written_axes(axes: Sequence[Axis]) -> WrittenArm:
 
 
 def _split_variable(value: sp.Expr, variable: sp.Symbol, kind: str) -> tuple[sp.Expr, bool]:
-    """Return the offset that is added to a joint's variable, and whether that is negative. Raises QdotError."""
+    """Return the offset added to a joint's variable, and whether the variable has a minus sign. Raises QdotError."""
     for sign in (1, -1):
         rest = sp.expand(value - sign * variable)
         if variable not in rest.free_symbols:
@@ -443,7 +450,7 @@ def _split_variable(value: sp.Expr, variable: sp.Symbol, kind: str) -> tuple[sp.
 
 
 def _check_symbols(value: sp.Expr, variables: Sequence[sp.Symbol]) -> None:
-    """Refuse the variables of joints, also of joints that don't exist."""
+    """Raise QdotError if an entry contains joint variables, including those of joints that don't exist."""
     for symbol in sorted(value.free_symbols, key=str):
         if symbol in variables:
             number = list(variables).index(symbol) + 1
@@ -458,9 +465,9 @@ def _task(raw: object) -> tuple[str, ...]:
         raise QdotError('it is a list of the rows that count, as in ["vx", "vy"]')
     for row in raw:
         if row not in TASK_ROWS:
-            meant = f"v{row.lower()}" if row.lower() in ("x", "y", "z") else row.lower()
-            close = difflib.get_close_matches(meant, TASK_ROWS, n=1, cutoff=0.5)
-            hint = f" (did you mean {close[0]!r}?)" if close else ""
+            guess = f"v{row.lower()}" if row.lower() in ("x", "y", "z") else row.lower()
+            matches = difflib.get_close_matches(guess, TASK_ROWS, n=1, cutoff=0.5)
+            hint = f" (did you mean {matches[0]!r}?)" if matches else ""
             raise QdotError(f"unknown row {row!r}{hint}; known: {', '.join(TASK_ROWS)}")
         if raw.count(row) > 1:
             raise QdotError(f"the row {row!r} is named twice")
@@ -490,7 +497,7 @@ def _draws(file: TomlFile, chain: Chain) -> Draws:
 
 
 def _range(name: str, ends: object) -> tuple[int, int]:
-    """Return the ends of a range in centimetres."""
+    """Return the two ends of a range in whole centimetres. Raises QdotError if it is no valid range."""
     if not isinstance(ends, list) or len(ends) != 2 or not all(map(_is_number, ends)):
         raise QdotError(_RANGE)
     low, high = ends
@@ -505,9 +512,9 @@ def _range(name: str, ends: object) -> tuple[int, int]:
     first = max(1, int((100 * Decimal(low)).to_integral_value(ROUND_FLOOR)))
     last = int((100 * Decimal(high)).to_integral_value(ROUND_CEILING))
     if first != 100 * low or last != 100 * high:
-        wide = max(last, first + 1)
-        near = f"{name} = [{first / 100:.2f}, {wide / 100:.2f}]"
-        raise QdotError(f"lengths are drawn in whole centimetres; write {near}")
+        upper = max(last, first + 1)
+        suggestion = f"{name} = [{first / 100:.2f}, {upper / 100:.2f}]"
+        raise QdotError(f"lengths are drawn in whole centimetres; write {suggestion}")
     return first, last
 
 
@@ -518,12 +525,12 @@ def _notes(file: TomlFile, chain: Chain, draws: Sequence[tuple[sp.Symbol, int, i
     entries = [(("joint", i, key), getattr(joint, key)) for i, joint in joints for key in ("d", "a")]
     entries += [(("point",), value) for value in chain.point.offset]
     entries += [(("draw", symbol.name), sp.Rational(high, 100)) for symbol, _, high in draws]
-    doubts = [(place, why) for place, value in entries if (why := doubt(value)) is not None]
+    doubts = [(path, reason) for path, value in entries if (reason := doubt(value)) is not None]
     if not doubts:
         return ()
-    (place, why), more = doubts[0], len(doubts) - 1
-    others = f" ({more} more like this)" if more else ""
-    return (f"{file.place(*place)}: {why}{others}",)
+    (path, reason), other_count = doubts[0], len(doubts) - 1
+    others = f" ({other_count} more like this)" if other_count else ""
+    return (f"{file.place(*path)}: {reason}{others}",)
 
 
 def _is_number(value: object) -> bool:
@@ -531,21 +538,21 @@ def _is_number(value: object) -> bool:
 
 
 _CLEARLY = 1e-6
-"""An entry of J, which is of the size of an arm, that is more than a rounding error."""
+"""An entry of J above this is more than a rounding error; entries have the order of magnitude of an arm's length."""
 
 
 @lru_cache(maxsize=64)
 def _moves_somewhere(chain: Chain) -> tuple[bool, ...]:
     """Return for each row of J whether it is clearly nonzero at one of three configurations.
 
-    That avoids the formulas of long arms, which take minutes if axes are skew.
+    This avoids deriving formulas for arms with many joints, which takes minutes if axes are skew.
     """
-    draws = Stream("rows of J")
-    values = {symbol.name: draws.uniform(0.4, 1.4) for symbol in chain.parameters}
-    q = np.array([[draws.uniform(-3, 3) for _ in chain.q] for _ in range(3)])
+    rng = Stream("rows of J")
+    values = {symbol.name: rng.uniform(0.4, 1.4) for symbol in chain.parameters}
+    q = np.array([[rng.uniform(-3, 3) for _ in chain.q] for _ in range(3)])
     try:
         largest = np.abs(NumericChain(chain, values).jacobian(q)).max(axis=(0, 2))
-    except TypeError:  # no real number with these lengths, as sqrt(a1**2 - d1**2)
+    except TypeError:  # a constant is not real for these lengths, e.g. sqrt(a1**2 - d1**2)
         return (False,) * len(TASK_ROWS)
     return tuple(bool(size > _CLEARLY) for size in largest)
 
@@ -555,7 +562,7 @@ def _is_no_zero_row(chain: Chain, i: int) -> bool:
 
 
 def default_task(chain: Chain) -> tuple[str, ...]:
-    """Return the rows that count if the file names none; see above."""
+    """Return the task's rows for a file without `task`; see the module's docstring."""
     moving = tuple(row for i, row in enumerate(TASK_ROWS) if _moves_somewhere(chain)[i] or _is_no_zero_row(chain, i))
     if chain.n >= 6 and len(moving) == len(TASK_ROWS):
         return TASK_ROWS

@@ -1,10 +1,11 @@
-"""Trigonometric polynomials in the form in which a textbook writes them, and exact tests of equality.
+"""Write trigonometric polynomials in textbook form, and test exactly whether they are equal.
 
-An entry of a Jacobian is a polynomial in lengths and in sines and cosines of whole-number sums of angles. Three forms
-are used here: the Fourier form, a sum of coefficient * cos(sum) and coefficient * sin(sum), often the shortest; the
-polynomial in the sine and cosine of each angle with s^2 = 1 - c^2, which is unique, so that it proves equality; and the
-factored form, in which c^2 + s^2 is not replaced by 1 before factoring, because doing so destroys the factors (shared
-recipe, steps 3 to 6).
+An entry of a Jacobian is a polynomial in lengths and in sines and cosines of integer combinations of angles. Three
+forms are used here (shared recipe, steps 3 to 6):
+
+- the Fourier form, a sum of coefficient * cos(sum) and coefficient * sin(sum), which is often the shortest;
+- the polynomial in the sine and cosine of each angle with s^2 = 1 - c^2, which is unique and therefore proves equality;
+- the factored form, in which c^2 + s^2 is replaced by 1 only after factoring, because doing so before destroys factors.
 """
 
 import operator
@@ -18,9 +19,9 @@ import sympy as sp
 
 @dataclass(frozen=True)
 class Fourier:
-    """A sum of terms A cos(phi) + B sin(phi), phi being different sums of whole-number multiples of `angles`.
+    """A sum of terms A cos(phi) + B sin(phi), in which each phi is a different integer combination of `angles`.
 
-    `terms` has (A, B) for each phi, by the multiples in it, the first of which that is not zero is positive.
+    `terms` maps the multiples in phi to (A, B). The first multiple that is not zero is positive.
     """
 
     angles: tuple[sp.Symbol, ...]
@@ -34,34 +35,38 @@ class Fourier:
 
     def expression(self) -> sp.Expr:
         """Return the SymPy expression."""
-        out = []
+        summands = []
         for multiples, (cosine, sine) in self.terms.items():
             phi = sp.Add(*(k * angle for k, angle in zip(multiples, self.angles, strict=True)))
-            out += [cosine * sp.cos(phi), sine * sp.sin(phi)]
-        return sp.Add(*out)
+            summands += [cosine * sp.cos(phi), sine * sp.sin(phi)]
+        return sp.Add(*summands)
 
 
 def fourier(expression: sp.Expr) -> Fourier:
     """Return the Fourier form of a trigonometric polynomial.
 
-    With e = exp(i angle), sines and cosines are sums of e and 1/e, for each of which there is a symbol: multiplied out,
-    the exponents of e in a term are the multiples of the angles. Raises ValueError if the expression is not a
-    trigonometric polynomial with whole-number multiples.
+    With e = exp(i angle), sines and cosines are sums of e and 1/e, each of which is represented by a symbol. In the
+    expanded polynomial, the exponents of e in a term are the multiples of the angles. Raises ValueError if the
+    expression is not a trigonometric polynomial with integer multiples.
     """
     trigs = _trig_atoms(expression)
     angles = _sort_symbols({angle for trig in trigs for angle in trig.free_symbols})
     lengths = _sort_symbols(expression.free_symbols - set(angles))
     exponentials = {angle: (sp.Dummy(), sp.Dummy()) for angle in angles}
-    waves = {}
+    in_exponentials = {}
     for trig in trigs:
         multiples = _multiples(trig.args[0])
-        ahead, behind = (
+        positive, negative = (
             sp.Mul(*(exponentials[angle][(count < 0) != is_behind] ** abs(count) for angle, count in multiples.items()))
             for is_behind in (False, True)
         )
-        waves[trig] = (ahead + behind) / 2 if isinstance(trig, sp.cos) else (ahead - behind) / (2 * sp.I)
+        in_exponentials[trig] = (
+            (positive + negative) / 2 if isinstance(trig, sp.cos) else (positive - negative) / (2 * sp.I)
+        )
     symbols = [*lengths, *(symbol for pair in exponentials.values() for symbol in pair)]
-    polynomial = sp.polys.rings.PolyRing(symbols or [sp.Dummy()], sp.QQ_I).from_expr(expression.xreplace(waves))
+    polynomial = sp.polys.rings.PolyRing(symbols or [sp.Dummy()], sp.QQ_I).from_expr(
+        expression.xreplace(in_exponentials)
+    )
     terms: dict[tuple[int, ...], list[list[sp.Expr]]] = {}
     for powers, coefficient in polynomial.terms():
         exponents = powers[len(lengths) :]
@@ -82,7 +87,7 @@ def _rational(number: Any) -> sp.Rational:
 
 
 def _multiples(phi: sp.Expr) -> dict[sp.Symbol, int]:
-    """Return the whole numbers by which symbols are multiplied in an angle. Raises ValueError."""
+    """Return the integers by which symbols are multiplied in an angle. Raises ValueError."""
     multiples = phi.expand().as_coefficients_dict()
     if any(not (angle.is_Symbol and count.is_Integer) for angle, count in multiples.items()):
         raise ValueError(f"{phi} is not a whole-number sum of angles")
@@ -98,11 +103,11 @@ def _trig_atoms(expression: sp.Expr) -> list[sp.Expr]:
 
 
 def are_identical(a: sp.Expr, b: sp.Expr) -> bool:
-    """Tell whether two trigonometric polynomials are the same function; this is a proof, not a test at points.
+    """Return whether two trigonometric polynomials are the same function; this is a proof, not a test at points.
 
-    Their difference is a polynomial in s = sin and c = cos of each angle, whose remainder after division by all
-    s^2 + c^2 - 1 is unique; this is short if many angles are multiplied, unlike the Fourier form. Raises ValueError if
-    one of them is not a trigonometric polynomial with whole-number multiples of angles.
+    Their difference is a polynomial in s = sin and c = cos of each angle. Its remainder after division by all
+    s^2 + c^2 - 1 is unique. Unlike the Fourier form, it stays short if sines and cosines of many angles are multiplied.
+    Raises ValueError if either is not a trigonometric polynomial with integer multiples of angles.
     """
     if a == b:
         return True
@@ -138,19 +143,19 @@ class Factored:
         powers = dict(self.factors)
         for factor, power in divisor.factors:
             powers[factor] = powers.get(factor, 0) - power
-        left = tuple((factor, power) for factor, power in powers.items() if power)
-        return Factored(self.coefficient / divisor.coefficient, left)
+        remaining = tuple((factor, power) for factor, power in powers.items() if power)
+        return Factored(self.coefficient / divisor.coefficient, remaining)
 
     def substitute(self, values: Mapping[sp.Symbol, sp.Expr]) -> sp.Expr:
         """Return the product with `values` substituted, factor by factor; equal lengths are factored out of sums."""
-        some_equal = len(set(values.values())) < len(values)
-        put_in = [(substitute(factor, values), power) for factor, power in self.factors]
-        pieces = [(numbers_inside(sp.factor_terms(base)) if some_equal else base) ** power for base, power in put_in]
-        return sp.Mul(self.coefficient, *pieces)
+        has_duplicates = len(set(values.values())) < len(values)
+        bases = [(substitute(factor, values), power) for factor, power in self.factors]
+        powers = [(numbers_inside(sp.factor_terms(base)) if has_duplicates else base) ** power for base, power in bases]
+        return sp.Mul(self.coefficient, *powers)
 
 
 def numbers_inside(product: sp.Expr) -> sp.Expr:
-    """Return a product with its fraction moved inside the sum whose terms have numeric factors.
+    """Move the fraction of a product into its first sum whose terms have numeric factors, and return the product.
 
     >>> x, y, z = sp.symbols("x y z")
     >>> numbers_inside(z * (15 * x + 7 * y) / 20), numbers_inside(z * (x + y) / 20)
@@ -166,7 +171,7 @@ def numbers_inside(product: sp.Expr) -> sp.Expr:
 
 
 def _has_numbers(terms: sp.Expr) -> bool:
-    """Tell whether a term of a sum, or of a sum within it, has a numeric factor other than 1."""
+    """Return whether a term of a sum, or of a sum within it, has a numeric factor other than 1."""
     return any(
         abs(term.as_coeff_Mul()[0]) != 1 or any(inner.is_Add and _has_numbers(inner) for inner in term.args)
         for term in terms.args
@@ -184,23 +189,23 @@ def without_arctangents(expression: sp.Expr) -> sp.Expr:
     """
     if not expression.has(sp.atan2):
         return expression
-    turned = {trig: _expand_arctangents(trig) for trig in expression.atoms(sp.sin, sp.cos) if trig.has(sp.atan2)}
-    plain = sp.expand(expression.xreplace(turned))
-    return expression if any(power.exp < 0 for power in plain.atoms(sp.Pow)) else plain
+    expanded = {trig: _expand_arctangents(trig) for trig in expression.atoms(sp.sin, sp.cos) if trig.has(sp.atan2)}
+    result = sp.expand(expression.xreplace(expanded))
+    return expression if any(power.exp < 0 for power in result.atoms(sp.Pow)) else result
 
 
 def _expand_arctangents(trig: sp.Expr) -> sp.Expr:
     """Expand the sine or cosine of a sum, so that its arctangents become quotients with a root."""
-    fixed = [term for term in sp.Add.make_args(trig.args[0]) if term.has(sp.atan2)]
-    c, s = sp.cos(trig.args[0] - sp.Add(*fixed)), sp.sin(trig.args[0] - sp.Add(*fixed))
-    for term in fixed:
+    arctangents = [term for term in sp.Add.make_args(trig.args[0]) if term.has(sp.atan2)]
+    c, s = sp.cos(trig.args[0] - sp.Add(*arctangents)), sp.sin(trig.args[0] - sp.Add(*arctangents))
+    for term in arctangents:
         x, y = sp.cos(term), sp.sin(term)
         c, s = c * x - s * y, s * x + c * y
     return c if isinstance(trig, sp.cos) else s
 
 
 _LONG = 400
-"""Operations of an expression that is left unchanged."""
+"""An expression with more operations than this is left unchanged."""
 
 
 def without_brackets(expression: sp.Expr) -> sp.Expr:
@@ -216,13 +221,13 @@ def without_brackets(expression: sp.Expr) -> sp.Expr:
         return expression
     groups: dict[sp.Expr, list[sp.Expr]] = {}
     for term in sp.Add.make_args(sp.expand(expression)):
-        rest, turning = term.as_independent(sp.sin, sp.cos, as_Add=False)
-        groups.setdefault(turning, []).append(rest)
-    return sp.Add(*(sp.Add(*rest) * turning for turning, rest in groups.items()))
+        coefficient, trigs = term.as_independent(sp.sin, sp.cos, as_Add=False)
+        groups.setdefault(trigs, []).append(coefficient)
+    return sp.Add(*(sp.Add(*coefficient) * trigs for trigs, coefficient in groups.items()))
 
 
 def _has_bracket(product: sp.Mul) -> bool:
-    """Tell whether a root of a number multiplies a sum."""
+    """Return whether a root of a number multiplies a sum."""
     numbers = [factor for factor in product.args if factor.is_number]
     return any(map(_is_root, numbers)) and any(factor.is_Add and factor.free_symbols for factor in product.args)
 
@@ -232,7 +237,10 @@ def _is_root(number: sp.Expr) -> bool:
 
 
 def substitute(expression: sp.Expr, values: Mapping[sp.Symbol, sp.Expr]) -> sp.Expr:
-    """Return `expression` with symbols replaced all at once; SymPy folds right angles: cos(t + pi/2) = -sin(t)."""
+    """Return `expression` with all symbols replaced simultaneously.
+
+    SymPy simplifies right angles in it: cos(t + pi/2) becomes -sin(t).
+    """
     return expression.xreplace(dict(values))
 
 
@@ -240,11 +248,11 @@ def substitute(expression: sp.Expr, values: Mapping[sp.Symbol, sp.Expr]) -> sp.E
 def factor_trig(expression: sp.Expr, most: int = 200) -> Factored:
     """Return the textbook's factored form of a trigonometric polynomial.
 
-    A sum of more than `most` terms is searched only for factors that all terms share: more would take minutes, and
-    no one reads the result.
+    In a sum of more than `most` terms, only common factors of all terms are found. Factoring it would take minutes, and
+    nobody would read the result.
 
-    Sines and cosines of each angle sum are factored as independent symbols; then each factor takes the shorter of
-    that form and its Fourier form, so that c2*s23 - s2*c23 becomes s3 and c^2 + s^2 becomes 1.
+    Sines and cosines of each angle sum are factored as independent symbols. Then each factor is written in this form or
+    its Fourier form, whichever is shorter: c2*s23 - s2*c23 becomes s3, and c^2 + s^2 becomes 1.
 
     Raises ValueError for roots of numbers, because factors are over the rationals.
     """
@@ -269,7 +277,7 @@ def factor_trig(expression: sp.Expr, most: int = 200) -> Factored:
 
 
 def _polynomial_factors(expression: sp.Expr, most: int) -> tuple[sp.Expr, list[tuple[sp.Expr, int]]]:
-    """Return coefficient and factors of a polynomial; only the common factors of its terms if it has over `most`."""
+    """Return the coefficient and the factors of a polynomial; only common factors if it has more than `most` terms."""
     if not expression.free_symbols:
         return expression, []
     polynomial = sp.Poly(expression)
@@ -281,16 +289,17 @@ def _polynomial_factors(expression: sp.Expr, most: int) -> tuple[sp.Expr, list[t
     if len(primitive.terms()) > most:
         return coefficient, [*factors, (primitive.as_expr(), 1)]
     common, rest = _linear_factor(primitive)
-    more, pieces = common.factor_list()
-    factors += [(piece.as_expr(), power) for piece, power in pieces]
-    return coefficient * more, factors if rest is None else [*factors, (rest, 1)]
+    content, common_factors = common.factor_list()
+    factors += [(factor.as_expr(), power) for factor, power in common_factors]
+    return coefficient * content, factors if rest is None else [*factors, (rest, 1)]
 
 
 def _linear_factor(primitive: sp.Poly) -> tuple[sp.Poly, sp.Expr | None]:
-    """Split off the factor with a symbol that occurs to the first power only; return what is left, and the factor.
+    """Split off the factor that contains a symbol of degree one; return the remaining polynomial, and the factor.
 
     A polynomial x A + B is g (x A' + B') with the greatest common divisor g of A and B, and x A' + B' is irreducible.
-    That is much faster than a general factorization, and applies to most lengths.
+    This is much faster than a general factorization, and applies to most lengths. Return None for the factor if there
+    is no such symbol.
     """
     terms = primitive.terms()
     linear = [k for k, powers in enumerate(zip(*primitive.monoms(), strict=True)) if max(powers) == 1]
@@ -298,11 +307,11 @@ def _linear_factor(primitive: sp.Poly) -> tuple[sp.Poly, sp.Expr | None]:
         return primitive, None
     k = min(linear, key=lambda k: sum(powers[k] for powers, _ in terms))
     ring = sp.polys.rings.PolyRing(primitive.gens, sp.ZZ)
-    whole = ring.from_dict({powers: sp.ZZ(int(c)) for powers, c in terms})
-    without = ring.from_dict({powers: c for powers, c in whole.items() if not powers[k]})
-    common = (whole - without).exquo(ring.gens[k]).gcd(without)
+    polynomial = ring.from_dict({powers: sp.ZZ(int(c)) for powers, c in terms})
+    constant_part = ring.from_dict({powers: c for powers, c in polynomial.items() if not powers[k]})
+    common = (polynomial - constant_part).exquo(ring.gens[k]).gcd(constant_part)
     common *= 1 if common.LC > 0 else -1
-    return sp.Poly.from_dict(dict(common), *primitive.gens), whole.exquo(common).as_expr()
+    return sp.Poly.from_dict(dict(common), *primitive.gens), polynomial.exquo(common).as_expr()
 
 
 def _as_symbols(expression: sp.Expr) -> tuple[dict[sp.Expr, sp.Symbol], dict[sp.Symbol, sp.Expr]]:
@@ -316,13 +325,14 @@ def _as_symbols(expression: sp.Expr) -> tuple[dict[sp.Expr, sp.Symbol], dict[sp.
 
 
 _LONGEST = 3
-"""A Fourier form with more than this many times the terms is not tried as a shorter form of a factor."""
+"""A Fourier form is not tried as a shorter form of a factor if it has more than this many times the factor's terms."""
 
 
 def _shortest_form(factor: sp.Expr) -> tuple[sp.Rational, sp.Expr]:
-    """Return (content, primitive form with a positive leading term), the shortest of original, Fourier and other forms.
+    """Return the shortest form of a factor as (content, primitive form with a positive leading term).
 
-    All but the original form are collected: a sum of lengths times a product of sines and cosines counts as one term.
+    The forms compared are the original, the Fourier form, and forms with expanded angles or replaced squares. In forms
+    with expanded angles, a sum of lengths times a product of sines and cosines counts as one term.
     """
     forms = [factor]
     if factor.is_Add:
@@ -330,7 +340,7 @@ def _shortest_form(factor: sp.Expr) -> tuple[sp.Rational, sp.Expr]:
         if not short.terms:
             return sp.S.One, sp.S.Zero
         forms += _reduce_squares(factor)
-        if short.size <= _LONGEST * len(factor.args):  # else expanding the angles would only lengthen it
+        if short.size <= _LONGEST * len(factor.args):  # otherwise expanding the angles would only lengthen it
             expanded = sp.expand(sp.expand_trig(short.expression()))
             forms += [short.expression(), *map(_collect_trigs, (expanded, *_reduce_squares(expanded)))]
     best = min(forms, key=lambda form: (len(sp.Add.make_args(form)), sp.count_ops(form)))
@@ -352,7 +362,10 @@ def _collect_trigs(expression: sp.Expr) -> sp.Expr:
 
 
 def _reduce_squares(expression: sp.Expr) -> list[sp.Expr]:
-    """Return the expression with s^2 = 1 - c^2, and with c^2 = 1 - s^2, for every angle sum in it."""
+    """Return two forms of an expression: with s^2 replaced by 1 - c^2, and with c^2 replaced by 1 - s^2.
+
+    Return an empty list if the expression has no squares.
+    """
     names, back = _as_symbols(expression)
     trigs = list(names.values())
     if not trigs:
@@ -362,20 +375,20 @@ def _reduce_squares(expression: sp.Expr) -> list[sp.Expr]:
         return []  # there is nothing to replace
     forms = []
     for first in (0, 1):
-        out = []
+        summands = []
         for powers, coefficient in polynomial.terms():
             term = coefficient
             for k in range(0, len(trigs), 2):
                 kept, dropped = k + first, k + 1 - first
                 half, rest = divmod(powers[dropped], 2)
                 term *= trigs[kept] ** powers[kept] * trigs[dropped] ** rest * (1 - trigs[kept] ** 2) ** half
-            out.append(term)
-        forms.append(sp.expand(sp.Add(*out)).xreplace(back))
+            summands.append(term)
+        forms.append(sp.expand(sp.Add(*summands)).xreplace(back))
     return forms
 
 
 def textbook(expression: sp.Expr) -> sp.Expr:
-    """Return a trigonometric polynomial as a textbook prints it: like terms collected, common factors outside.
+    """Return a trigonometric polynomial in textbook form: like terms collected, common factors outside.
 
     >>> t1, t2, a1, a2 = sp.symbols("theta1 theta2 a1 a2")
     >>> textbook(a1 * sp.cos(t1) + a2 * sp.cos(t1) * sp.cos(t2))
