@@ -1,7 +1,7 @@
-"""Poses, and the standard table of an arm that is described by its joint axes.
+"""Compute poses, and the standard DH table of an arm that is described by its joint axes.
 
-Numbers are computed in 60 digits, which is quicker than roots of roots, and then recognised: an angle as a multiple of
-pi/12 or an arctangent, a length as a fraction or the root of one. Other numbers are rounded.
+Numbers are computed with 60 digits, which is faster than nested roots. Then exact values are recognised: an angle as a
+multiple of pi/12 or an arctangent, a length as a fraction or the root of one. Other numbers are rounded.
 """
 
 from collections.abc import Sequence
@@ -15,9 +15,10 @@ from qdot.exercises.arm.chain import Base, Joint, Point
 from qdot.exercises.arm.vectors import rot_x, rot_z
 
 NEAR = sp.Float("1e-9")
-"""A smaller number counts as zero, and a closer angle as a multiple of pi/12, because descriptions are rounded."""
+"""A number below this counts as zero, and an angle this close to a multiple of pi/12 counts as that multiple, because
+descriptions are rounded."""
 EXACT, _DUST, _PLACES = sp.Float("1e-45"), sp.Float("1e-50"), 60
-"""How closely a number has to match an exact one, the rounding error of a number that is zero, and the digits used."""
+"""The tolerance for recognising an exact number, the rounding error of zero, and the number of digits."""
 _DIGITS = 10
 """Decimals of a number that has no simple form."""
 _SMALL, _SMALL_SQUARE = 10**8, 10**16
@@ -36,7 +37,7 @@ class Pose:
     origin: sp.Matrix
 
     def __matmul__(self, inner: "Pose") -> "Pose":
-        """Return a pose that is given in this frame in the outer frame."""
+        """Return, in the outer frame, a pose that is given in this frame."""
         origin = self.origin + self.rotation * inner.origin
         return Pose(_evaluate_matrix(self.rotation * inner.rotation), _evaluate_matrix(origin))
 
@@ -65,17 +66,14 @@ class Axis:
 
 
 def base_at(pose: Pose) -> tuple[Base, sp.Expr]:
-    """Split a pose into a base and a last rotation about its z axis; return both (rad).
-
-    The pose's angles are numbers.
-    """
+    """Split a pose with numeric angles into a base and a final rotation about its z axis (rad); return both."""
     tilt, yaw, turn = min(_base_angles(pose.rotation), key=lambda turns: (turns[2] != 0, abs(turns[1]), -turns[0]))
     x, y, z = pose.origin.applyfunc(to_exact)
     return Base((x, y, z), yaw, tilt), turn
 
 
 def _base_angles(r: sp.Matrix) -> list[tuple[sp.Expr, sp.Expr, sp.Expr]]:
-    """Return (tilt, yaw, turn) of a rotation Rz(yaw) Rx(tilt) Rz(turn): two ways, or one if z_0 is upright."""
+    """Return all (tilt, yaw, turn) of a rotation Rz(yaw) Rx(tilt) Rz(turn): two, or one if z_0 is vertical."""
     if is_zero(r[0, 2]) and is_zero(r[1, 2]):
         return [(sp.S.Zero if r[2, 2] > 0 else sp.pi, angle_of(r[0, 0], r[1, 0]), sp.S.Zero)]
     size = sp.sqrt(evaluate_entry(1 - r[2, 2] ** 2))
@@ -89,11 +87,12 @@ def _base_angles(r: sp.Matrix) -> list[tuple[sp.Expr, sp.Expr, sp.Expr]]:
 
 
 def table_of_axes(axes: Sequence[Axis], point: sp.Matrix) -> tuple[Base, tuple[Joint, ...], Point | None]:
-    """Return base, standard table and point of interest of an arm by its axes and that point at home (3 x 1, m).
+    """Return base, standard table and point of interest of an arm, given its axes and that point at home (3 x 1, m).
 
-    Frame i lies on axis i + 1, where the common normal from axis i meets it. The last frame is at the point, so that
-    None is returned for the point; if the angle of that frame is not readable, the point is given in the frame before
-    it. At home, all joint variables are zero. The axis of a prismatic joint is moved to the origin before it.
+    Frame i lies on axis i + 1, at its intersection with the common normal from axis i. The last frame is at the point,
+    so None is returned for the point. If the angle of that frame is no multiple of pi/12, the point is given in the
+    frame before it instead. At home, all joint variables are zero. The axis of a prismatic joint is moved to the
+    preceding origin.
     """
     table_frame = _TableFrame(_base_frame(axes[0]))
     base, _ = base_at(table_frame.frame)
@@ -112,7 +111,7 @@ def table_of_axes(axes: Sequence[Axis], point: sp.Matrix) -> tuple[Base, tuple[J
 
 
 def _base_frame(axis: Axis) -> Pose:
-    """Return frame O_0: the point of the first axis nearest to the world's origin, with x_0 level."""
+    """Return frame 0: its origin is the first axis's point nearest to the world's origin, and x_0 is horizontal."""
     z, up = axis.direction, sp.Matrix([0, 0, 1])
     level = up.cross(z)
     if _is_zero_vector(level):
@@ -127,9 +126,10 @@ def _base_frame(axis: Axis) -> Pose:
 
 @dataclass(frozen=True)
 class _TableFrame:
-    """A frame of the table: `frame`, rotated about its z by an angle that depends on open lengths.
+    """A frame of the table: `frame`, rotated about its z axis by an angle that depends on symbolic lengths.
 
-    Rotations about parallel axes add up, so that roots of open lengths occur only in that angle and in a distance.
+    Rotations about parallel axes are added, so that roots of symbolic lengths occur only in that angle and in a
+    distance.
     """
 
     frame: Pose
@@ -137,7 +137,7 @@ class _TableFrame:
 
 
 def _next_row(table_frame: _TableFrame, following: Axis) -> tuple[Joint, _TableFrame]:
-    """Return one row of the table, without its variable, and the frame after it, whose z lies along an axis."""
+    """Return one row of the table, without its variable, and the frame after it, whose z lies along `following`."""
     frame, ahead, turn = table_frame.frame, following.direction, sp.S.Zero
     x, z = frame.rotation[:, 0], frame.rotation[:, 2]
     gap, normal = _evaluate_matrix(following.point - frame.origin), _evaluate_matrix(z.cross(ahead))
@@ -165,10 +165,11 @@ def _next_row(table_frame: _TableFrame, following: Axis) -> tuple[Joint, _TableF
 
 
 def _direction_and_length(vector: sp.Matrix, x: sp.Matrix, y: sp.Matrix) -> tuple[sp.Matrix, sp.Expr, sp.Expr]:
-    """Return a vector perpendicular to z as a unit vector, a length, and the angle from the unit vector to the vector.
+    """Return a unit vector, a length and an angle that describe a vector perpendicular to z.
 
-    If the ratios of its entries are numbers, the unit vector is its direction and the angle is zero. Otherwise the unit
-    vector is x, and length and angle depend on open lengths.
+    The angle leads from the unit vector to the vector. If the ratios of the entries are numbers, the unit vector is the
+    direction of the vector, and the angle is zero. Otherwise the unit vector is x, and length and angle depend on
+    symbolic lengths.
     """
     first = next(entry for entry in vector if not is_zero(entry))
     ratios = _evaluate_matrix(vector / first)
@@ -185,25 +186,25 @@ def _direction_and_length(vector: sp.Matrix, x: sp.Matrix, y: sp.Matrix) -> tupl
 
 
 def is_zero(value: sp.Expr) -> bool:
-    """Tell whether a value is zero; a number counts as zero as far as descriptions are exact."""
+    """Return whether a value is zero; a number counts as zero if it is below NEAR."""
     evaluated = evaluate_entry(value)
     return bool(evaluated == 0 if evaluated.free_symbols else abs(evaluated) < NEAR)
 
 
 def evaluate_entry(value: sp.Expr) -> sp.Expr:
-    """Return a value multiplied out, its numbers in 60 digits, without the rounding errors of numbers that are zero."""
+    """Return a value expanded, with numbers of 60 digits, and with rounding errors of zero removed."""
     value = sp.expand(sp.N(value, _PLACES))
     return value.xreplace({number: sp.S.Zero for number in value.atoms(sp.Float) if abs(number) < _DUST})
 
 
 def to_exact(value: sp.Expr) -> sp.Expr:
-    """Return a value with its numbers as fractions or roots if they are that, else rounded."""
+    """Return a value with its numbers as exact fractions or roots if they can be recognised, else rounded."""
     evaluated = evaluate_entry(value)
     return evaluated.xreplace({number: _exact_number(number) for number in evaluated.atoms(sp.Float)})
 
 
 def _exact_number(number: sp.Float) -> sp.Expr:
-    """Return a number as the fraction, the root of a fraction or the sum of roots that it is, else rounded."""
+    """Return a number as a fraction, a root of a fraction or a sum of roots if it equals one, else rounded."""
     exact = _fraction(number)
     if exact is None:
         square = _fraction(number**2, _SMALL_SQUARE)
@@ -227,7 +228,7 @@ def _sum_of_roots(number: sp.Float) -> sp.Expr | None:
 
 
 def angle_of(cosine: sp.Expr, sine: sp.Expr) -> sp.Expr:
-    """Return the angle in (-pi, pi] with this cosine and sine, which are numbers."""
+    """Return the angle in (-pi, pi] with this numeric cosine and sine."""
     cosine, sine = evaluate_entry(cosine), evaluate_entry(sine)
     value = sp.atan2(sine, cosine).n(_PLACES)
     exact = sp.pi * sp.Integer(sp.floor(value * 12 / sp.pi + sp.Rational(1, 2))) / 12
@@ -246,32 +247,32 @@ def _is_zero_vector(vector: sp.Matrix) -> bool:
 
 
 def _is_negative(value: sp.Expr) -> bool:
-    """Tell whether a value is negative if open lengths are positive."""
+    """Return whether a value is negative for all positive values of the symbolic lengths."""
     positive = {symbol: sp.Dummy(positive=True) for symbol in value.free_symbols}
     return bool(sp.expand(value.xreplace(positive)).is_negative)
 
 
-# --- the same arm, in numbers ---
+# --- the same arm, numerically ---
 
 
 def point_by_rotations(
     axes: Sequence[Axis], point: sp.Matrix, q: np.ndarray, lengths: dict[sp.Symbol, float]
 ) -> np.ndarray:
-    """Return the point of interest (3, m) at q (n), by rotating or sliding it along each axis, the last one first.
+    """Return the point of interest (3, m) at q (n), by rotating it about or moving it along each axis, last axis first.
 
-    This uses no table, so that it can check one.
+    This uses no table, so it can check one.
     """
 
     def numbers(vector: sp.Matrix) -> np.ndarray:
         return np.array([float(sp.N(entry.xreplace(lengths))) for entry in vector])
 
-    place = numbers(point)
+    position = numbers(point)
     for axis, value in reversed(list(zip(axes, q, strict=True))):
         u, o = numbers(axis.direction), numbers(axis.point)
         if axis.kind == "P":
-            place = place + value * u
+            position = position + value * u
             continue
-        arm = place - o
-        turned = arm * np.cos(value) + np.cross(u, arm) * np.sin(value) + u * (u @ arm) * (1 - np.cos(value))
-        place = o + turned
-    return place
+        arm = position - o
+        rotated = arm * np.cos(value) + np.cross(u, arm) * np.sin(value) + u * (u @ arm) * (1 - np.cos(value))
+        position = o + rotated
+    return position

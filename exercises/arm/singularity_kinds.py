@@ -1,9 +1,9 @@
-"""Boundary or internal: what kind of singularity a configuration is, established by computation.
+"""Compute whether a singular configuration is a boundary or an internal singularity.
 
-At a singular configuration let u span the directions that J cannot produce (u J = 0) and k the joint motions that do
+At a singular configuration, let u span the directions that J cannot produce (u J = 0), and k the joint motions that do
 not move the task (J k = 0). To second order the arm moves by u . (dJ/dk k) along u. If that has one sign for all k,
-small motions reach one side of a surface only: the arm's reach folds back there. It is a boundary of the reach if,
-besides, no other configuration leads to the far side; otherwise, and where the sign changes or the second-order
+small motions reach only one side of a surface, at which the reach folds back. If no other configuration reaches the far
+side either, the singularity is at the boundary of the reach. Otherwise, and if the sign changes or the second-order
 motion vanishes, the singularity is internal. Unlimited joint travel is assumed, as in the chapter.
 """
 
@@ -23,19 +23,20 @@ from qdot.exercises.arm.reach import reach_lengths, reaches_beyond
 from qdot.exercises.common.stream import Stream
 
 REGULAR = 1e-7
-"""A singular value counts as zero below this part of the largest."""
+"""A singular value counts as zero if it is below this fraction of the largest."""
 
 _TURNS = 24
-"""Turns of a joint that does not move the point, at which a corner of the reach is looked for."""
+"""Number of angles of a joint that does not move the point, at which a corner of the reach is searched for."""
 
 
 def kind_is_sure(chain: Chain) -> bool:
-    """Tell whether boundary or internal can be established, and is meaningful; otherwise it is never asked or reported.
+    """Return whether the kind, boundary or internal, can be established and is meaningful for a chain.
 
-    It can be established for up to four rows, and for all six of an arm with a spherical wrist; for others the search
-    for configurations beyond a fold is no proof. It is meaningful if the rows are rates of coordinates, which have a
-    reach: an angular velocity has none, but an orientation, or one angle about a fixed axis, has. With more rows than
-    joints the reach is a surface, whose boundary nobody would think of.
+    If not, the kind is never asked for or reported. It can be established for up to four rows, and for all six rows of
+    an arm with a spherical wrist. For other tasks, the search for configurations beyond a fold is no proof. The kind is
+    meaningful if the rows are rates of coordinates, such as an orientation or one angle about a fixed axis, because
+    only coordinates have a reach; angular velocities have none. With more rows than joints, the reach is only a
+    surface, whose boundary is of no interest.
     """
     if chain.n == 6 and set(chain.task) == set(TASK_ROWS):
         return wrist_centre(chain) is not None
@@ -43,12 +44,14 @@ def kind_is_sure(chain: Chain) -> bool:
 
 
 def _has_coordinates(chain: Chain) -> bool:
-    """Tell whether the task has all three angular rows, or only the one about which the arm rotates at all."""
-    turns = [row for row in chain.task if row[0] == "w"]
-    if len(turns) in (0, 3):
+    """Return whether the task's angular rows are none, all three, or the only one in which the arm rotates."""
+    angular_rows = [row for row in chain.task if row[0] == "w"]
+    if len(angular_rows) in (0, 3):
         return True
-    return len(turns) == 1 and all(
-        row in turns or derive(chain).geometric[i, :].is_zero_matrix for i, row in enumerate(TASK_ROWS) if row[0] == "w"
+    return len(angular_rows) == 1 and all(
+        row in angular_rows or derive(chain).geometric[i, :].is_zero_matrix
+        for i, row in enumerate(TASK_ROWS)
+        if row[0] == "w"
     )
 
 
@@ -58,49 +61,55 @@ def kind_at(chain: Chain, sample: Sample) -> str:
 
 
 def are_one_sided(chain: Chain, samples: Sequence[Sample]) -> bool:
-    """Tell whether each configuration loses one direction only, on one side of which nothing can be reached.
+    """Return whether each configuration loses exactly one direction, on one side of which nothing can be reached.
 
-    It is not so at a boundary if a joint can rotate without moving the point, and brings the arm to the edge with that.
+    Return False for boundary configurations that show this only after a rotation of a joint that does not move the
+    point.
     """
     rows = chain.task_rows
     if _has_free_orientation(chain):
         samples, rows = _arms_before_wrist(samples), [0, 1, 2]
     if not samples:
         return False
-    sigma = np.linalg.svd(jacobians_of(samples)[:, rows], compute_uv=False)
-    return set(_ranks(sigma, samples)) == {len(rows) - 1} and set(_kinds_by_motion(samples, rows)) == {"boundary"}
+    singular_values = np.linalg.svd(jacobians_of(samples)[:, rows], compute_uv=False)
+    return set(_ranks(singular_values, samples)) == {len(rows) - 1} and set(_kinds_by_motion(samples, rows)) == {
+        "boundary"
+    }
 
 
 def kinds_at(chain: Chain, samples: Sequence[Sample]) -> list[str]:
-    """Return the kind of many configurations of arms of one structure, faster than one by one.
+    """Return the kinds of many configurations of arms of the same structure, faster than one at a time.
 
-    A hand on a spherical wrist is at the boundary if the wrist's centre is at the boundary of its reach: the wrist
-    itself reaches every orientation.
+    An arm with a spherical wrist is at the boundary if the wrist centre is at the boundary of its reach, because the
+    wrist itself reaches every orientation.
     """
     if not _has_free_orientation(chain):
         return list(_kinds_of_places(samples, chain.task_rows))
     kinds = np.full(len(samples), "regular", dtype=object)
     singular = [k for k, sample in enumerate(samples) if _is_singular(sample)]
-    of_wrist_centre = _kinds_of_places(_arms_before_wrist([samples[k] for k in singular]), [0, 1, 2])
-    kinds[singular] = np.where(of_wrist_centre == "boundary", "boundary", "internal")
+    wrist_centre_kinds = _kinds_of_places(_arms_before_wrist([samples[k] for k in singular]), [0, 1, 2])
+    kinds[singular] = np.where(wrist_centre_kinds == "boundary", "boundary", "internal")
     return list(kinds)
 
 
 def _has_free_orientation(chain: Chain) -> bool:
-    """Tell whether an arm of six joints has a spherical wrist with axes at right angles: it has all orientations."""
-    is_whole = chain.n == 6 and set(chain.task) == set(TASK_ROWS) and wrist_centre(chain) is not None
-    return is_whole and all(sp.cos(chain.joints[i].alpha) == 0 for i in (3, 4))
+    """Return whether a six-joint arm with a full task has a spherical wrist that reaches all orientations.
+
+    The wrist's successive axes must be perpendicular.
+    """
+    has_wrist = chain.n == 6 and set(chain.task) == set(TASK_ROWS) and wrist_centre(chain) is not None
+    return has_wrist and all(sp.cos(chain.joints[i].alpha) == 0 for i in (3, 4))
 
 
 def _arms_before_wrist(samples: Sequence[Sample]) -> list[Sample]:
-    """Return the first three joints of six-joint arms with a spherical wrist; their point is the wrist's centre."""
+    """Return the first three joints of six-joint arms with a spherical wrist, with the wrist centre as their point."""
     return [Sample(s.arm.first_joints(3, (0.0, 0.0, s.arm.fixed[3][0])), s.q[:3]) for s in samples]
 
 
 def _is_singular(sample: Sample) -> bool:
-    """Tell whether a Jacobian of six rows and columns loses rank."""
-    sigma = np.linalg.svd(sample.arm.jacobian(sample.q), compute_uv=False)
-    return bool(_ranks(sigma[None], [sample])[0] < len(sigma))
+    """Return whether the 6 x 6 Jacobian of a sample loses rank."""
+    singular_values = np.linalg.svd(sample.arm.jacobian(sample.q), compute_uv=False)
+    return bool(_ranks(singular_values[None], [sample])[0] < len(singular_values))
 
 
 def _ranks(sigma: np.ndarray, samples: Sequence[Sample]) -> np.ndarray:
@@ -116,38 +125,38 @@ def _ranks(sigma: np.ndarray, samples: Sequence[Sample]) -> np.ndarray:
 
 
 def _kinds_of_places(samples: Sequence[Sample], task: list[int]) -> np.ndarray:
-    """Return the kinds of configurations; if a joint can rotate without moving the point, of the worst it rotates to.
+    """Return the kinds of configurations by the position of their point.
 
-    Boundary or not depends only on where the point is. A corner of the reach shows only at some configurations, so the
-    same configurations are tested for every configuration with the point there.
+    A corner of the reach is found only at certain configurations with the point there. Therefore, if a joint can rotate
+    without moving the point, its rotations are tested too: if one of them is at the boundary, so is the configuration.
     """
     kinds = _kinds_by_motion(samples, task)
     if not samples or max(task) > 2:
         return kinds
-    open_places = np.flatnonzero(kinds == "internal").tolist()
-    for joint in range(1, min(len(samples[0].q), samples[0].arm.point_frame) if open_places else 0):
+    undecided = np.flatnonzero(kinds == "internal").tolist()
+    for joint in range(1, min(len(samples[0].q), samples[0].arm.point_frame) if undecided else 0):
         if samples[0].arm.kinds[joint] == "R":
-            rotated_samples = _rotate_joint([samples[k] for k in open_places], joint)
-            still = [k for k, poses in zip(open_places, rotated_samples, strict=True) if poses]
-            seen = iter(_kinds_by_motion([sample for poses in rotated_samples for sample in poses], task))
-            for k in still:
-                worst = [next(seen) for _ in range(_TURNS)]
-                kinds[k] = "boundary" if "boundary" in worst else "internal"
-            open_places = [k for k in open_places if k not in still]
-            if not open_places:
+            rotated_samples = _rotate_joint([samples[k] for k in undecided], joint)
+            rotatable = [k for k, rotations in zip(undecided, rotated_samples, strict=True) if rotations]
+            all_kinds = iter(_kinds_by_motion([sample for rotations in rotated_samples for sample in rotations], task))
+            for k in rotatable:
+                rotation_kinds = [next(all_kinds) for _ in range(_TURNS)]
+                kinds[k] = "boundary" if "boundary" in rotation_kinds else "internal"
+            undecided = [k for k in undecided if k not in rotatable]
+            if not undecided:
                 break
     return kinds
 
 
 def _rotate_joint(samples: Sequence[Sample], joint: int) -> list[list[Sample]]:
-    """Return for each sample the samples that a joint rotates it to, if that does not move the point."""
+    """Return for each sample the samples that rotating a joint produces; none if that moves the point."""
     q = np.tile(np.stack([sample.q for sample in samples])[:, None], (1, _TURNS, 1))
     q[..., joint] = np.linspace(-np.pi, np.pi, _TURNS, endpoint=False)
-    places = NumericChain.stack([sample.arm for sample in samples]).point(q)
-    still = np.ptp(places, axis=1).max(axis=1) < REGULAR
+    points = NumericChain.stack([sample.arm for sample in samples]).point(q)
+    is_still = np.ptp(points, axis=1).max(axis=1) < REGULAR
     return [
-        [Sample(sample.arm, pose) for pose in poses] if stays else []
-        for sample, poses, stays in zip(samples, q, still, strict=True)
+        [Sample(sample.arm, configuration) for configuration in configurations] if stays else []
+        for sample, configurations, stays in zip(samples, q, is_still, strict=True)
     ]
 
 
@@ -156,27 +165,28 @@ def _kinds_by_motion(samples: Sequence[Sample], task: list[int]) -> np.ndarray:
     kinds = np.full(len(samples), "regular", dtype=object)
     if not samples:
         return kinds
-    u, sigma, vt = np.linalg.svd(jacobians_of(samples)[:, task])
-    ranks = _ranks(sigma, samples)
-    for rank in sorted({int(rank) for rank in ranks if rank < sigma.shape[1]}):
-        at = np.flatnonzero(ranks == rank)
-        places = [samples[k] for k in at.tolist()]
-        bending = _bending(places, task, vt[at, rank:])
-        is_edge = np.zeros(len(at), dtype=bool)
-        for lost in _lost_directions(u[at, :, rank:], bending, is_square=len(task) <= vt.shape[1]):
+    u, singular_values, vt = np.linalg.svd(jacobians_of(samples)[:, task])
+    ranks = _ranks(singular_values, samples)
+    for rank in sorted({int(rank) for rank in ranks if rank < singular_values.shape[1]}):
+        indices = np.flatnonzero(ranks == rank)
+        group = [samples[k] for k in indices.tolist()]
+        bending = _bending(group, task, vt[indices, rank:])
+        is_edge = np.zeros(len(indices), dtype=bool)
+        for lost in _lost_directions(u[indices, :, rank:], bending, is_square=len(task) <= vt.shape[1]):
             rest = np.flatnonzero(~is_edge)
             if len(rest):
                 remaining_bending = _Bending(bending.still[rest], bending.change[rest])
-                is_edge[rest] = _are_edges([places[k] for k in rest.tolist()], task, lost[rest], remaining_bending)
-        kinds[at] = np.where(is_edge, "boundary", "internal")
+                is_edge[rest] = _are_edges([group[k] for k in rest.tolist()], task, lost[rest], remaining_bending)
+        kinds[indices] = np.where(is_edge, "boundary", "internal")
     return kinds
 
 
 def _lost_directions(lost: np.ndarray, bending: "_Bending", is_square: bool) -> Iterator[np.ndarray]:
-    """Yield lost directions of each sample (k x m), up to sign: the only one, else a selection in all directions.
+    """Yield lost directions of the samples (k x m), up to sign: the only one, or a selection of their combinations.
 
-    If several are lost at once, it is a boundary only if one of them folds. At a corner of the reach few do, the
-    blunter the corner the fewer: the one farthest from all that small motions reach comes first.
+    If several directions are lost at once, the sample is at a boundary only if the reach folds in one of their
+    combinations. At a corner of the reach only few combinations fold, and the blunter the corner, the fewer. Therefore
+    the combination along which small motions reach the least comes first.
     """
     count = lost.shape[2]
     if count == 1:
@@ -185,14 +195,14 @@ def _lost_directions(lost: np.ndarray, bending: "_Bending", is_square: bool) -> 
         return
     if count == 2:
         yield _least_reached_direction(lost, bending)
-    for mixed in _unit_vectors(count):
-        yield lost @ mixed
+    for weights in _unit_vectors(count):
+        yield lost @ weights
 
 
 _APART = np.pi / 45
-"""Angle between the directions that are tried if two are lost."""
+"""Angle (rad) between the combinations that are tried if two directions are lost."""
 _TRIED = 150
-"""Directions that are tried if more are lost."""
+"""Number of combinations that are tried if more than two directions are lost."""
 
 
 @lru_cache(maxsize=8)
@@ -200,9 +210,9 @@ def _unit_vectors(count: int) -> np.ndarray:
     """Return unit vectors in `count` dimensions, one of each pair of opposites (directions x count)."""
     if count == 2:
         return _vectors_at_angles(np.arange(0, np.pi, _APART))
-    stream = Stream("directions")
-    every = np.array([[stream.uniform(-1, 1) for _ in range(count)] for _ in range(_TRIED)])
-    return np.asarray(every / np.linalg.norm(every, axis=1, keepdims=True))
+    rng = Stream("directions")
+    vectors = np.array([[rng.uniform(-1, 1) for _ in range(count)] for _ in range(_TRIED)])
+    return np.asarray(vectors / np.linalg.norm(vectors, axis=1, keepdims=True))
 
 
 def _vectors_at_angles(angles: np.ndarray) -> np.ndarray:
@@ -210,11 +220,11 @@ def _vectors_at_angles(angles: np.ndarray) -> np.ndarray:
 
 
 _ROUNDS, _CLOSER = 6, 4.0
-"""Rounds in which the search for the farthest direction is refined, and by which factor each."""
+"""Number of rounds that refine the search for the least reached direction, and the refinement factor of each round."""
 
 
 def _least_reached_direction(lost: np.ndarray, bending: "_Bending") -> np.ndarray:
-    """Return for each sample the combination of its two lost directions along which small motions reach the least."""
+    """Return for each sample the combination of two lost directions along which small motions reach the least."""
     forms = np.stack([_quadratic_forms(lost[..., column], bending) for column in range(2)])
     angles = np.tile(np.arange(0, 2 * np.pi, _APART), (len(lost), 1))
     for round_number in range(_ROUNDS):
@@ -226,7 +236,10 @@ def _least_reached_direction(lost: np.ndarray, bending: "_Bending") -> np.ndarra
 
 @dataclass(frozen=True)
 class _Bending:
-    """Still motions of samples (k x s x n), and for each how J changes along it (k x s x rows of the task x n)."""
+    """The joint motions that do not move the task, k x s x n (`still`), and the change of J along each of them.
+
+    The `change` is k x s x rows of the task x n.
+    """
 
     still: np.ndarray
     change: np.ndarray
@@ -236,37 +249,40 @@ _STEP = 1e-4
 
 
 def _bending(samples: Sequence[Sample], task: list[int], still: np.ndarray) -> _Bending:
-    """Return how J changes along still motions, by central differences, not yet divided by twice the step."""
+    """Return the change of J along motions that do not move the task, by central differences.
+
+    The differences are not divided by twice the step.
+    """
     arms, q = NumericChain.stack([sample.arm for sample in samples]), np.stack([sample.q for sample in samples])
-    ways = np.concatenate([still, -still], axis=1)
-    ahead, behind = np.split(arms.jacobian(q[:, None] + _STEP * ways)[:, :, task], 2, axis=1)
-    return _Bending(still, ahead - behind)
+    directions = np.concatenate([still, -still], axis=1)
+    forward, backward = np.split(arms.jacobian(q[:, None] + _STEP * directions)[:, :, task], 2, axis=1)
+    return _Bending(still, forward - backward)
 
 
 def _are_edges(samples: Sequence[Sample], task: list[int], lost: np.ndarray, bending: _Bending) -> np.ndarray:
-    """Tell whether no configuration reaches beyond each place, on a side to which small motions do not lead.
+    """Return for each sample whether no configuration reaches beyond it, on a side that small motions do not reach.
 
-    A still motion of second order zero (a joint that moves nothing) takes no part; if all are, either side may be
-    the far one.
+    A motion whose second-order effect is zero (a joint that moves nothing) is ignored. If all are, both sides are
+    tested.
     """
     forward, backward = _folds(lost, bending)
-    # The search is reliable only for a point that can move in as many directions as the task counts.
-    either = max(task) < 3 and len(task) <= len(samples[0].q)
+    # The search is reliable only for a point that can move in as many directions as the task has rows.
+    tests_both = max(task) < 3 and len(task) <= len(samples[0].q)
     is_edge = np.zeros(len(samples), dtype=bool)
-    for side, asked in ((1, ~forward & (backward | either)), (-1, ~backward & (forward | either))):
-        at = np.flatnonzero(asked & ~is_edge)
-        if len(at):
-            is_edge[at] = ~reaches_beyond([samples[k] for k in at.tolist()], task, side * lost[at])
+    for sign, is_tested in ((1, ~forward & (backward | tests_both)), (-1, ~backward & (forward | tests_both))):
+        indices = np.flatnonzero(is_tested & ~is_edge)
+        if len(indices):
+            is_edge[indices] = ~reaches_beyond([samples[k] for k in indices.tolist()], task, sign * lost[indices])
     return is_edge
 
 
 def _folds(lost: np.ndarray, bending: _Bending) -> tuple[np.ndarray, np.ndarray]:
-    """Tell whether still motions lead, to second order, forward along `lost`, and whether they lead backward."""
+    """Return whether second-order motions lead forward along `lost`, and whether they lead backward (k each)."""
     eigenvalues = np.linalg.eigvalsh(_quadratic_forms(lost, bending))
     return np.any(eigenvalues > 1e-5, axis=1), np.any(eigenvalues < -1e-5, axis=1)
 
 
 def _quadratic_forms(along: np.ndarray, bending: _Bending) -> np.ndarray:
-    """Return the quadratic forms (k x s x s) of the second-order motion along directions by still motions."""
+    """Return the quadratic forms (k x s x s) of the second-order motion along a direction."""
     halves = np.einsum("km,ksmn->ksn", along, bending.change) / (2 * _STEP) @ bending.still.swapaxes(1, 2)
     return np.asarray((halves + halves.swapaxes(1, 2)) / 2)

@@ -1,10 +1,10 @@
-"""Whether an arm of three joints brings its point to a place, for many arms and places at once, without a search.
+"""Decide whether an arm of three joints reaches a target point, for many arms and targets at once, without a search.
 
-The first joint can't change two numbers of the place: height along its axis and distance from it, or, if it is
-prismatic, the two coordinates across it. The second joint moves the point round a circle or along a line, on which both
-numbers are linear. What remains is one condition on the third joint, on a circle or a line, too: a polynomial whose
-sign says whether it has a root; or, if the second joint can't change one of the numbers, a linear condition, at whose
-roots the other number has to be in range.
+The first joint can't change two quantities of the point: its height along the joint's axis and its distance from the
+axis or, for a prismatic joint, the two coordinates perpendicular to it. The second joint moves the point on a circle or
+a line, on which both quantities are linear. One condition on the third joint remains, which also moves the point on a
+circle or a line. In general the condition is a polynomial, whose sign shows whether it has a root. If the second joint
+can't change one of the quantities, the condition is linear, and the other quantity must be in range at a root.
 """
 
 from dataclasses import dataclass
@@ -17,32 +17,33 @@ from qdot.exercises.arm.vectors import cross
 YES, NO, UNSURE = 1, 0, -1
 
 _ZERO = 1e-9
-"""What counts as zero, relative to the arm's size."""
+"""A quantity below this, relative to the arm's size, counts as zero."""
 _SURE = 1e-10
-"""How far from zero a polynomial has to be, relative to its terms, for its sign to be certain."""
+"""The sign of a polynomial is certain if its value, relative to its terms, is farther from zero than this."""
 _GRID, _LEAST, _REFINED, _STILL = 48, 4, 25, 1e-9
-"""Places on the circle at which a polynomial is evaluated, the lowest of them from which Newton steps start, and the
-number of steps: where two minima merge, a step removes only a third of the remaining distance."""
+"""Number of points on the circle at which a polynomial is evaluated; number of the lowest of them at which Newton steps
+start; maximum number of steps (if two minima merge, a step removes only a third of the remaining distance); and the
+step size at which the steps end."""
 
 
 def reaches_places(arms: NumericChain, places: np.ndarray) -> np.ndarray:
-    """Tell of each arm whether its point can be at its place (k x 3): YES, NO or UNSURE, in an array (k).
+    """Return for each arm whether it reaches its target (k x 3): YES, NO or UNSURE, in an array (k).
 
-    The arms, as `NumericChain.stack` puts them together, have three joints, which all carry the point.
+    The arms are combined by `NumericChain.stack`. They have three joints, all of which move the point.
     """
     arm = _normalize(arms, places)
     with np.errstate(all="ignore"):  # a division by zero makes the answer UNSURE
-        sole, looks = _second_joint(arm)
-        answer = np.where(sole, _decide_by_sign(arm, looks), _decide_by_roots(arm, looks))
+        is_sole, residual = _second_joint(arm)
+        answer = np.where(is_sole, _decide_by_sign(arm, residual), _decide_by_roots(arm, residual))
     return np.asarray(np.where(arm.moves_point, answer, UNSURE))
 
 
 @dataclass(frozen=True)
 class _NormalizedArms:
-    """Arms (k) with their places, scaled by the sizes of both, seen from a place on the first axis.
+    """Arms (k) with their targets, scaled by the size of both, in coordinates about a point on the first axis.
 
-    `axes` and `origins` (k x 3 joints x 3) are at home, `required` is the place. The third joint brings the point to
-    `middle` + x `along` + y `across`, (x, y) being on the unit circle, or y = 0.
+    `axes` and `origins` (k x 3 joints x 3) are at home. The third joint brings the point to `middle` + x `along` + y
+    `across`. For a revolute joint, (x, y) is on the unit circle; for a prismatic joint, y = 0.
     """
 
     kinds: tuple[str, ...]
@@ -70,24 +71,26 @@ def _normalize(arms: NumericChain, places: np.ndarray) -> _NormalizedArms:
     point, home = arms.point_of(home)[:, 0], home[:, 0]
     axes, origins = home[:, :3, :3, 2], home[:, :3, :3, 3]
     first = axes[:, 0]
-    start = origins[:, 0] + first * _dot(origins[:, 1] - origins[:, 0], first)[:, None]  # the second origin's foot
+    # the foot of the perpendicular from the second origin to the first axis
+    foot = origins[:, 0] + first * _dot(origins[:, 1] - origins[:, 0], first)[:, None]
     size = _size(np.diff(np.concatenate([origins, point[:, None]], axis=1), axis=1)).sum(axis=1)
-    size = np.maximum(size + _size(places - start), 1e-12)[:, None]  # the arm may have no length but a slide
-    origins, point = (origins - start[:, None]) / size[:, None], (point - start) / size
+    size = np.maximum(size + _size(places - foot), 1e-12)[:, None]  # a prismatic joint may be the arm's only length
+    origins, point = (origins - foot[:, None]) / size[:, None], (point - foot) / size
     if arms.kinds[2] == "P":
         middle, along, across = point, axes[:, 2], np.zeros_like(point)
     else:
-        out = point - origins[:, 2]
-        along = out - axes[:, 2] * _dot(out, axes[:, 2])[:, None]
+        to_point = point - origins[:, 2]
+        along = to_point - axes[:, 2] * _dot(to_point, axes[:, 2])[:, None]
         middle, across = point - along, cross(axes[:, 2], along)
-    return _NormalizedArms(arms.kinds, axes, origins, (places - start) / size, middle, along, across)
+    return _NormalizedArms(arms.kinds, axes, origins, (places - foot) / size, middle, along, across)
 
 
 @dataclass(frozen=True)
 class _Residual:
-    """The residual `zero` for the third joint at x and y, and how far the other number is in range: `room`.
+    """The condition on the third joint at x and y: a residual that must be zero, and a margin that must be positive.
 
-    If a polynomial is the only condition (`sole`), it is `zero`, and there is always `room`.
+    The margin states how far the other quantity is within its range. If a polynomial is the only condition (`sole`), it
+    is the residual, and the margin is 1.
     """
 
     arm: _NormalizedArms
@@ -95,38 +98,41 @@ class _Residual:
     matrix: np.ndarray
 
     def __call__(self, x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return both, k x m."""
+        """Return the residual and the margin, k x m each."""
         point = self.arm.point(x, y)
         return self._for_revolute(point) if self.arm.kinds[1] == "R" else self._for_prismatic(point)
 
     def _for_revolute(self, point: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Evaluate for a revolute second joint: the part across its axis has a length and two required components."""
+        """Return residual and margin for a revolute second joint.
+
+        The vector from its axis to the point has a given length and two required components.
+        """
         arm = self.arm
-        out = point - arm.origins[:, None, 1]
+        to_point = point - arm.origins[:, None, 1]
         axis = arm.axes[:, None, 1]
-        height = _dot(out, axis)
-        squared = _dot(out, out)
+        height = _dot(to_point, axis)
+        squared = _dot(to_point, to_point)
         required = _required_components(arm, height, squared)
         u, sigma, _ = np.linalg.svd(self.matrix)
         components = np.einsum("kji,kmj->kmi", u, required)
-        across = squared - height**2
-        both = np.sum((components / sigma[:, None]) ** 2, axis=2) - across
-        room = across - (components[..., 0] / sigma[:, None, 0]) ** 2
-        return self._select(both, components[..., 1], room)
+        squared_radius = squared - height**2
+        polynomial = np.sum((components / sigma[:, None]) ** 2, axis=2) - squared_radius
+        margin = squared_radius - (components[..., 0] / sigma[:, None, 0]) ** 2
+        return self._select(polynomial, components[..., 1], margin)
 
     def _for_prismatic(self, point: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Evaluate for a prismatic second joint."""
+        """Return residual and margin for a prismatic second joint."""
         arm = self.arm
-        first, slide = arm.axes[:, None, 0], arm.axes[:, None, 1]
+        first, second = arm.axes[:, None, 0], arm.axes[:, None, 1]
         if arm.kinds[0] == "P":
-            off = _dot(cross(first, slide), point - arm.target[:, None])
-            return off, np.ones_like(off)
+            residual = _dot(cross(first, second), point - arm.target[:, None])
+            return residual, np.ones_like(residual)
         height, distance = _dot(arm.target, arm.axes[:, 0])[:, None], _dot(arm.target, arm.target)[:, None]
-        missing = height - _dot(point, first)
-        there = point + (missing / self.matrix[:, :1, 0])[..., None] * slide
-        both = _dot(there, there) - distance
-        room = _dot(point, slide) ** 2 - _dot(point, point) + distance
-        return self._select(both, missing, room)
+        height_change = height - _dot(point, first)
+        moved_point = point + (height_change / self.matrix[:, :1, 0])[..., None] * second
+        polynomial = _dot(moved_point, moved_point) - distance
+        margin = _dot(point, second) ** 2 - _dot(point, point) + distance
+        return self._select(polynomial, height_change, margin)
 
     def _select(self, both: np.ndarray, zero: np.ndarray, room: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         sole = self.sole[:, None]
@@ -134,7 +140,7 @@ class _Residual:
 
 
 def _second_joint(arm: _NormalizedArms) -> tuple[np.ndarray, _Residual]:
-    """Return for which arms one polynomial is the only condition, and the residual."""
+    """Return whether one polynomial is the only condition (k), and the residual."""
     first, second = arm.axes[:, 0], arm.axes[:, 1]
     if arm.kinds[1] == "P":
         along = _dot(first, second)
@@ -152,7 +158,7 @@ def _second_joint(arm: _NormalizedArms) -> tuple[np.ndarray, _Residual]:
 
 
 def _required_components(arm: _NormalizedArms, height: np.ndarray, squared: np.ndarray) -> np.ndarray:
-    """Return the components (k x m x 2) that the second joint has to give to a point of some height and distance."""
+    """Return the components (k x m x 2) that the second joint must give a point of this height and squared distance."""
     first, second, origin = arm.axes[:, 0], arm.axes[:, 1], arm.origins[:, 1]
     if arm.kinds[0] == "R":
         height_change = _dot(arm.target, first) - _dot(origin, first)
@@ -164,57 +170,60 @@ def _required_components(arm: _NormalizedArms, height: np.ndarray, squared: np.n
             ],
             axis=2,
         )
-    ways = _perpendiculars(first)
-    required = (_dot(way, arm.target - origin)[:, None] - _dot(way, second)[:, None] * height for way in ways)
+    directions = _perpendiculars(first)
+    required = (
+        _dot(direction, arm.target - origin)[:, None] - _dot(direction, second)[:, None] * height
+        for direction in directions
+    )
     return np.stack(list(required), axis=2)
 
 
-# --- a polynomial by itself ---
+# --- a polynomial as the only condition ---
 
 
 def _decide_by_sign(arm: _NormalizedArms, looks: _Residual) -> np.ndarray:
-    """Decide whether the polynomial has a root, by the signs that it takes."""
+    """Return whether the polynomial has a root, by the signs of its values."""
     return (
         _sign_on_circle(looks) if arm.kinds[2] == "R" else _sign_on_line(looks, 4 if arm.kinds[:2] == ("R", "R") else 2)
     )
 
 
 def _sign_on_circle(looks: _Residual) -> np.ndarray:
-    """Look for both signs of a0 + a1 cos + b1 sin + a2 cos 2 + b2 sin 2."""
-    eighth = np.arange(8) * np.pi / 4
-    values = looks(np.cos(eighth), np.sin(eighth))[0]
-    waves = np.fft.rfft(values, axis=1)[:, :3] / 4
-    a, b = waves.real, -waves.imag
+    """Return whether a0 + a1 cos x + b1 sin x + a2 cos 2x + b2 sin 2x takes both signs."""
+    angles = np.arange(8) * np.pi / 4
+    values = looks(np.cos(angles), np.sin(angles))[0]
+    coefficients = np.fft.rfft(values, axis=1)[:, :3] / 4
+    a, b = coefficients.real, -coefficients.imag
     a[:, 0] /= 2
     terms = np.abs(a).sum(axis=1) + np.abs(b[:, 1:]).sum(axis=1)
     grid = np.linspace(0, 2 * np.pi, _GRID, endpoint=False)
-    values, sure = _wave_sum(a, b, np.broadcast_to(grid, (len(a), _GRID)), 0), _SURE * terms
-    above, below = values.max(axis=1) > sure, values.min(axis=1) < -sure
-    answer = np.where(above & below, YES, UNSURE)
-    for side, one_sided in ((1, above & ~below), (-1, below & ~above)):
+    values, tolerance = _wave_sum(a, b, np.broadcast_to(grid, (len(a), _GRID)), 0), _SURE * terms
+    has_positive, has_negative = values.max(axis=1) > tolerance, values.min(axis=1) < -tolerance
+    answer = np.where(has_positive & has_negative, YES, UNSURE)
+    for sign, one_sided in ((1, has_positive & ~has_negative), (-1, has_negative & ~has_positive)):
         rows = np.flatnonzero(one_sided)
         if len(rows):
-            starts = grid[np.argsort(side * values[rows], axis=1, kind="stable")[:, :_LEAST]]
-            least = _least(side * a[rows], side * b[rows], starts)
-            answer[rows] = np.where(least < -sure[rows], YES, np.where(least > sure[rows], NO, UNSURE))
+            starts = grid[np.argsort(sign * values[rows], axis=1, kind="stable")[:, :_LEAST]]
+            minimum = _least(sign * a[rows], sign * b[rows], starts)
+            answer[rows] = np.where(minimum < -tolerance[rows], YES, np.where(minimum > tolerance[rows], NO, UNSURE))
     return answer
 
 
 def _wave_sum(a: np.ndarray, b: np.ndarray, angle: np.ndarray, power: int) -> np.ndarray:
-    """Return the sum of waves, or its derivative of order `power`, at angles (k x m)."""
-    times = np.arange(3)
-    waves = angle[..., None] * times + power * np.pi / 2
-    size = times**power if power else np.ones(3)
+    """Return the trigonometric polynomial, or its derivative of order `power`, at angles (k x m)."""
+    multiples = np.arange(3)
+    phases = angle[..., None] * multiples + power * np.pi / 2
+    scale = multiples**power if power else np.ones(3)
     return np.asarray(
-        np.einsum("kmi,ki->km", np.cos(waves), a * size) + np.einsum("kmi,ki->km", np.sin(waves), b * size)
+        np.einsum("kmi,ki->km", np.cos(phases), a * scale) + np.einsum("kmi,ki->km", np.sin(phases), b * scale)
     )
 
 
 def _least(a: np.ndarray, b: np.ndarray, angle: np.ndarray) -> np.ndarray:
-    """Return the minimum (k) of such a sum, by Newton steps from angles (k x m) to where its slope is zero."""
+    """Return the minimum (k) of a trigonometric polynomial, by Newton steps from angles (k x m)."""
     for _ in range(_REFINED):
-        bend = _wave_sum(a, b, angle, 2)
-        step = np.where(bend > 0, _wave_sum(a, b, angle, 1) / np.where(bend > 0, bend, 1.0), 0.0)
+        curvature = _wave_sum(a, b, angle, 2)
+        step = np.where(curvature > 0, _wave_sum(a, b, angle, 1) / np.where(curvature > 0, curvature, 1.0), 0.0)
         angle = angle - np.clip(step, -2 * np.pi / _GRID, 2 * np.pi / _GRID)
         if np.abs(step).max() < _STILL:
             break
@@ -222,74 +231,81 @@ def _least(a: np.ndarray, b: np.ndarray, angle: np.ndarray) -> np.ndarray:
 
 
 def _sign_on_line(looks: _Residual, degree: int) -> np.ndarray:
-    """Look for both signs of a polynomial of degree four, which rises on both sides, or two."""
-    powers = _polynomial_coefficients(looks, 0, degree)
-    terms = np.abs(powers).sum(axis=1)
+    """Return whether a polynomial of degree two, or of degree four with a positive leading term, has a root."""
+    coefficients = _polynomial_coefficients(looks, 0, degree)
+    terms = np.abs(coefficients).sum(axis=1)
     if degree == 4:
-        rises = powers[:, 4] > _ZERO
-        companion = np.zeros((len(powers), 3, 3))
+        is_quartic = coefficients[:, 4] > _ZERO
+        companion = np.zeros((len(coefficients), 3, 3))
         companion[:, 1, 0] = companion[:, 2, 1] = 1.0
-        slope = powers[:, 1:] * np.arange(1, 5)
-        companion[:, :, 2] = -slope[:, :3] / np.where(rises, slope[:, 3], 1.0)[:, None]
-        extreme = np.linalg.eigvals(companion).real
-        values = np.sum(powers[:, None] * extreme[..., None] ** np.arange(5), axis=2)
-        scale = np.sum(np.abs(powers[:, None]) * np.abs(extreme[..., None]) ** np.arange(5), axis=2)
-        least = np.argmin(values, axis=1)
-        rows = np.arange(len(powers))
-        value, sure = values[rows, least], _SURE * scale[rows, least]
-        return np.where(rises, np.where(value < -sure, YES, np.where(value > sure, NO, UNSURE)), UNSURE)
-    low, slope, high = powers.T
-    bent = np.abs(high) > _ZERO * terms
-    inside = slope**2 - 4 * high * low
-    sure = _SURE * (slope**2 + np.abs(4 * high * low))
-    by_bend = np.where(inside > sure, YES, np.where(inside < -sure, NO, UNSURE))
-    return np.where(bent, by_bend, np.where(np.abs(slope) > _SURE * terms, YES, UNSURE))
+        linear = coefficients[:, 1:] * np.arange(1, 5)
+        companion[:, :, 2] = -linear[:, :3] / np.where(is_quartic, linear[:, 3], 1.0)[:, None]
+        extremes = np.linalg.eigvals(companion).real
+        values = np.sum(coefficients[:, None] * extremes[..., None] ** np.arange(5), axis=2)
+        scale = np.sum(np.abs(coefficients[:, None]) * np.abs(extremes[..., None]) ** np.arange(5), axis=2)
+        lowest = np.argmin(values, axis=1)
+        rows = np.arange(len(coefficients))
+        value, tolerance = values[rows, lowest], _SURE * scale[rows, lowest]
+        return np.where(is_quartic, np.where(value < -tolerance, YES, np.where(value > tolerance, NO, UNSURE)), UNSURE)
+    constant, linear, quadratic = coefficients.T
+    is_quadratic = np.abs(quadratic) > _ZERO * terms
+    discriminant = linear**2 - 4 * quadratic * constant
+    tolerance = _SURE * (linear**2 + np.abs(4 * quadratic * constant))
+    by_discriminant = np.where(discriminant > tolerance, YES, np.where(discriminant < -tolerance, NO, UNSURE))
+    return np.where(is_quadratic, by_discriminant, np.where(np.abs(linear) > _SURE * terms, YES, UNSURE))
 
 
 def _polynomial_coefficients(looks: _Residual, which: int, degree: int) -> np.ndarray:
-    """Return the coefficients (k x degree + 1), lowest first, of a residual along the line."""
+    """Return the coefficients of the residual (`which` = 0) or the margin (1) along the line, k x (degree + 1).
+
+    The lowest power comes first.
+    """
     x = np.linspace(-1, 1, degree + 1)
     return np.asarray(looks(x, np.zeros_like(x))[which] @ np.linalg.inv(np.vander(x, increasing=True)).T)
 
 
-# --- a linear condition, and what has to be in range ---
+# --- a linear condition, and a quantity that must be in range ---
 
 
 def _decide_by_roots(arm: _NormalizedArms, looks: _Residual) -> np.ndarray:
-    """Decide whether the other number is in range at a root of the linear condition."""
-    x, y, real = _roots_on_circle(looks) if arm.kinds[2] == "R" else _roots_on_line(looks)
-    room = looks(x, y)[1]
-    is_there, is_out = real[:, None] == YES, real == NO
-    fits, fails = np.any(is_there & (room > _SURE), axis=1), np.all(is_there & (room < -_SURE), axis=1)
-    return np.where(is_out | fails, NO, np.where(fits, YES, UNSURE))
+    """Return whether the other quantity is in range at a root of the linear condition."""
+    x, y, existence = _roots_on_circle(looks) if arm.kinds[2] == "R" else _roots_on_line(looks)
+    margin = looks(x, y)[1]
+    has_root, has_none = existence[:, None] == YES, existence == NO
+    fits, fails = np.any(has_root & (margin > _SURE), axis=1), np.all(has_root & (margin < -_SURE), axis=1)
+    return np.where(has_none | fails, NO, np.where(fits, YES, UNSURE))
 
 
 def _roots_on_circle(looks: _Residual) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return the two roots (k x 2) of a condition that is linear in x and y, and whether there are any (k)."""
-    quarter = np.arange(3) * np.pi / 2
-    ahead, aside, behind = looks(np.cos(quarter), np.sin(quarter))[0].T
-    constant, slope = (ahead + behind) / 2, (ahead - behind) / 2
-    cross_slope = aside - constant
-    size = np.hypot(slope, cross_slope)
-    share = constant / np.where(size > _ZERO, size, 1.0)
-    angle = np.arctan2(cross_slope, slope)[:, None] + np.arccos(np.clip(-share, -1, 1))[:, None] * np.array([1, -1])
-    real = np.where(np.abs(share) < 1 - _SURE, YES, np.where(np.abs(share) > 1 + _SURE, NO, UNSURE))
-    still = np.where(np.abs(constant) > _SURE, NO, UNSURE)
-    return np.cos(angle), np.sin(angle), np.where(size > _ZERO, real, still)
+    """Return the roots x and y (k x 2 each) of a condition that is linear in x and y, and whether they exist (k)."""
+    angles = np.arange(3) * np.pi / 2
+    at_0, at_90, at_180 = looks(np.cos(angles), np.sin(angles))[0].T
+    constant, x_slope = (at_0 + at_180) / 2, (at_0 - at_180) / 2
+    y_slope = at_90 - constant
+    amplitude = np.hypot(x_slope, y_slope)
+    ratio = constant / np.where(amplitude > _ZERO, amplitude, 1.0)
+    roots = np.arctan2(y_slope, x_slope)[:, None] + np.arccos(np.clip(-ratio, -1, 1))[:, None] * np.array([1, -1])
+    existence = np.where(np.abs(ratio) < 1 - _SURE, YES, np.where(np.abs(ratio) > 1 + _SURE, NO, UNSURE))
+    if_constant = np.where(np.abs(constant) > _SURE, NO, UNSURE)
+    return np.cos(roots), np.sin(roots), np.where(amplitude > _ZERO, existence, if_constant)
 
 
 def _roots_on_line(looks: _Residual) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return the same of a condition along a line, of degree two at most."""
-    low, slope, high = _polynomial_coefficients(looks, 0, 2).T
-    bent = np.abs(high) > _ZERO
-    inside = slope**2 - 4 * high * low
-    root = np.sqrt(np.maximum(inside, 0.0))[:, None] * np.array([1, -1])
-    straight = -low / np.where(np.abs(slope) > _ZERO, slope, 1.0)
-    x = np.where(bent[:, None], (root - slope[:, None]) / np.where(bent, 2 * high, 1.0)[:, None], straight[:, None])
-    sure = _SURE * (slope**2 + np.abs(4 * high * low))
-    by_bend = np.where(inside > sure, YES, np.where(inside < -sure, NO, UNSURE))
-    by_slope = np.where(np.abs(slope) > _ZERO, YES, np.where(np.abs(low) > _SURE, NO, UNSURE))
-    return x, np.zeros_like(x), np.where(bent, by_bend, by_slope)
+    """Return the roots x and y (k x 2 each) of a condition of degree at most two on a line, and whether they exist."""
+    constant, linear, quadratic = _polynomial_coefficients(looks, 0, 2).T
+    is_quadratic = np.abs(quadratic) > _ZERO
+    discriminant = linear**2 - 4 * quadratic * constant
+    root = np.sqrt(np.maximum(discriminant, 0.0))[:, None] * np.array([1, -1])
+    linear_root = -constant / np.where(np.abs(linear) > _ZERO, linear, 1.0)
+    x = np.where(
+        is_quadratic[:, None],
+        (root - linear[:, None]) / np.where(is_quadratic, 2 * quadratic, 1.0)[:, None],
+        linear_root[:, None],
+    )
+    tolerance = _SURE * (linear**2 + np.abs(4 * quadratic * constant))
+    by_discriminant = np.where(discriminant > tolerance, YES, np.where(discriminant < -tolerance, NO, UNSURE))
+    by_slope = np.where(np.abs(linear) > _ZERO, YES, np.where(np.abs(constant) > _SURE, NO, UNSURE))
+    return x, np.zeros_like(x), np.where(is_quadratic, by_discriminant, by_slope)
 
 
 def _perpendiculars(axes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
