@@ -1,9 +1,9 @@
-"""Whether conditions on joints ever hold together, for generic lengths.
+"""Decide whether conditions on joints can hold simultaneously, for generic lengths.
 
-Sines and cosines of joints become pairs of unknowns on a circle, and conditions polynomials in them. Over a large prime
-field, with random residues for whatever is open (lengths, and constant angles as points of the circle), a Gröbner basis
-decides whether they have a common zero at all, complex ones included. If not, they have none for all but special
-lengths; this is wrong only if a residue happens to be special or the prime divides a coefficient: one in millions.
+The cosine and sine of each joint become a pair of unknowns on a circle, and the conditions become polynomials in them.
+The polynomials are over a large prime field, with random residues for symbolic lengths and constant angles. A Gröbner
+basis decides whether they have a common zero, complex zeros included. If not, they have none except for special
+lengths. This is wrong only if a residue happens to be special or the prime divides a coefficient: one in millions.
 """
 
 from collections.abc import Sequence
@@ -15,34 +15,34 @@ import sympy as sp
 from qdot.exercises.common.stream import Stream
 
 MOST_UNKNOWNS, MOST_TERMS, MOST_ZEROS = 7, 160, 100
-"""Unknowns, terms of all polynomials, and the product of their degrees, up to which a basis is computed."""
+"""A basis is computed for at most this many unknowns, terms in all polynomials, and product of their degrees."""
 _LEAST, _TRIED = 10**9, 20_000
 _PARTS = 36 * 10**12
-"""Parts into which an open angle and a radian are divided, so that its half and its third follow from one residue.
+"""Number of parts into which a symbolic angle and a radian are divided, so that one residue also gives its fractions.
 
 The sine and cosine of a number of radians are transcendental, so that a random residue can represent them.
 """
 
 
 Pair = tuple[sp.Symbol, sp.Symbol]
-"""The unknowns for cosine and sine of a joint."""
+"""The unknowns for the cosine and the sine of a joint."""
 Point = dict[sp.Symbol, int]
 """Residues for the unknowns of a joint."""
 
 
 class _Undecided(Exception):
-    """A condition contains something that the field can't represent."""
+    """The error raised if a condition contains something that the field can't represent."""
 
 
 def may_hold_together(conditions: Sequence[sp.Expr], joints: Sequence[sp.Symbol], most_zeros: int = MOST_ZEROS) -> bool:
-    """Tell whether conditions have a common zero, for generic lengths; True if undecided.
+    """Return whether conditions have a common zero, for generic lengths; True if undecided.
 
     A larger `most_zeros` takes longer and decides more.
     """
-    plain = [_expand_numerator(condition) for condition in conditions]
+    numerators = [_expand_numerator(condition) for condition in conditions]
     try:
-        field = _Field(joints, _prime(frozenset().union(*map(_roots_in, plain))))
-        polynomials = [_substitute_point({}, field.polynomial(condition), field.prime) for condition in plain]
+        field = _Field(joints, _prime(frozenset().union(*map(_roots_in, numerators))))
+        polynomials = [_substitute_point({}, field.polynomial(condition), field.prime) for condition in numerators]
     except _Undecided:
         return True
     return _may_vanish(polynomials, tuple(field.circles.values()), field.prime, most_zeros)
@@ -51,7 +51,7 @@ def may_hold_together(conditions: Sequence[sp.Expr], joints: Sequence[sp.Symbol]
 def follows(
     condition: sp.Expr, premises: Sequence[sp.Expr], joints: Sequence[sp.Symbol], most_zeros: int = MOST_ZEROS
 ) -> bool:
-    """Tell whether a condition provably holds wherever the premises do: these and 1 = y * condition have no zero."""
+    """Return whether a condition provably follows from premises: these and 1 = y * condition have no common zero."""
     y = sp.Symbol("d_y")
     return not may_hold_together([*premises, 1 - y * condition], (*joints, y), most_zeros)
 
@@ -59,7 +59,7 @@ def follows(
 def drop_implied(
     conditions: Sequence[sp.Expr], joints: Sequence[sp.Symbol], most_zeros: int = MOST_ZEROS
 ) -> tuple[sp.Expr, ...]:
-    """Return conditions without those that follow from the others, dropping the longest first."""
+    """Return conditions without those that follow from the others; the longest is dropped first."""
     kept = list(conditions)
     for condition in sorted(conditions, key=sp.count_ops, reverse=True):
         rest = [candidate for candidate in kept if candidate != condition]
@@ -69,7 +69,7 @@ def drop_implied(
 
 
 def _may_vanish(polynomials: Sequence[sp.Expr], circles: Sequence[Pair], prime: int, most_zeros: int) -> bool:
-    """Tell whether polynomials may have a common zero, with each pair of unknowns on its circle.
+    """Return whether polynomials may have a common zero, with each pair of unknowns on its circle.
 
     A polynomial that fixes a joint is solved first, and each of its points is substituted into the others.
     """
@@ -78,15 +78,16 @@ def _may_vanish(polynomials: Sequence[sp.Expr], circles: Sequence[Pair], prime: 
         points = _points(polynomial, circles, prime)
         if points is not None:
             rest = [remaining for remaining in polynomials if remaining is not polynomial]
-            there = ([_substitute_point(point, remaining, prime) for remaining in rest] for point in points)
-            return any(_may_vanish(others, circles, prime, most_zeros) for others in there)
+            substituted = ([_substitute_point(point, remaining, prime) for remaining in rest] for point in points)
+            return any(_may_vanish(others, circles, prime, most_zeros) for others in substituted)
     return _has_zero(polynomials, circles, prime, most_zeros)
 
 
 def _points(polynomial: sp.Expr, circles: Sequence[Pair], prime: int) -> list[Point] | None:
-    """Return where a condition on one joint holds; None if it has several joints, isn't linear, or no solution here.
+    """Return the points at which a condition on one joint holds.
 
-    That is a number for a prismatic joint, and the intersections of a line and the circle for an angle.
+    These are a number for a prismatic joint, and the intersections of a line and the circle for an angle. Return None
+    if the condition has several joints, isn't linear, or has no solution in the field.
     """
     unknowns = polynomial.free_symbols
     if not unknowns:
@@ -94,32 +95,37 @@ def _points(polynomial: sp.Expr, circles: Sequence[Pair], prime: int) -> list[Po
     pair = next((pair for pair in circles if unknowns <= set(pair)), None)
     if pair is None and len(unknowns) > 1:
         return None
-    line = sp.Poly(polynomial, *(pair or unknowns), modulus=prime)
-    if line.total_degree() != 1:
+    linear = sp.Poly(polynomial, *(pair or unknowns), modulus=prime)
+    if linear.total_degree() != 1:
         return None
     if pair is None:
-        slope, constant = map(int, line.all_coeffs())
+        slope, constant = map(int, linear.all_coeffs())
         return [{next(iter(unknowns)): -constant * pow(slope, -1, prime) % prime}]
-    a, b, constant = (int(line.coeff_monomial(monomial)) for monomial in (*pair, 1))
+    a, b, constant = (int(linear.coeff_monomial(monomial)) for monomial in (*pair, 1))
     size = (a * a + b * b) % prime
     root = sp.sqrt_mod((size - constant * constant) % prime, prime) if size else None
     if root is None:
         return None
-    below = pow(size, -1, prime)
-    ends = ((-a * constant + b * r) * below % prime for r in {int(root), -int(root) % prime})
-    others = ((-b * constant - a * r) * below % prime for r in {int(root), -int(root) % prime})
-    return [dict(zip(pair, point, strict=True)) for point in zip(ends, others, strict=True)]
+    inverse = pow(size, -1, prime)
+    cosines = ((-a * constant + b * r) * inverse % prime for r in {int(root), -int(root) % prime})
+    sines = ((-b * constant - a * r) * inverse % prime for r in {int(root), -int(root) % prime})
+    return [dict(zip(pair, point, strict=True)) for point in zip(cosines, sines, strict=True)]
 
 
 def _substitute_point(point: Point, polynomial: sp.Expr, prime: int) -> sp.Expr:
-    """Return a polynomial with the unknowns of a joint substituted, its coefficients as residues."""
+    """Return a polynomial with the unknowns of a joint substituted, and with residues as coefficients."""
     unknowns = sorted(polynomial.free_symbols - point.keys(), key=str)
-    plain = sp.expand(polynomial.xreplace({unknown: sp.Integer(value) for unknown, value in point.items()}))
-    return sp.Poly(plain, *unknowns, modulus=prime).as_expr() if unknowns else sp.Integer(int(plain) % prime)
+    substituted = sp.expand(polynomial.xreplace({unknown: sp.Integer(value) for unknown, value in point.items()}))
+    return (
+        sp.Poly(substituted, *unknowns, modulus=prime).as_expr() if unknowns else sp.Integer(int(substituted) % prime)
+    )
 
 
 def _has_zero(polynomials: Sequence[sp.Expr], circles: Sequence[Pair], prime: int, most_zeros: int) -> bool:
-    """Tell the same by a basis. If that would take long, use only the shortest, which may already have no zero."""
+    """Return whether polynomials may have a common zero, by a Gröbner basis.
+
+    If that would take long, use only the shortest polynomials, which may already have no common zero.
+    """
     chosen: list[sp.Expr] = []
     for polynomial in sorted(polynomials, key=lambda candidate: (len(sp.Add.make_args(candidate)), str(candidate))):
         system = _with_circles([*chosen, polynomial], circles)
@@ -143,7 +149,7 @@ def _unknowns(polynomials: Sequence[sp.Expr]) -> list[sp.Symbol]:
 
 
 def _is_short(system: Sequence[sp.Expr], most_zeros: int) -> bool:
-    """Tell whether a basis can be computed quickly."""
+    """Return whether a basis can be computed quickly."""
     unknowns = _unknowns(system)
     terms = sum(len(sp.Add.make_args(polynomial)) for polynomial in system)
     if len(unknowns) > MOST_UNKNOWNS or terms > MOST_TERMS:
@@ -166,7 +172,7 @@ def _roots_in(plain: sp.Expr) -> frozenset[int]:
 
 @lru_cache(maxsize=256)
 def _prime(roots: frozenset[int]) -> int:
-    """Return a prime in whose field some numbers have square roots. Raises _Undecided if none is found nearby."""
+    """Return a prime in whose field the given numbers have square roots. Raises _Undecided if none is found nearby."""
     for p in range(_LEAST, _LEAST + _TRIED):
         if all(pow(n, (p - 1) // 2, p) == 1 for n in roots) and sp.isprime(p):
             return p
@@ -190,7 +196,7 @@ class _Field:
         return sum((self._term(term) for term in sp.Add.make_args(plain)), sp.S.Zero)
 
     def _angle_value(self, atom: sp.Expr) -> sp.Expr:
-        """Return the sine or cosine of a joint as its unknown, that of a constant angle as a residue."""
+        """Return the sine or cosine of a joint as its unknown, and that of a constant angle as a residue."""
         (angle,) = atom.args
         is_cosine = isinstance(atom, sp.cos)
         if angle in self.circles:
@@ -202,8 +208,8 @@ class _Field:
         if not (base.is_Symbol or base == 1) or not parts.is_Integer:  # pi/7 has algebraic relations of its own
             raise _Undecided
         half, p = self._residue(sp.tan(base, evaluate=False)), self.prime
-        below = pow(1 + half**2, -1, p)
-        c, s = self._multiple_angle((1 - half**2) * below % p, 2 * half * below % p, int(parts))
+        inverse = pow(1 + half**2, -1, p)
+        c, s = self._multiple_angle((1 - half**2) * inverse % p, 2 * half * inverse % p, int(parts))
         return sp.Integer(c if is_cosine else s)
 
     def _multiple_angle(self, c: int, s: int, times: int) -> tuple[int, int]:
@@ -237,7 +243,7 @@ class _Field:
         raise _Undecided
 
     def _root(self, number: int) -> int:
-        """Return a square root as the product of those of its prime factors, so that roots multiply correctly."""
+        """Return a square root as the product of the roots of its prime factors, so that roots multiply correctly."""
         root = 1
         for prime, times in sp.factorint(number).items():
             prime_root = self.residues.setdefault(

@@ -1,7 +1,8 @@
-"""Statements about what configurations look like: on an axis, collinear axes, stretched out; tested at samples.
+"""Make statements about what configurations look like, such as collinear axes, and test them at samples.
 
-A meaning is a statement that is true or false of a configuration. For a branch of the singular set, a meaning that
-holds everywhere on it, and at no regular configuration (`reason`), is right; those that hold nowhere on it are wrong.
+A meaning is a statement that is true or false for a configuration. For a branch of the singular set, a meaning is
+correct if it holds everywhere on the branch and at no regular configuration (`reason`). It is wrong if it holds nowhere
+on the branch.
 """
 
 from collections.abc import Sequence
@@ -32,14 +33,14 @@ from qdot.exercises.arm.reason import is_reason
 from qdot.exercises.arm.singularity_kinds import kinds_at
 
 NEAR, APART = 1e-6, 0.02
-"""What counts as zero, and as clearly not zero, in metres or as a sine."""
+"""Tolerances in metres or as a sine: below the first, a measure is zero; above the second, it is clearly nonzero."""
 
 STEP = 1e-3
 
 
 @dataclass(frozen=True)
 class Meaning:
-    """A statement of joints (from 1), in words; `kind` is "on axis", "in line", "far" or "near" and the like."""
+    """A statement about joints (numbered from 1), in words; `kind` is for example "on axis", "in line" or "far"."""
 
     kind: str
     joints: tuple[int, ...]
@@ -48,7 +49,7 @@ class Meaning:
 
 @dataclass(frozen=True)
 class MeasuredMeaning(Meaning):
-    """A statement with a measure that is zero where it holds; "straight" and "doubled", "far" and "near" share one."""
+    """A statement with a measure that is zero if it holds; "straight" and "doubled" share one, "far" and "near" too."""
 
     off: Off
 
@@ -59,28 +60,28 @@ class MeasuredMeaning(Meaning):
 
 @dataclass(frozen=True)
 class Reading:
-    """What a branch looks like: the right meaning, and wrong ones."""
+    """What a branch looks like: the correct meaning, and wrong ones."""
 
     right: Meaning
     wrong: tuple[Meaning, ...]
 
 
 def read_meanings(chain: Chain, samples: Sequence[Sample], more: Sequence[Sample] = ()) -> Reading | None:
-    """Return the reading of configurations, or None if no statement is true at all of them or none is false at all.
+    """Return the correct and the wrong meanings of samples, or None if there is no correct or no wrong one.
 
-    A statement that holds at the `samples` may be false elsewhere: the right one is false at none of `more`, either.
+    A statement that holds at the `samples` may be false elsewhere. The correct one must not be false at any of `more`.
     """
     if len(samples) < 4:
         return None
     outcomes_by_meaning = [
         (meaning, {holds(chain, meaning, sample) for sample in samples}) for meaning in meanings_of(chain, samples)
     ]
-    held = [meaning for meaning, outcomes in outcomes_by_meaning if outcomes == {True}]
-    right = next((meaning for meaning in held if _is_right(chain, meaning, samples, more)), None)
+    true_meanings = [meaning for meaning, outcomes in outcomes_by_meaning if outcomes == {True}]
+    correct = next((meaning for meaning in true_meanings if _is_right(chain, meaning, samples, more)), None)
     wrong = [meaning for meaning, outcomes in outcomes_by_meaning if outcomes == {False}]
-    if right is None or not wrong:
+    if correct is None or not wrong:
         return None
-    return Reading(right.without_measure(), tuple(meaning.without_measure() for meaning in wrong))
+    return Reading(correct.without_measure(), tuple(meaning.without_measure() for meaning in wrong))
 
 
 def _is_right(chain: Chain, meaning: MeasuredMeaning, samples: Sequence[Sample], more: Sequence[Sample]) -> bool:
@@ -98,28 +99,28 @@ def common_kind(chain: Chain, samples: Sequence[Sample]) -> str | None:
 def meanings_of(chain: Chain, samples: Sequence[Sample]) -> list[MeasuredMeaning]:
     """Return all statements that would explain a loss of rank, the most informative first.
 
-    If rotations count, collinear axes are the reason, and P on one of them may be incidental. If only rotations count,
-    it does not matter where P is.
+    If the task has angular rows, collinear axes are the reason, and P on one of them may be incidental. If it has only
+    angular rows, the position of P does not matter.
     """
     revolute = [i for i, joint in enumerate(chain.joints) if joint.kind == "R"]
-    in_line = [
+    collinear = [
         MeasuredMeaning("in line", (i + 1, j + 1), f"the axes of joints {i + 1} and {j + 1} lie on one line",
                 partial(off_line, i=i, j=j))
         for i, j in combinations(revolute, 2)
     ]  # fmt: skip
     if not chain.linear_rows:
-        return _special_meanings(samples, in_line) + _directions_of_axes(samples, revolute)
+        return _special_meanings(samples, collinear) + _directions_of_axes(samples, revolute)
     on_axis = [
         MeasuredMeaning("on axis", (i + 1,), f"$P$ lies on the axis of joint {i + 1}", partial(distance, joint=i))
         for i in revolute
         if i < chain.point.frame
     ]
-    turns_count = len(chain.linear_rows) < len(chain.task)
-    meanings = _special_meanings(samples, in_line + on_axis if turns_count else on_axis + in_line)
+    has_angular_rows = len(chain.linear_rows) < len(chain.task)
+    meanings = _special_meanings(samples, collinear + on_axis if has_angular_rows else on_axis + collinear)
     for i in revolute:
         for j in range(i + 1, min(chain.n, chain.point.frame)):
             meanings += _extremes(chain, samples, i, j)
-    slides = _slides_at_links(chain, samples) if turns_count else []
+    slides = _slides_at_links(chain, samples) if has_angular_rows else []
     # A prismatic joint passes through zero, which changes the order of the origins without being singular.
     rigid = [k for k in range(1, chain.n) if chain.joints[k - 1].kind == chain.joints[k].kind == "R"]
     origins = [meaning for k in rigid for meaning in _origins_in_line(chain, samples, k)]
@@ -133,12 +134,12 @@ def meanings_of(chain: Chain, samples: Sequence[Sample]) -> list[MeasuredMeaning
 
 
 def _special_meanings(samples: Sequence[Sample], meanings: Sequence[MeasuredMeaning]) -> list[MeasuredMeaning]:
-    """Return statements that do not hold in the poses near the samples, too: those say nothing about the samples."""
+    """Return the statements that do not also hold near the samples; other statements say nothing about the samples."""
     return [meaning for meaning in meanings if any(sample.off_nearby(meaning.off) >= NEAR for sample in samples)]
 
 
 def _directions_of_axes(samples: Sequence[Sample], revolute: Sequence[int]) -> list[MeasuredMeaning]:
-    """Return the statements about the directions of the axes, wherever they are."""
+    """Return the statements about the directions of the axes, regardless of their positions."""
     pairs = [
         MeasuredMeaning("parallel", (i + 1, j + 1), f"the axes of joints {i + 1} and {j + 1} are parallel",
                 partial(spread, joints=(i, j)))
@@ -173,9 +174,9 @@ def _slides_at_links(chain: Chain, samples: Sequence[Sample]) -> list[MeasuredMe
 
 
 def _origins_in_line(chain: Chain, samples: Sequence[Sample], k: int) -> list[MeasuredMeaning]:
-    """Return the statements about three successive origins, the middle one being O_k, if no two of them coincide.
+    """Return the statements about three successive origins, with O_k in the middle, if no two of them coincide.
 
-    They have the names of the arm's convention, and are left out if it has no name for one of them.
+    The origins have the names of the arm's convention. Return no statement if it has no name for one of them.
     """
     names = [convention_of(chain).place(frame) for frame in (k - 1, k, k + 1)]
     sizes = [np.linalg.norm(np.diff(s.arm.frames(s.q)[k - 1 : k + 2, :3, 3], axis=0), axis=1).min() for s in samples]
@@ -189,7 +190,7 @@ def _origins_in_line(chain: Chain, samples: Sequence[Sample], k: int) -> list[Me
 
 
 def _off_collinear(arm: NumericChain, q: np.ndarray, k: int) -> np.ndarray:
-    """Return how far three successive origins are from collinear."""
+    """Return a measure of how far three successive origins are from collinear."""
     return bend(arm, q, k)[0]
 
 
@@ -204,7 +205,7 @@ def _in_one_plane(chain: Chain, samples: Sequence[Sample], revolute: Sequence[in
 
 
 def _common_direction(chain: Chain, samples: Sequence[Sample]) -> list[MeasuredMeaning]:
-    """Return the statements about two joints that move the point along one line, if that depends on the pose."""
+    """Return the statements about two joints that move the point along the same line."""
     moving = range(min(chain.n, chain.point.frame))
     sizes = np.min([np.linalg.norm(s.arm.jacobian(s.q)[:3], axis=0) for s in samples], axis=0)
     return [
@@ -232,18 +233,18 @@ def _extremes(chain: Chain, samples: Sequence[Sample], i: int, j: int) -> list[M
 
 
 def _changes_distance(samples: Sequence[Sample], i: int, j: int) -> bool:
-    """Tell whether a joint changes how far the point is from an axis, in poses beside the samples."""
+    """Return whether a joint changes the distance of the point from an axis, at configurations near the samples."""
     distances = (distance(s.arm, np.stack([nearby_pose(s), nearby_pose(s, j)]), i) for s in samples)
     return all(abs(before - after) > 1e-9 for before, after in distances)
 
 
 def _off_square(arm: NumericChain, q: np.ndarray, joints: Sequence[int]) -> np.ndarray:
-    """Return how far axes are from being at right angles to each other."""
+    """Return how far axes are from being perpendicular to each other."""
     return np.asarray(1 - spread(arm, q, joints))
 
 
 def holds(chain: Chain, meaning: MeasuredMeaning, sample: Sample) -> bool | None:
-    """Tell whether a statement is true of a configuration; None if that is not clear."""
+    """Return whether a statement is true for a configuration; None if that is not clear."""
     i, j = meaning.joints[0] - 1, meaning.joints[-1] - 1
     if meaning.kind in ("far", "near"):
         return _is_extreme(chain, meaning.kind, sample, i, j)
@@ -255,7 +256,7 @@ def holds(chain: Chain, meaning: MeasuredMeaning, sample: Sample) -> bool | None
 
 
 def _is_extreme(chain: Chain, kind: str, sample: Sample, i: int, j: int) -> bool | None:
-    """Tell whether joint j alone can bring the point no farther from (no nearer to) axis i."""
+    """Return whether joint j alone can bring the point no farther from (or no nearer to) axis i; None if not clear."""
     others = np.linspace(0, 2 * np.pi, 73)[1:-1] if chain.joints[j].kind == "R" else np.linspace(-2, 2, 81)
     changes = np.zeros((len(others) + 2, len(sample.q)))
     changes[:, j] = [STEP, -STEP, *others]
