@@ -1,8 +1,8 @@
-"""Serial chains as standard (distal) Denavit-Hartenberg tables.
+"""Describe serial chains by standard (distal) Denavit-Hartenberg tables.
 
-Frame i is carried by link i: T_{i-1,i} = Rz(theta_i) Tz(d_i) Tx(a_i) Rx(alpha_i). The joint variable is
-`theta_i` of a revolute joint (rad) and `d_i` of a prismatic one (m), each with an optional offset.
-Everything is expressed in the world frame, in which `base` is the pose of the base frame O_0.
+Frame i is fixed to link i: T_{i-1,i} = Rz(theta_i) Tz(d_i) Tx(a_i) Rx(alpha_i). The joint variable is `theta_i` for a
+revolute joint (rad) and `d_i` for a prismatic joint (m), each with an optional offset. Everything is expressed in the
+world frame; `base` is the pose of frame O_0 in it.
 """
 
 from collections.abc import Callable
@@ -20,10 +20,10 @@ TASK_ROWS = VELOCITIES
 """Names of the rows of the 6 x n Jacobian, linear first (6.6)."""
 
 ANGLES = ("alpha", "fixed", "base_yaw", "base_tilt")
-"""The beginnings of the names of constant angles in `Chain.map_entries`."""
+"""The prefixes of the names of constant angles in `Chain.map_entries`."""
 
 CONVENTIONS = tuple(REGISTRY)
-"""The ways to describe an arm."""
+"""The names of the conventions in which an arm can be described."""
 
 TWIST_ORDERS = Screws.twist_orders
 """The orders of a twist, for arms described by their axes."""
@@ -54,7 +54,7 @@ class Joint:
 
 @dataclass(frozen=True)
 class Base:
-    """The pose of frame O_0 in the world: position (m), rotated by `yaw` about z_w, then by `tilt` about its x."""
+    """The pose of frame O_0 in the world: position (m), rotated by `yaw` about z_w, then by `tilt` about the new x."""
 
     position: tuple[sp.Expr, sp.Expr, sp.Expr] = (sp.S.Zero, sp.S.Zero, sp.S.Zero)
     yaw: sp.Expr = sp.S.Zero
@@ -157,7 +157,7 @@ class Chain:
 
     @cached_property
     def task_rows(self) -> list[int]:
-        """The rows of the 6 x n Jacobian that count, as numbers from 0."""
+        """The indices (from 0) of the task's rows in the 6 x n Jacobian."""
         return [TASK_ROWS.index(row) for row in self.task]
 
     @cached_property
@@ -179,12 +179,12 @@ class Chain:
 
     @property
     def linear_rows(self) -> tuple[str, ...]:
-        """The coordinates in which the point moves and that the task counts: some of "x", "y", "z"."""
+        """The coordinates of the point's velocity that belong to the task, out of "x", "y", "z"."""
         return tuple(row[1] for row in self.task if row[0] == "v")
 
     @property
     def is_planar(self) -> bool:
-        """Whether everything stays in the world's xy plane, whatever the joints do."""
+        """Whether the arm stays in the world's xy plane in every configuration."""
         if self.base.tilt not in (0, sp.pi):
             return False
         normal_up = all(joint.alpha in (0, sp.pi) for joint in self.joints[:-1])
@@ -195,12 +195,12 @@ class Chain:
     def _is_polar(self) -> bool:
         if [joint.kind for joint in self.joints] != ["R", "P"] or self.joints[0].d != 0:
             return False
-        turned = self.joints[0].alpha in (sp.pi / 2, -sp.pi / 2) and self.joints[1].theta in (0, sp.pi)
-        return bool(turned and self.point.offset[1] == 0)
+        is_in_plane = self.joints[0].alpha in (sp.pi / 2, -sp.pi / 2) and self.joints[1].theta in (0, sp.pi)
+        return bool(is_in_plane and self.point.offset[1] == 0)
 
     @cached_property
     def parameters(self) -> tuple[sp.Symbol, ...]:
-        """The symbols left open in the table, base and point (lengths and angles), by name."""
+        """The symbolic lengths and angles in the table, base and point, sorted by name."""
         values = [v for joint in self.joints for v in (joint.theta, joint.d, joint.a, joint.alpha)]
         values += [*self.base.position, self.base.yaw, self.base.tilt, *self.point.offset]
         symbols = set().union(*(value.free_symbols for value in values)) - set(self.q)
@@ -227,5 +227,5 @@ class Chain:
         return replace(self, joints=joints, base=base, tool=self.tool and Point(point.frame, (x, y, z)))
 
     def with_task(self, *rows: str) -> "Chain":
-        """Return the same arm with other rows counted."""
+        """Return the same arm with another task."""
         return replace(self, task=tuple(rows))

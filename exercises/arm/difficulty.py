@@ -1,4 +1,4 @@
-"""How hard an arm is to work through by hand: one number, and the step of a scale (shared scale of the mathematics)."""
+"""Rate how hard an arm is to work through by hand: a number, and its band (shared scale of the mathematics)."""
 
 from functools import lru_cache
 
@@ -9,7 +9,7 @@ from qdot.exercises.arm.derivation import derive
 from qdot.exercises.arm.singularity import singular_set
 
 BANDS = (10, 16, 24, 34)
-"""The least difficulty of steps 1, 2, 3 and 4."""
+"""The minimum difficulty of bands 1, 2, 3 and 4."""
 
 HARDEST = len(BANDS)
 
@@ -33,7 +33,7 @@ def _terms(chain: Chain) -> int:
 
 
 def _is_multiplied_out(expression: sp.Expr) -> bool:
-    """Tell whether an expression is a sum of products of numbers, symbols, sines and cosines of sums of symbols.
+    """Return whether an expression is a sum of products of numbers, symbols, sines and cosines of sums of symbols.
 
     This is checked first, because `expand` takes a hundred times as long to change nothing.
     """
@@ -70,5 +70,5 @@ def step(chain: Chain) -> int:
 
 
 def describe_band(low: int, high: int) -> str:
-    """Return a band of difficulty as in "2" or "1 to 3"."""
+    """Return a range of bands as text, such as "2" or "1 to 3"."""
     return str(low) if low == high else f"{low} to {high}"

@@ -1,4 +1,4 @@
-"""What open lengths have to satisfy for a condition on joints to hold anywhere: a factor may have no zero."""
+"""Find what symbolic lengths must satisfy so that a condition on joints holds anywhere: a factor may have no zero."""
 
 from dataclasses import dataclass
 
@@ -10,7 +10,10 @@ from qdot.exercises.arm.trigonometry import fourier
 
 @dataclass(frozen=True)
 class Need:
-    """For a condition to hold anywhere, `least` has to be at most `most`: formulas in open lengths, in metres."""
+    """The requirement that `least` is at most `most`, without which a condition holds nowhere.
+
+    Both are formulas in symbolic lengths, in metres.
+    """
 
     condition: sp.Expr
     least: sp.Expr
@@ -21,11 +24,11 @@ class Need:
 
 
 def need_of(condition: sp.Expr, chain: Chain) -> Need | None:
-    """Return what open lengths have to satisfy for a condition to hold anywhere; None if nothing, or if not known.
+    """Return what symbolic lengths must satisfy so that a condition holds anywhere; None if nothing, or if unknown.
 
-    A condition is a constant K and a sum of A cos(phi) + B sin(phi). If no phi is a sum of others, all take every value
-    independently, and the sum takes every value from -S to S, S being the sum of all sqrt(A^2 + B^2): it is -K
-    somewhere if and only if K is at most S. If K has terms of both signs, that is not known.
+    A condition is a constant K plus a sum of terms A cos(phi) + B sin(phi). If the angles phi are linearly independent,
+    the sum takes every value from -S to S, in which S is the sum of all sqrt(A^2 + B^2). It then equals -K somewhere if
+    and only if |K| is at most S. If K has terms of both signs, the requirement is unknown.
 
     >>> from qdot.exercises.arm.chain import Joint
     >>> rows = [Joint("R", f"theta{i}", 0, f"a{i}", 0) for i in (1, 2)]
@@ -38,22 +41,22 @@ def need_of(condition: sp.Expr, chain: Chain) -> Need | None:
     except ValueError:
         return None
     slides = {q for q, joint in zip(chain.q, chain.joints, strict=True) if joint.kind == "P"}
-    still = (0,) * len(waves.angles)
-    constant = waves.terms.get(still, (sp.S.Zero, sp.S.Zero))[0]
-    turning = [pair for key, pair in waves.terms.items() if key != still]
-    keys = sp.Matrix([key for key in waves.terms if key != still])
-    if constant == 0 or not turning or keys.rank() < len(turning) or condition.free_symbols & slides:
+    constant_key = (0,) * len(waves.angles)
+    constant = waves.terms.get(constant_key, (sp.S.Zero, sp.S.Zero))[0]
+    pairs = [pair for key, pair in waves.terms.items() if key != constant_key]
+    keys = sp.Matrix([key for key in waves.terms if key != constant_key])
+    if constant == 0 or not pairs or keys.rank() < len(pairs) or condition.free_symbols & slides:
         return None
-    sizes = [_size(c, s) for c, s in turning]
-    known = _positive(constant)
-    if known is None or None in sizes:
+    amplitudes = [_size(c, s) for c, s in pairs]
+    magnitude = _positive(constant)
+    if magnitude is None or None in amplitudes:
         return None
-    room = sp.expand(sp.Add(*sizes) - known)
-    terms = sp.Add.make_args(room)
-    lacking = [-term for term in terms if term.as_coeff_Mul()[0].is_negative]
-    if not lacking or not room.free_symbols:
+    margin = sp.expand(sp.Add(*amplitudes) - magnitude)
+    terms = sp.Add.make_args(margin)
+    negative_terms = [-term for term in terms if term.as_coeff_Mul()[0].is_negative]
+    if not negative_terms or not margin.free_symbols:
         return None
-    return Need(condition, sp.Add(*lacking), sp.Add(*(term for term in terms if -term not in lacking)))
+    return Need(condition, sp.Add(*negative_terms), sp.Add(*(term for term in terms if -term not in negative_terms)))
 
 
 def _size(c: sp.Expr, s: sp.Expr) -> sp.Expr | None:

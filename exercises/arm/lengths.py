@@ -1,4 +1,4 @@
-"""An arm's lengths: numbers substituted for open ones, and all of them left open."""
+"""Substitute values for an arm's symbolic lengths, or replace all its lengths by symbols."""
 
 import re
 from collections.abc import Collection, Mapping
@@ -15,11 +15,11 @@ _LENGTH = re.compile(r"[ad]\d+|(base|point)_[xyz]")
 """The names of lengths in a structure."""
 
 _MOST, _SAME = 8, 1e-9
-"""Lengths whose sums are checked at most, and what counts as zero, in metres."""
+"""Maximum number of lengths whose sums are checked, and the tolerance in metres below which a sum is zero."""
 
 
 def with_lengths(chain: Chain, values: Mapping[sp.Symbol, sp.Expr]) -> Chain:
-    """Return an arm with values substituted for some of its open lengths (m) and angles (rad)."""
+    """Return an arm with values substituted for its symbolic lengths (m) and angles (rad)."""
 
     def substitute(name: str, entry: sp.Expr) -> sp.Expr:
         value = entry.xreplace(values)
@@ -32,7 +32,7 @@ def with_lengths(chain: Chain, values: Mapping[sp.Symbol, sp.Expr]) -> Chain:
 def with_open_lengths(chain: Chain) -> tuple[Chain, dict[sp.Symbol, sp.Expr]]:
     """Return an arm with symbols for all lengths and without joint offsets, and the value of each symbol.
 
-    Angles stay those of the arm.
+    Angles keep the arm's values.
     """
     general = structure(chain)
     values = {symbol: value for symbol, value in general.values if symbol not in chain.q}
@@ -42,9 +42,9 @@ def with_open_lengths(chain: Chain) -> tuple[Chain, dict[sp.Symbol, sp.Expr]]:
 
 
 def are_unrelated(lengths: Collection[sp.Expr]) -> bool:
-    """Tell whether lengths (m) are neither equal nor sums of others, with any signs; False for symbols and long lists.
+    """Return whether no length (m) equals another or a sum of others with any signs; False for symbols and long lists.
 
-    With related lengths, an arm may be singular at other configurations, or in another way.
+    If lengths are related, an arm may be singular at other configurations, or with another kind of singularity.
 
     >>> are_unrelated([sp.Rational(1, 2), sp.Rational(2, 5)]), are_unrelated([sp.S(1), sp.S(2), sp.S(3)])
     (True, False)

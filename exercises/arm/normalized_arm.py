@@ -1,7 +1,7 @@
-"""An arm without what its singularities do not depend on: the zeros of its joints and the position of its base.
+"""Normalize an arm: remove joint offsets and the base's position, on which its singularities do not depend.
 
-Many arms of a class share the same normalized arm. Results about it, as whether a singularity is at the boundary, hold
-for all of them and are computed once.
+Many arms of a class have the same normalized arm. Results about it, such as whether a singularity is at the boundary,
+hold for all of them and are computed once.
 """
 
 from collections.abc import Mapping
@@ -16,9 +16,9 @@ from qdot.exercises.arm.singularity import Component, principal_angle
 
 @lru_cache(maxsize=1024)
 def normalize_arm(chain: Chain) -> Chain:
-    """Return the arm without joint offsets and title, its base at the world's origin.
+    """Return the arm without joint offsets and title, and with its base at the world's origin.
 
-    A revolute joint 1 has no d. The base keeps its yaw and tilt, because the task counts directions of the world.
+    If joint 1 is revolute, its d becomes zero. The base keeps its yaw and tilt, because the task has world directions.
     """
     joints = [
         replace(joint, theta=q) if joint.kind == "R" else replace(joint, d=q)
@@ -48,9 +48,9 @@ def normalized_pieces(chain: Chain, component: Component) -> list[str]:
 
 
 def first_joint_moves_all(chain: Chain) -> bool:
-    """Tell whether joint 1 moves the arm as a whole without changing which motions the task counts.
+    """Return whether joint 1 moves the arm as a whole without changing the motions that belong to the task.
 
-    That holds for a prismatic joint, and for a revolute one whose rotation maps the task's rows to themselves.
+    It does if it is prismatic, or if it is revolute and its rotation maps the task's rows to themselves.
     """
     if chain.joints[0].kind == "P":
         return True
