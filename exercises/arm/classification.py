@@ -199,7 +199,7 @@ def _kind_of(chain: Chain, conditions: tuple[str, ...]) -> Mapping[str, Any]:
 
 @lru_cache(maxsize=256)
 def is_one_sided(chain: Chain, condition: sp.Expr | None, values: tuple[tuple[sp.Symbol, sp.Expr], ...]) -> bool:
-    """Tell whether configurations (on a condition, or at values) can't move to one side of the only lost direction."""
+    """Return whether configurations on a condition or at values can't move to one side of the one lost direction."""
     text = f"{condition} = 0" if condition is not None else " and ".join(f"{q} = {value}" for q, value in values)
     return are_one_sided(chain, samples_on(chain, text, "sides"))
 

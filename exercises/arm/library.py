@@ -1,7 +1,7 @@
-"""The library of real robots: one file each in `exercises/robots`, in the convention of its source.
+"""Find real robots in the library: `exercises/robots` has one file for each, in the convention of its source.
 
-A robot has the name of its file without the ending, in lower or upper case, with or without hyphens: panda, UR5e. The
-tests compare them with published models of the same robots (in the tests' data).
+A robot's name is that of its file without the extension, in lower or upper case, with or without hyphens: panda, UR5e.
+The tests compare these robots with published models (in the tests' data).
 """
 
 import difflib
@@ -17,7 +17,7 @@ from qdot.exercises.common.errors import QdotError
 
 FOLDER = Path(__file__).parents[1] / "robots"
 ENDINGS = (".toml", ".urdf", ".xml")
-"""Endings of files; a name with any of them, or with a folder, is not a robot's name."""
+"""File extensions; a name with any of them, or with a folder, is not a robot's name."""
 
 
 @dataclass(frozen=True)
@@ -32,7 +32,7 @@ class ListedRobot:
 
     @property
     def path(self) -> Path:
-        """Its file."""
+        """The robot's file."""
         return FOLDER / f"{self.name}.toml"
 
 
@@ -58,9 +58,9 @@ def _read_listing(path: Path) -> ListedRobot:
 
 
 def robot_path(name_or_path: str, folder: Path = Path()) -> Path:
-    """Return the file of that name in the folder, else the library's robot of that name.
+    """Return the file with that name in the folder, else the file of the library's robot with that name.
 
-    Raises QdotError if there is neither, with the most similar robot.
+    Raises QdotError if there is neither; the message suggests the most similar robot.
 
     >>> robot_path("Panda").name
     'panda.toml'
@@ -69,7 +69,7 @@ def robot_path(name_or_path: str, folder: Path = Path()) -> Path:
     try:
         if path.is_file():
             return path
-    except OSError as error:  # as of a name that is too long for a disk
+    except OSError as error:  # for example, the name is too long for the file system
         raise QdotError(f"there is no file {path}: {error.strerror}") from None
     known = {_normalize_name(name): robot for name, robot in robots().items()}
     if path.suffix.lower() in ENDINGS or {"/", "\\"} & {*name_or_path}:
@@ -88,7 +88,7 @@ def robot_path(name_or_path: str, folder: Path = Path()) -> Path:
 
 
 def is_in_library(name: str) -> bool:
-    """Whether the library has a robot of that name."""
+    """Return whether the library has a robot with that name."""
     return _normalize_name(name) in map(_normalize_name, robots())
 
 

@@ -155,7 +155,7 @@ def axes_of(chain: Chain) -> tuple[list[Axis], sp.Matrix]:
 
 
 def _lies_on(axis: Axis, point: sp.Matrix) -> bool:
-    """Tell whether a point lies on an axis for all open lengths, as far as descriptions are exact."""
+    """Return whether a point lies on an axis for all open lengths, as far as descriptions are exact."""
     aside = [evaluate_entry(entry) for entry in axis.direction.cross(point - axis.point)]
     return all(abs(number) < NEAR for entry in aside for number in _numbers(entry))
 
@@ -196,7 +196,7 @@ def axes_of_rows(rows: Sequence[Row], base: Pose, convention: type[Convention]) 
 
 
 def is_rounded(chain: Chain, axes: Sequence[Axis], point: sp.Matrix | None = None) -> bool:
-    """Tell whether numbers of an arm were rounded: at home, its axes and point are only nearly the described ones.
+    """Return whether numbers of an arm were rounded: at home, its axes and point are only nearly the described ones.
 
     This is tested for sampled values of the open lengths.
     """
