@@ -1,4 +1,4 @@
-"""What a derivation is computed in: numbers at several configurations at once, SymPy expressions, or trees.
+"""Define the arithmetics of a derivation: numbers at several configurations, SymPy expressions, or formula trees.
 
 Each gives arrays whose last axes belong to the arithmetic; a derivation uses only the axes before them, so that it is
 written once. A stepped value carries its derivatives with respect to the joint variables.
@@ -18,7 +18,7 @@ from qdot.exercises.formula.sympy_text import text_of
 from qdot.exercises.formula.trees import Node, ReadError
 
 STEP = 1e-30
-"""Step of a derivative into the complex plane, where nothing cancels: it is exact but for rounding."""
+"""Step of the complex-step derivative, which is exact up to rounding because nothing cancels."""
 
 
 class Arithmetic(Protocol):
@@ -229,7 +229,7 @@ def _slope(name: str, term: Term) -> Term:
 # --- vectors and matrices, along the first axes ---
 
 MANY = 5
-"""Rows from which on numeric determinants are computed by factorization, not by minors."""
+"""Number of rows from which numeric determinants are computed by factorization instead of minors."""
 
 
 def product(a: np.ndarray, b: np.ndarray) -> np.ndarray:

@@ -24,18 +24,18 @@ from qdot.exercises.formula.parser import read
 from qdot.exercises.formula.set_parser import Piece, parse_pieces
 
 _LOOKED_AT = 60
-"""About how many samples are examined for what they have in common; too few might all miss an exception."""
+"""Approximate number of samples that are examined together; fewer might all miss an exception."""
 _KIND_AT = 2
 """Every which of these samples is tested for its kind, which takes longer."""
 _FURTHER = 60
-"""Further choices of open lengths whose kind is tested before it is reported for all."""
+"""Number of further choices of symbolic lengths that are tested before a kind is reported for all lengths."""
 _ARMS = 5
-"""Choices of lengths for each open length."""
+"""Number of choices of lengths for each symbolic length."""
 _LEAST_ARMS = 3
-"""The number of open lengths that is assumed at least."""
+"""The minimum number of symbolic lengths that is assumed."""
 
 _MOST_VALUES = 4
-"""Combinations of joint values that are listed one by one; nobody wants to read more."""
+"""Maximum number of combinations of joint values that are listed separately."""
 
 _ARM = "number of the arm"
 """The key that says to which arm a configuration belongs."""
@@ -70,7 +70,7 @@ def domain_of(chain: Chain, values: Mapping[str, float | np.ndarray] | None = No
 
 
 def samples_on(chain: Chain, condition: str, seed: str, arms: int = 5, each: int = 3) -> list[Sample]:
-    """Return configurations at which `condition` (text) holds, for several choices of the open lengths."""
+    """Return configurations at which `condition` (text) holds, for several choices of the symbolic lengths."""
     return list(_samples(chain, condition, seed, arms, each))
 
 

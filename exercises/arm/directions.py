@@ -1,6 +1,6 @@
-"""The direction of motion that is lost at a singular configuration, and the lines of an arm that describe it.
+"""Find the direction of motion lost at a singular configuration, and the lines of an arm that describe it.
 
-Where J (m x n, m <= n) has rank m - 1, one direction u of the task is lost: u J = 0, the null space of J transposed;
+If J (m x n, m <= n) has rank m - 1, one direction u of the task is lost: u J = 0, the null space of J transposed;
 every velocity that the joints can produce is perpendicular to u. The cofactors of m - 1 independent columns of J are
 such a vector, because J times its adjugate is det J, and in space their cross product. World frame throughout.
 """
@@ -21,10 +21,10 @@ from qdot.exercises.arm.singularity import Component
 from qdot.exercises.arm.trigonometry import Factored, factor_trig, substitute, textbook
 
 ZERO, CLEAR = 1e-9, 0.05
-"""Shares of the largest singular value: below the first one it counts as zero, above the second as not zero."""
+"""Fractions of the largest singular value: below the first, a value counts as zero; above the second, as nonzero."""
 
 SHORT = 8
-"""Terms that a formula for a lost direction may have."""
+"""Maximum number of terms of a formula for a lost direction."""
 
 
 def clear_rank(jacobian: np.ndarray, clear: float = CLEAR) -> int | None:

@@ -19,7 +19,7 @@ from qdot.exercises.formula.parser import read
 from qdot.exercises.formula.trees import Node, ReadError
 
 LONG = 20
-"""Metres above which a length is probably meant in millimetres."""
+"""A length above this (m) is probably meant in millimetres."""
 
 _LENGTH, _EXPONENT, _BASE = 200, 20, 10**6
 _LEAST, _MOST = sp.Rational(1, 10**9), 10**6
@@ -121,7 +121,7 @@ def _check_units(text: str, is_angle: bool) -> None:
 
 
 def _check_angle(value: sp.Expr) -> None:
-    """Refuse a rounded multiple of pi/12, and degrees: both would spoil every formula."""
+    """Raise QdotError for a rounded multiple of pi/12 and for degrees, which would spoil every formula."""
     constant = _constant(value)
     if not constant.is_Rational or constant == 0:
         return

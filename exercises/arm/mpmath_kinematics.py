@@ -1,4 +1,4 @@
-"""The arm in numbers of any precision: point and Jacobian in floats, or in 30 digits if they end up in a problem.
+"""Compute the point and the Jacobian of an arm in floats, or with 30 digits if they are used in a problem.
 
 The table is read once, angles of links as exact sines and cosines; then frames are propagated from O_0 as three axes
 and an origin. World frame; rows of the Jacobian as in (6.6).
@@ -23,7 +23,7 @@ Vector = list[Any]
 
 
 class PreciseArm:
-    """A chain with a number for every open symbol, in the arithmetic of an mpmath context."""
+    """A chain with a number for every symbolic length or angle, in the arithmetic of an mpmath context."""
 
     def __init__(self, chain: Chain, values: Mapping[sp.Symbol, sp.Expr], context: Any = PRECISE) -> None:
         self.context, self.task = context, chain.task_rows
@@ -104,7 +104,7 @@ def ten_digits(value: Any) -> sp.Float:
 
 
 def four_digits(value: Any) -> sp.Float:
-    """Return a number as a worked solution shows it.
+    """Return a number in the form in which a worked solution shows it.
 
     >>> four_digits(PRECISE.mpf(2) / 3)
     0.6667000000

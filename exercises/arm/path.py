@@ -29,7 +29,7 @@ class Station:
 
 
 class Line:
-    """A line from where the point is at `joints` to `target`, one coordinate for each row of the task."""
+    """A line from the point at `joints` to `target`, with one coordinate for each row of the task."""
 
     def __init__(
         self,
@@ -70,7 +70,7 @@ class Line:
         return solve_linear(self.arm.task_jacobian(q), self.unit)
 
     def station(self, s: float, q: Sequence[float]) -> Station:
-        """Return a place on the line with its joint values, slopes and conditioning (floats)."""
+        """Return a station on the line with its joint values, their derivatives and the conditioning (floats)."""
         jacobian = self.arm.task_jacobian(q)
         sigma = np.linalg.svd(np.array(jacobian, dtype=float), compute_uv=False)
         return Station(s, tuple(q), tuple(solve_linear(jacobian, self.unit)), float(sigma[-1] / sigma[0]))

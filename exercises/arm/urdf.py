@@ -53,7 +53,7 @@ def read_urdf(path: Path, tip: str = "") -> UrdfChain:
 
 
 class _Reader:
-    """Reads one file; messages name the file, and the joint or link."""
+    """Parses one file; messages name the file, and the joint or link."""
 
     def __init__(self, path: Path) -> None:
         self.path = path
