@@ -1,7 +1,7 @@
 """Write trigonometric polynomials in textbook form, and test exactly whether they are equal.
 
 An entry of a Jacobian is a polynomial in lengths and in sines and cosines of integer combinations of angles. Three
-forms are used here (common rule, steps 3 to 6):
+forms are used here:
 
 - the Fourier form, a sum of coefficient * cos(sum) and coefficient * sin(sum), which is often the shortest;
 - the polynomial in the sine and cosine of each angle with s^2 = 1 - c^2, which is unique and therefore proves equality;
