@@ -1,4 +1,4 @@
-"""Generates a bank of problems: several certified variants of each problem, the same at every export."""
+"""A bank of problems: several certified variants of each problem, the same at every export."""
 
 from collections.abc import Callable, Generator
 from contextlib import closing
@@ -40,8 +40,8 @@ def bank(order: Order) -> Generator[Variant, None, None]:
 def process_bank(order: Order, work: Work[Made]) -> Generator[tuple[Variant, Made], None, None]:
     """Yield the variants of a bank, each with the result of `work`.
 
-    `work` runs in the process that has generated and certified the problem. So the processes share the work evenly,
-    and each arm is derived only once.
+    `work` runs in the process that has generated and certified the problem. In this way, each arm is derived only once,
+    and the processes share the work evenly.
     """
     for slot in order.assignment.slots:
         count, failed = 0, list[str]()
@@ -68,7 +68,7 @@ def _add_nothing(order: Order, slot: Slot, problem: Problem) -> None:
 def _distinct_problems(
     order: Order, slot: Slot, work: Work[Made], failed: list[str]
 ) -> Generator[tuple[Problem, Made], None, None]:
-    """Yield distinct problems that pass their certificate; append what is wrong with the others to `failed`."""
+    """Yield distinct problems that pass their certificate. Append a message to `failed` for each that does not pass."""
     seen: set[str] = set()
     tried_count = 0
     while len(seen) < order.variants and tried_count < PATIENCE * order.variants and (seen or len(failed) < DRAWS):
@@ -98,7 +98,7 @@ class _Candidate(Generic[Made]):
 
 @dataclass
 class _WorkerState(Generic[Made]):
-    """The state of a worker process: its task, and the problems that exist already, including its own."""
+    """The state of a worker process: its task, and the fingerprints of the problems that exist already."""
 
     order: Order
     slot: Slot
@@ -107,10 +107,10 @@ class _WorkerState(Generic[Made]):
 
 
 def _draw_candidate(state: _WorkerState[Made], number: int) -> _Candidate[Made] | str | None:
-    """Return a problem with the result of `work`, or what is wrong with the problem; None if it exists already.
+    """Return a problem with the result of `work`, or a message if it fails, or None if it exists already.
 
-    A process handles its numbers in ascending order. So if two numbers give the same problem, the caller first receives
-    the one with a result.
+    A process handles its numbers in ascending order. If two numbers give the same problem, the caller therefore
+    receives the one with a result first.
     """
     order, slot = state.order, state.slot
     make = partial(slot.problem, order.assignment.secret, f"bank/{number}")  # no student's identifier has a slash

@@ -1,4 +1,4 @@
-"""Lays out the boxes for answers on paper: boxes to tick, lines with units, cells for entries, and working space."""
+"""The layout of answer boxes on paper: boxes to tick, lines with units, cells for entries, and working space."""
 
 import math
 import re
@@ -22,9 +22,9 @@ ROW, LINE = 8, 4
 PAGE = 165
 """Approximate width of a box in mm."""
 WRITTEN = 4.8
-"""Width of handwriting for one em of print, in mm."""
+"""Width in mm of a handwritten formula for each em of its printed width."""
 LEAST, PER_LETTER, MOST = 8, 0.014, 40
-"""Working space in mm: minimum, increase per character of the worked solution, and maximum."""
+"""Working space in mm: the minimum, the increase per character of the worked solution, and the maximum."""
 LEAST_SHARE, PACKED_SHARE = 0.65, 0.25
 """Minimum share of the working space that remains on a long sheet, and on a sheet that fills up its pages."""
 STEP = 5
@@ -95,7 +95,7 @@ class PaperOptions:
 
 
 def options_of(problem: Problem, part: Part, share: float = 1.0) -> PaperOptions | None:
-    """Return the options of a part, laid out for a share of the page's width; None if the part offers no options."""
+    """Return the options of a part, arranged to fit a share of the page's width; None if the part offers no options."""
     answer = part.answer
     if not answer.offered:
         return None
@@ -111,7 +111,7 @@ def options_of(problem: Problem, part: Part, share: float = 1.0) -> PaperOptions
     columns = max((count for count in (1, 2, 4) if count * widest <= share * EM and count <= len(texts)), default=1)
     has_tall_option = isinstance(part.details, Options) and any(option.is_tall for option in part.details.offered)
     if (has_tall_option or widest > share * EM) and all(re.fullmatch(r"\$[^$]*\$", text) for text in texts):
-        texts = [f"${text}$" for text in texts]  # as a block, it can be made smaller, or broken into lines
+        texts = [f"${text}$" for text in texts]  # a block formula can be made smaller or broken into lines
     offered = tuple(PaperOption(letter, text) for letter, text in zip(LETTERS, texts, strict=False))
     return PaperOptions(offered, columns, ticked=not answer.matched)
 
@@ -134,7 +134,7 @@ def share_that_fits(boxes: Sequence[Box], fixed: int, page: int) -> float:
 
 
 def scale_working_room(box: Box, share: float) -> Box:
-    """Return a box with a share of its working space; with share 1, it keeps all of it when pages are filled up."""
+    """Return a box with a share of its working space. With share 1, it keeps all of it even if pages are filled up."""
     packed = box.working if share == 1 else round(PACKED_SHARE * box.working)
     return replace(box, working=round(share * box.working), packed=packed)
 
@@ -145,7 +145,7 @@ def working_room(solution: str) -> int:
 
 
 def box_of(problem: Problem, part: Part, solution: str = "") -> Box | None:
-    """Return a box that fits the answer, with working space for its solution; None if an option is ticked."""
+    """Return a box that fits the answer, with working space for its solution; None if students tick an option."""
     answer, working = part.answer, working_room(solution)
     match answer:
         case Choice() | Selection():

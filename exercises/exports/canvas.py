@@ -1,4 +1,4 @@
-"""Exports a quiz for Canvas as QTI 1.2: a group for every slot and question, from which a student gets one variant."""
+"""Export of a quiz for Canvas as QTI 1.2. Each student gets one variant from a group for each slot and question."""
 
 from collections.abc import Generator, Sequence
 

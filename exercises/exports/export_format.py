@@ -1,4 +1,4 @@
-"""Defines export formats, and the `Order` that they receive: an assignment and the number of variants per problem."""
+"""The definition of an export format, and the `Order` that it receives: an assignment and how to export it."""
 
 import io
 import tomllib
@@ -28,7 +28,7 @@ def _refuse(failure: FailedSlot) -> None:
 
 
 def _ignore(*_: object) -> None:
-    """Ignore a report. Other processes can unpickle this function, because it belongs to a module."""
+    """Ignore a report. This is a module-level function, because other processes must be able to unpickle it."""
 
 
 @dataclass(frozen=True)
@@ -63,7 +63,7 @@ class Order:
 
     @property
     def without_callbacks(self) -> "Order":
-        """The same order without callbacks, which other processes could not call."""
+        """The same order without its callbacks: other processes could not call them."""
         return replace(self, each=_ignore, note=_ignore, left_out=_refuse)
 
 
@@ -80,7 +80,7 @@ class File:
 
 
 def archive(files: Mapping[str, str | bytes], modes: Mapping[str, int] = {}) -> bytes:
-    """Return a zip archive whose bytes depend only on the files; their permissions are 0o644, if not in `modes`."""
+    """Return a zip archive whose bytes depend only on the files. `modes` has the permissions that are not 0o644."""
     out = io.BytesIO()
     with zipfile.ZipFile(out, "w", zipfile.ZIP_DEFLATED) as zip_file:
         for path, content in files.items():
@@ -92,7 +92,7 @@ def archive(files: Mapping[str, str | bytes], modes: Mapping[str, int] = {}) -> 
 
 
 def robots(order: Order) -> list[str]:
-    """Return the robot files in an assignment's folder; those of the library come with qdot.
+    """Return the names of the robot files in an assignment's folder. Robots of the library come with qdot.
 
     Raises QdotError for a file outside of the folder.
     """
@@ -115,8 +115,8 @@ class ExportFormat:
     in our tests. `per` says how often the work is done: for every "variant", for every "student", or "once".
     `drawn_there` means that the platform regenerates the problems from assignment.toml.
 
-    Before anything is written, `check` raises QdotError for an order that no machine can carry out. `missing` returns
-    what this machine lacks and how to install it, or "".
+    Before anything is written, `check` raises QdotError if the order can't be carried out on any machine. `missing`
+    returns what this machine lacks and how to install it, or "".
     """
 
     name: str

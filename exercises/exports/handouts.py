@@ -1,4 +1,4 @@
-"""Collects the notebooks for an export: unchanged ones from released/, and new ones for the other students."""
+"""The notebooks for an export: unchanged ones from released/, and new ones for the other students."""
 
 from collections.abc import Generator
 from dataclasses import dataclass
@@ -13,7 +13,8 @@ from qdot.exercises.exports.export_format import Order
 class Handouts:
     """The notebooks of a class. `students` lists the students who have a notebook.
 
-    `order.each` has already been called for the other students, and for the students in `settled_now`.
+    `settled_now` has the students whose notebooks are new. `order.each` has already been called for them, and for
+    students without a notebook.
     """
 
     order: Order

@@ -1,4 +1,4 @@
-"""Makes quiz items, the common form of questions for all learning platforms: text, form of answer, correct answer.
+"""Quiz items, the common form of questions for all learning platforms: text, form of answer, correct answer.
 
 Texts are Markdown with LaTeX, with figures between them. Platforms can't compare formulas, so items ask for their
 values at a configuration (`exports.numbers`). `order.note` reports questions that can't be asked at all.
@@ -29,9 +29,9 @@ from qdot.exercises.writing.problem_texts import hints, option_text, prompt, sta
 from qdot.exercises.writing.render import render
 
 MOST_WRONG = 6
-"""Maximum number of wrong values that are recognised for one number; with more, some would match by chance."""
+"""Maximum number of wrong values to recognise for one number. With more, some would match by chance."""
 SHORT_QUESTIONS = ("singular-angles-choice", "singular-configurations", "singular-drawing")
-"""Questions that replace one for the set of singular configurations; the first that applies to the arm is asked."""
+"""Short questions that replace the question for the set of singular configurations: the first that applies is asked."""
 
 
 @dataclass(frozen=True)
@@ -45,7 +45,7 @@ class Option:
 
 @dataclass(frozen=True)
 class Choose:
-    """A choice of one option, or of `several`. If a figure shows the letters, the order is `fixed`."""
+    """A choice of one option, or of `several` options. The order is `fixed` if a figure shows the letters."""
 
     kind: ClassVar = "options"
     options: tuple[Option, ...]
@@ -64,7 +64,7 @@ class Choose:
 
     @property
     def choices(self) -> tuple[tuple[str, str, Option], ...]:
-        """Each option as (letter, text, option). The letter is put before the text, unless the options are `fixed`."""
+        """Each option as (letter, text, option). The text begins with the letter, unless the order is `fixed`."""
         return tuple(
             (letter, option.text if self.fixed else f"{letter}. {option.text}", option)
             for letter, option in zip(LETTERS, self.options, strict=False)
@@ -73,9 +73,9 @@ class Choose:
 
 @dataclass(frozen=True)
 class Match:
-    """Stems (LaTeX) to match with options (plain text). `correct` is the index of each stem's option, from 0.
+    """A form in which a student matches stems (LaTeX) with options (plain text).
 
-    An option may belong to no stem.
+    `correct` is the index of each stem's option, from 0. An option may belong to no stem.
     """
 
     kind: ClassVar = "match"
@@ -233,7 +233,7 @@ def _item(order: Order, slot: Slot, problem: Problem, part: Part) -> Item | None
 
 
 def _ask_short_question(problem: Problem, part: Part, order: Order) -> Problem | None:
-    """Return the problem with a short question on singular configurations instead of the question for all of them."""
+    """Return the problem with one short question on singular configurations, or None if no such question applies."""
     for name in SHORT_QUESTIONS:
         question = ASKED[name]
         if question.refusal(problem.chain) is not None:
@@ -268,7 +268,7 @@ def question_alone(problem: Problem, part: Part) -> str:
 
 
 def entry_labels(problem: Problem, part: Part, shape: tuple[int, ...]) -> tuple[str, ...]:
-    """Return LaTeX names of the entries of an answer, row by row."""
+    """Return the LaTeX names of the entries of an answer, row by row."""
     chain, question, count = problem.chain, ASKED[part.kind], int(np.prod(shape))
     entry_names = question.entry_names(chain, part) or [tex(sp.Symbol(name), chain) for name in question.labels(chain)]
     if len(entry_names) == count:
@@ -351,7 +351,7 @@ def _field(part: Part, numeric_part: NumericPart, index: int, label: str, tells_
 
 
 def _most_telling_field(problem: Problem, part: Part, fields: tuple[Field, ...]) -> Field:
-    """Return the field that distinguishes most mistakes; if several do, choose one at random."""
+    """Return the field whose value distinguishes the most mistakes. If several do, choose one of them at random."""
     nontrivial_fields = [field for field in fields if round(abs(field.value), 9) not in (0, 1)] or list(fields)
     max_mistakes = max(len(field.wrong) for field in nontrivial_fields)
     best = [field for field in nontrivial_fields if len(field.wrong) == max_mistakes]

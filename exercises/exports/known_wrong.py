@@ -1,6 +1,6 @@
-"""Finds wrong answers that known mistakes lead to, for platforms that compare submissions with fixed answers.
+"""The wrong answers that known mistakes lead to, for platforms that compare submissions with fixed answers.
 
-The comparison that grades submissions has found each of them wrong. No two of them are the same.
+qdot's own comparison finds each of them wrong. No two of them are equal.
 """
 
 from collections.abc import Iterable, Iterator
@@ -47,7 +47,7 @@ CLEARLY = 3
 
 @dataclass(frozen=True)
 class KnownWrongAnswer:
-    """A wrong answer: the mistake and its sentence, the answer, and which of its entries are correct (`equal`)."""
+    """A wrong answer: the mistake behind it, the message about it, and which of its entries are correct (`equal`)."""
 
     mistake: str
     title: str
@@ -73,7 +73,7 @@ def known_wrong(problem: Problem, part: Part, most: int) -> tuple[KnownWrongAnsw
 
 
 def domain_of(problem: Problem) -> Domain:
-    """Return the domain of each symbol that has no value; given lengths appear in references as numbers."""
+    """Return the domain of each symbol without a value. Lengths with a value appear in references as numbers."""
     kinds = {"length": "length", "angle": "angle", "joint rad": "angle"}
     roles: dict[str, str | float | Fraction] = {}
     for name, info in problem.symbols().items():
@@ -111,7 +111,10 @@ class _Subject:
 
 @dataclass(frozen=True)
 class _GenericMistake:
-    """A mistake on a structure and the answer that it leads to; `answer` is None if it only alters the result."""
+    """A mistake on a structure and the answer that it leads to.
+
+    If the mistake only alters the final result, `answer` is None, and `changes` are to be applied to the reference.
+    """
 
     mistake: Mistake
     says: str
@@ -220,7 +223,7 @@ def _wrong_sets(problem: Problem, part: Part) -> Iterator[KnownWrongAnswer]:
 
 
 def _conditions(answer: ConditionSet) -> frozenset[str]:
-    """Return the pieces of a set, with wrapped angles so that pi and -pi are the same."""
+    """Return the conditions of a set as text. Angles are wrapped, so that pi and -pi are the same."""
     wrapped = [
         component
         if component.solutions is None

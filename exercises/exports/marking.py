@@ -1,4 +1,4 @@
-"""Explains how to mark a part on paper: the correct answer, the points for known mistakes, and a rule for the rest.
+"""Instructions for marking a part on paper: the correct answer, the points for known mistakes, a rule for the rest.
 
 The grader computes the points of an answer, so that paper and notebooks are marked in the same way.
 """
@@ -42,7 +42,7 @@ ROOM, LEGIBLE = 22.0, 1.25
 
 @dataclass(frozen=True)
 class Mark:
-    """A line of a marking sheet: "Right" or a mistake, its answer (Markdown, "" if not shown), and its points."""
+    """A line of a marking sheet: "Right" or a mistake, the answer (Markdown, "" if it is not shown), and its points."""
 
     title: str
     answer: str
@@ -60,7 +60,7 @@ class Marking:
 def mark_part(problem: Problem, part: Part, earns: Earns) -> Marking:
     """Return the lines and the rule for marking a part; `earns` returns the share of points for a typed answer."""
     correct = Mark("Right", _drop_illegible(short_answer(problem, part)) or "see the key", _points(part, Fraction(1)))
-    meanings = correct.answer[: max(0, correct.answer.find("$$"))]  # of s1, c12 …; they are stated only once
+    meanings = correct.answer[: max(0, correct.answer.find("$$"))]  # the meanings of s1, c12 … are stated only once
     wrong = _list_options(part) if part.answer.offered else _list_mistakes(problem, part, earns)
     marks = (replace(mark, answer=mark.answer.removeprefix(meanings)) for mark in wrong)
     return Marking((correct, *marks), _state_rule(problem, part))

@@ -1,4 +1,4 @@
-"""Helpers for exports to platforms: texts with figures as HTML, and numbers as text."""
+"""Texts with figures as HTML, and numbers as text, for exports to learning platforms."""
 
 import hashlib
 import math

@@ -1,4 +1,4 @@
-"""Exports to Moodle: a question bank as Moodle XML, and a complete quiz, which picks a variant of every question.
+"""Export to Moodle: a question bank as Moodle XML, and a complete quiz, which picks a variant of every question.
 
 The bank has a category for every slot and question, and a question for every variant. moodle_quiz makes the quiz.
 """
@@ -129,8 +129,8 @@ def _pairs(form: Match) -> tuple[tuple[str, str], ...]:
 def _boxes(form: Numeric) -> tuple[Box, ...]:
     """Return a box for every field.
 
-    Moodle makes each of several boxes as wide as the longest number among its answers. A filler answer in each makes
-    all boxes equally wide.
+    If there are several boxes, Moodle makes each as wide as the longest number among its answers. A filler answer in
+    each box makes all boxes equally wide.
     """
     numbers = [_numbers(field) for field in form.fields]
     longest = max(WIDTH, *(len(answer.text) for answers in numbers for answer in answers))
@@ -175,7 +175,7 @@ def _filler_number(characters: int) -> str:
 
 
 def _insert_boxes(body: str, form: Choose | Match | Numeric, shown: Sequence[str]) -> str:
-    """Return a text followed by its boxes, in a column with names or as a matrix; unchanged if there is one box."""
+    """Return a text followed by its boxes, in a column with names or as a matrix. With one box, return it unchanged."""
     if not isinstance(form, Numeric) or len(shown) < 2:
         return body
     boxes = iter(shown)

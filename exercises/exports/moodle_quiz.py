@@ -1,7 +1,7 @@
-"""Makes the backup of a complete quiz with its questions, which Moodle 4 can restore into any course.
+"""The backup of a complete quiz with its questions, which Moodle 4 can restore into any course.
 
-Moodle has no other file format for quizzes. The questions are in the quiz's own bank. Each slot picks one variant of a
-question at random. The slot stores the points, because a question with embedded answers counts its boxes instead.
+Moodle has no other file format for quizzes. The questions are in the quiz's own bank, and each slot picks one variant
+at random. The slot stores the points: Moodle would give a question with embedded answers a point for each box.
 """
 
 import base64
@@ -18,7 +18,7 @@ from qdot.exercises.exports.export_format import Order, archive
 from qdot.exercises.writing.render import render
 
 RELEASE, VERSION = "4.0", 2022041900
-"""The oldest Moodle that restores the backup; later ones store questions and random slots in the same way."""
+"""The oldest Moodle that can restore the backup. Later versions store questions and random slots in the same way."""
 QUIZ, CONTEXT = 1, 2
 """Ids of the quiz, and of the context to which its bank belongs."""
 HIGHEST, LAST = 1, 4
@@ -26,7 +26,7 @@ HIGHEST, LAST = 1, 4
 CLOSED = 0x00010
 AFTER = 0x01100 | CLOSED
 ALWAYS = 0x10000 | AFTER
-"""When a part of the review is shown: once the quiz is closed; also immediately after the attempt; also during it."""
+"""Moodle's bits for when something is shown: once the quiz is closed; also right after the attempt; also during it."""
 TYPES = {"cloze": "multianswer", "matching": "match"}
 """Moodle's internal names of question types, if they differ from those in XML."""
 OF_BACKUP, OF_QUIZ = ("moodle_backup", "questions", "files"), ("quiz", "module", "inforef", "grades")
@@ -146,7 +146,7 @@ def _draws(folder: Json) -> str:
 
 
 def _attempts(assignment: Assignment) -> Json:
-    """Return the settings for attempts: their number (0 means unlimited), which one counts, the delay, and the end."""
+    """Return the settings for attempts: their number (0 is unlimited), which one counts, the delay, and the end."""
     policy, due_date = assignment.attempts, assignment.due_date
     is_best_of = policy.best_of is not None
     return {

@@ -1,8 +1,8 @@
-"""Exports an nbgrader course: a source notebook with the cells and their points, and a notebook for each student.
+"""Export of an nbgrader course: a source notebook with the cells and their points, and a notebook for each student.
 
-nbgrader releases the same notebook to everybody, but qdot's students have different problems with the same parts. So
-the source notebook contains no problem, and the students' notebooks are handed out separately. The cells of both have
-the same names.
+nbgrader releases the same notebook to everybody, but qdot's students have different problems with the same parts.
+Therefore the source notebook contains no problem, and students get their own notebooks separately. The cells of both
+have the same names.
 """
 
 import csv
@@ -24,7 +24,7 @@ from qdot.exercises.writing.render import render
 
 Cell = dict[str, Any]
 SCHEMA = 3
-"""The version of nbgrader's metadata that is written."""
+"""The version of nbgrader's metadata in the notebooks."""
 ANSWER = "-answer"
 """The suffix of an answer cell's name. The cell with the marks has the name without it, which the gradebook shows."""
 SIGN = "# Marked by qdot"

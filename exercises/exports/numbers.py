@@ -1,8 +1,8 @@
-"""Replaces formulas by their values at a configuration, for platforms that can't compare formulas.
+"""The values of formulas at a configuration, for platforms that can't compare formulas.
 
-Lengths and the configuration are sampled from the problem's own stream, away from singular configurations. So no entry
-is tiny or zero by chance, and the numbers distinguish as many mistakes as possible. They are computed twice: from the
-reference and by a numeric derivation.
+Lengths and the configuration are sampled from the problem's own stream, away from singular configurations. They are
+chosen so that no entry is tiny or zero by chance and the numbers distinguish as many mistakes as possible. All values
+are computed twice: from the reference and by a numeric derivation.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -37,7 +37,7 @@ from qdot.exercises.writing.latex import tex, tex_angle, tex_length, tex_value
 from qdot.exercises.writing.wording import Wording
 
 DRAWS = 12
-"""Number of sampled configurations; the one that distinguishes most mistakes is used."""
+"""Number of configurations to sample. The one that distinguishes the most mistakes is used."""
 TINY = 0.02
 """An entry is hard to give to three digits if it is below this fraction of the largest one."""
 LEAST = 0.001
@@ -45,7 +45,7 @@ LEAST = 0.001
 APART = 0.03
 """A mistake is distinguishable if it changes an entry by more than this fraction of the largest one."""
 MOST_JOINTS = 4
-"""Maximum number of joints for which all mistakes after J are computed; larger arms would take many seconds."""
+"""Maximum number of joints for which all mistakes in results derived from J are computed: more take many seconds."""
 SAME = 1e-8
 """Maximum difference of the two computations, as a fraction of the largest entry."""
 
@@ -134,7 +134,7 @@ def _check_agreement(problem: Problem, part: Part, reference: np.ndarray, derive
 
 
 def _mistakes(w: Working, part: Part) -> list[Wrong]:
-    """Return the answers that mistakes lead to; for long derivations, only mistakes considered for a single number."""
+    """Return the answers that mistakes lead to. If the derivation is long, only those in ONE_NUMBER are considered."""
     if not is_derived(part):
         return []
     if w.n > MOST_JOINTS and is_made_of_jacobian(part):
@@ -223,7 +223,7 @@ def _evaluate_reference(reference: sp.Matrix, values: Configuration) -> sp.Matri
 def _best_configuration(right: np.ndarray, mistakes: Sequence[Wrong]) -> int | None:
     """Return the index of the best configuration, or None if none is usable.
 
-    It has the fewest tiny entries; among equals, it distinguishes most mistakes.
+    The best one has the fewest tiny entries. Among equals, it distinguishes the most mistakes.
     """
     size = np.abs(right).max(axis=(0, 1))
     max_values = np.nan_to_num(np.abs(right)).max(axis=-1)

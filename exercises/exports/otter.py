@@ -1,9 +1,9 @@
-"""Exports a source notebook for `otter assign`, whose autograder marks with qdot, and every student's notebook.
+"""Export of a source notebook for `otter assign`, whose autograder marks with qdot, and of every student's notebook.
 
-Otter releases the same notebook to everybody, but qdot's students have different problems with the same parts. So the
-source notebook contains no problem. `otter assign` makes the autograder from it, with a test for each part. The
-students' notebooks are handed out separately. They contain the same tests, which on a student's machine only report
-whether an answer is given.
+Otter releases the same notebook to everybody, but qdot's students have different problems with the same parts.
+Therefore the source notebook contains no problem. `otter assign` makes the autograder from it, with a test for each
+part. Students get their own notebooks separately. Those contain tests of the same names, which only report whether an
+answer is given.
 """
 
 import json

@@ -1,4 +1,4 @@
-"""Writes handouts, exams, keys and marking sheets as HTML, PDF or LaTeX."""
+"""Export of handouts, exams, answer keys and marking sheets as HTML, PDF or LaTeX."""
 
 from collections.abc import Callable, Generator, Sequence
 from dataclasses import dataclass
@@ -16,11 +16,11 @@ from qdot.exercises.writing.typst import to_typst, typst_escaped
 STAFF = {"key": "a key", "marking": "a marking sheet"}
 """Kinds of sheets that show answers, each with its name in messages."""
 VERSION_TICKS = 8
-"""Number of columns to tick on the marking sheet of a version, one per student; a student's own sheet has one."""
+"""Number of columns to tick on the marking sheet of a version: one for each student. A student's own sheet has one."""
 NARROW = 0.8
 """The share of a page's width that a formula may take beside a name."""
 LAST = 60
-"""Weight of a sheet's end when free space on the last page is distributed; a part's weight is its working space."""
+"""Weight of the end of a sheet when free space on its last page is shared out. A part's weight is its working space."""
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""Exports a PrairieLearn course folder: for every slot of an assignment a question that calls qdot, and assessments."""
+"""Export of a PrairieLearn course folder: assessments, and a question that calls qdot for each slot."""
 
 import hashlib
 import json
@@ -83,7 +83,7 @@ def element_of(answer: Answer) -> str:
 def input_names(part: Part) -> list[str]:
     """Return the names of a part's inputs: the part's name, or one per number or matched item if there are several.
 
-    Names for a match follow the rule of pl-matching.
+    The names for matched items follow the rule of PrairieLearn's element pl-matching.
     """
     if part.answer.matched:
         return [f"{part.name}-dropdown-{index}" for index in range(len(part.answer.matched))]
@@ -153,7 +153,7 @@ def _assessment(assignment: Assignment, kind: str, questions: Sequence[Mapping[s
 def number_of(assignment: Assignment) -> str:
     """Return the number of the homework or exam from its title or key: `6` of "Homework 6", else `1`.
 
-    PrairieLearn writes it right after the letters of a set: HW6.
+    PrairieLearn writes it right after the abbreviation of a set, as in HW6.
     """
     number = re.search(r"(?<![\w.,-])\d+(?!\w)", assignment.title) or re.search(r"\d+$", assignment.key)
     return number[0] if number else "1"

@@ -1,4 +1,4 @@
-"""Makes a QTI 2.1 package of a test and its items: formulas as MathML, and a section with the variants of each slot.
+"""Export of a test as a QTI 2.1 package, with formulas as MathML and a section with the variants of each slot.
 
 The platform picks one variant of each slot at random, with all of its parts in order. If the assignment shows
 solutions, a student sees the solution of an item after full marks or after the last attempt.
@@ -28,7 +28,7 @@ MOST_FIELDS = 4
 TRIES = 3
 """Number of attempts at an item, unless the assignment limits them."""
 NEARLY = 1e-6
-"""The share of full marks that may be missing because shares are rounded."""
+"""The share of full marks that may be missing, because shares are rounded."""
 
 _STYLE = re.compile(r' style="[^"]*"')
 

@@ -1,8 +1,7 @@
-"""Exports repositories for GitHub and GitLab: one for grading by the staff, and one per student without the secret.
+"""Export of repositories for GitHub and GitLab: one for grading by the staff, and one per student without the secret.
 
-Anybody who may push to a repository can change its CI jobs, and so print every secret that the jobs receive. So
-students' repositories never receive the secret. The staff's repository fetches their work, grades it and returns
-feedback.
+Anybody who may push to a repository can change its CI jobs to print every secret that they receive. Therefore students'
+repositories never receive the secret. The staff's repository fetches their work, grades it and returns feedback.
 """
 
 import re

@@ -1,7 +1,7 @@
-"""Makes SCORM 1.2 and SCORM 2004 packages for learning platforms: a page of the site that reports a score, and a bank.
+"""Export of SCORM 1.2 and SCORM 2004 packages for learning platforms: a web page that reports a score, and a bank.
 
-Each student gets one variant of every slot, chosen in the browser by the identifier that the platform provides. The
-browser also grades the answers (`qdot.exercises.site`), so the package contains the correct answers.
+Each student gets one variant of every slot. The browser chooses it by the identifier that the platform provides, and
+it also grades the answers (`qdot.exercises.site`). Therefore the package contains the correct answers.
 """
 
 import json
@@ -31,7 +31,7 @@ MOST_PARTS = 1000
 LONGEST_TITLE = 200
 """Maximum length of a title in the schema of SCORM 1.2, in characters."""
 _OURS = ("made_from", "listed")
-"""Fields of a bank's record that only the next build needs."""
+"""Fields of a record in the bank that are only for a later build of the site, and not for students."""
 
 _Files = dict[str, str | bytes]
 
@@ -132,7 +132,7 @@ def _bank_files(order: Order) -> _Files:
 
 
 def _read_bank(folder: Path, hints: bool) -> _Files:
-    """Return the files of a bank for a package, without hints unless the assignment gives hints."""
+    """Return the files of a bank for a package, with hints only if the assignment gives hints."""
     return {
         path.relative_to(folder).as_posix(): _compact_record(json.loads(path.read_text(encoding="utf-8")), hints)
         for path in sorted(folder.rglob("*.json"))

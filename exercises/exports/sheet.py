@@ -1,4 +1,4 @@
-"""Makes the data of a paper sheet: a student's problems in Markdown, figures, and boxes for answers, without layout."""
+"""The content of a paper sheet before its layout: a student's problems in Markdown, figures, and answer boxes."""
 
 import math
 import re
@@ -26,7 +26,7 @@ FIGURE = 50
 STATEMENT, PART = 78, 92
 """Height of a statement, and maximum height of a part with its share of the statement, in mm."""
 BESIDE = 0.58
-"""The share of the page's width for a prompt beside its figure."""
+"""The share of the page's width that a prompt gets if its figure is beside it."""
 PROBLEMS = ("handout", "exam")
 """Sheets that show the problems, not only the answers."""
 VERSIONS = "ABCDEFGHIJKLMNOPQRSTUVWXYZ"
@@ -85,7 +85,7 @@ class SheetProblem:
 
 @dataclass(frozen=True)
 class Sheet:
-    """The sheet of a student or of a version, which has no `student`; `file` is the stem of its file name."""
+    """The sheet of a student or of a version; a version has no `student`. `file` is the stem of its file name."""
 
     file: str
     name: str
@@ -110,7 +110,7 @@ class Sheet:
 
 @dataclass(frozen=True)
 class _SheetRequest:
-    """A request for the sheet of a student or version; if `problems` is None, the student's are generated."""
+    """A request for the sheet of a student or version. If `problems` is None, generate those of the student."""
 
     file: str
     name: str
@@ -120,7 +120,10 @@ class _SheetRequest:
 
 @dataclass(frozen=True)
 class _SheetResult:
-    """A sheet, with regenerated problems that are not recorded yet; None if all draws of a slot failed."""
+    """A sheet, and the regenerated problems that are not recorded yet.
+
+    The sheet is None if no problem for a slot passed its certificate; `given_up` has the failures.
+    """
 
     sheet: Sheet | None
     redrawn: Mapping[str, Redraw] = field(default_factory=dict)

@@ -1,9 +1,9 @@
-"""Exports STACK questions in one Moodle XML file: a question for every part of every variant, and its question tests.
+"""Export of STACK questions in one Moodle XML file: a question for every part of every variant, and its question tests.
 
-Each part is a question of its own, because STACK limits the time for one question. So is each variant: it is in a
-category for its slot and part, from which a quiz picks one at random. STACK could also pick the variant by a seed, but
-then the nodes of the response tree could not be the mistakes of each arm: the same answer means different mistakes for
-different arms.
+Each part is a question of its own, because STACK limits the time for one question. The variants of a part are separate
+questions in one category, from which a quiz picks one at random. STACK could also pick a variant by a seed, but then
+all variants would share a response tree. Its nodes could not recognise mistakes, because the same answer results from
+different mistakes for different arms.
 """
 
 import base64
@@ -33,7 +33,7 @@ NOT_READ = Case("what can't be read is not marked", "qdot_unknown(1)", None, "NU
 
 @dataclass(frozen=True)
 class StackQuestion:
-    """A part of a variant, for the template: in STACK's terms, with texts as HTML."""
+    """A part of a variant as the template needs it: in STACK's terms, with texts as HTML."""
 
     asked: StackPart
     name: str
@@ -128,7 +128,7 @@ def _html(text: str) -> str:
 
 
 def _prompt(problem: Problem, part: Part) -> str:
-    """Return the prompt; instructions on typing the answer in Python are removed if STACK's input differs."""
+    """Return the prompt, without instructions on typing the answer in Python if STACK's input differs."""
     text = prompt(problem, part)
     return text.split("**Answer:**")[0] if (part.answer.offered or part.answer.is_a_set) else text
 

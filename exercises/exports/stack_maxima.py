@@ -1,12 +1,12 @@
 """Maxima functions for marking, which a STACK question defines among its variables if it needs them.
 
 Formulas are compared by their values at a few points that the exporter samples. That takes milliseconds for any form
-of an answer. A proof for each entry, as by STACK's AlgEquiv, takes seconds, of the 30 that STACK allows in total.
+of an answer. STACK's AlgEquiv would prove equality entry by entry, which takes seconds each; STACK allows 30 in total.
 
-    points          for each point the values of all symbols; the first two differ in the configuration only
-    short, given    substitutions: for short names such as c12, and for lengths that are given as numbers
+    points          the values of all symbols at each point; only the configuration differs between the first two
+    short, given    substitutions for short names such as c12, and for lengths with given numbers
     turning         the joints whose values are angles
-    u, w            submitted and correct answer: for each point a list of entries, false if an entry is not a number
+    u, w            submitted and correct answer: a list of entries at each point, false if an entry is not a number
 """
 
 from qdot.exercises.formula.printers.maxima import maxima_text

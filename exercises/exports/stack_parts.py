@@ -1,4 +1,4 @@
-"""Converts a part to STACK's form: the input, Maxima for marking, nodes of the response tree, and question tests.
+"""Parts in STACK's form: the input, Maxima code for marking, nodes of the response tree, and question tests.
 
 Formulas are compared at a few points, and matrices entry by entry with qdot's partial credit. Numbers are compared
 within their tolerance, and sets of joint values modulo full turns. Question tests submit names of question variables,
@@ -40,7 +40,7 @@ from qdot.exercises.questions.results import divisor
 from qdot.exercises.quizzes.options import list_blames
 
 MOST = 6
-"""Maximum number of mistakes in a part's response tree: each adds a node and a question test."""
+"""Maximum number of known mistakes in a part's response tree. Each adds a node and a question test."""
 RIGHT, OTHER = "prt1-right", "prt1-other"
 """Answer notes for a correct answer, and for an answer that no known mistake explains."""
 POINTS, TRIED = 3, 20
@@ -51,7 +51,7 @@ CLEAR, HUGE = 1e-2, 1e4
 
 @dataclass(frozen=True)
 class Node:
-    """A node of a response tree: it compares `left` and `right`; if equal, it gives the note, score and feedback."""
+    """A node of a response tree. If `left` and `right` are equal, it gives a note, a score, and feedback (`says`)."""
 
     test: str
     left: str
@@ -64,7 +64,7 @@ class Node:
 
 @dataclass(frozen=True)
 class Case:
-    """An answer in the question tests, with its expected note and score (None if STACK should not mark it)."""
+    """A question test: an answer, with its expected note and score (None if STACK should not mark the answer)."""
 
     title: str
     value: str
@@ -119,7 +119,7 @@ def stack_part_of(problem: Problem, part: Part) -> StackPart | str:
 
 
 def share_of(problem: Problem, part: Part, answer: sp.Matrix, equal: Sequence[bool], is_known: bool = False) -> float:
-    """Return the share that formulas earn, as in `qdot grade`, but without credit for products with missing factors.
+    """Return the share of the points for formulas, as `qdot grade` would, but without credit for factors of a product.
 
     An answer that a single known mistake explains (`is_known`) earns at least half.
     """
@@ -146,7 +146,7 @@ def share_of(problem: Problem, part: Part, answer: sp.Matrix, equal: Sequence[bo
 
 
 def _share_of_known(problem: Problem, part: Part, answer: sp.Matrix) -> Fraction:
-    """Return the minimum share for an answer that a single known mistake explains."""
+    """Return the minimum share of the points for an answer that a single known mistake explains."""
     reference = part.answer.as_matrix()
     has_varying_entries = _varying_entries(problem, reference) and _varying_entries(problem, answer)
     if not (part.credit or OWN).is_by_mistakes or not has_varying_entries:
@@ -184,13 +184,13 @@ def _varying_entries(problem: Problem, reference: sp.Matrix) -> list[int]:
 
 
 def _pivot(problem: Problem, reference: sp.Matrix) -> int | None:
-    """Return the number (from 1) of an entry that determines a constant factor; None if there is only one number."""
+    """Return the position (from 1) of an entry by which to find a constant factor; None for a single constant."""
     nonzero = [k for k, entry in enumerate(reference, 1) if entry != 0]
     return None if not nonzero or (len(nonzero) == 1 and not _varying_entries(problem, reference)) else nonzero[0]
 
 
 def _entries_that_count(reference: sp.Matrix) -> tuple[list[int], list[int]]:
-    """Return the indices of the entries that count, and of the zeros; zeros count only if all entries are zero."""
+    """Return the indices of the entries that earn points, and of the zeros. Zeros earn points only if all are zero."""
     nonzero = [k for k, entry in enumerate(reference) if entry != 0]
     zeros = [k for k in range(len(reference)) if k not in nonzero]
     return (nonzero, zeros) if nonzero else (zeros, [])
@@ -263,7 +263,7 @@ def _maxima_of(matrix: sp.Matrix | tuple[Component, ...], single: bool) -> str:
 def _points(problem: Problem, reference: sp.Matrix, pivot: int) -> str | None:
     """Return the line with the points at which formulas are compared; None if no usable points were found.
 
-    The first two points have the same lengths: a factor with the same value at both is a constant.
+    The first two points have the same lengths, so a factor with the same value at both is a constant.
     """
     domain = domain_of(problem)
     program = compile_program([read(text_of(entry), domain.roles) for entry in reference])
@@ -287,7 +287,7 @@ def _are_usable(program: Program, points: Sequence[dict[str, float]], pivot: int
 
 
 def _minimum_share_line(part: Part, least: Fraction, condition: str) -> str:
-    """Return the line that raises the share to at least `least` if `condition` holds: a known mistake explains it."""
+    """Return the line for a known mistake: it raises the share to at least `least` if `condition` holds."""
     return f"share: if {condition} then max(share, {least * (part.credit or OWN).worth}) else share;"
 
 

@@ -1,4 +1,4 @@
-"""Packs qdot as a wheel, and lists the versions of its libraries, for machines without access to a package index.
+"""qdot as a wheel, and the versions of its libraries, for machines without access to a package index.
 
 The wheel is made from the installed files according to the format (packaging.python.org); the same files give the same
 bytes. It contains no assignment and reveals no answers.

@@ -1,4 +1,4 @@
-"""Question kinds, each of which asks for one result of an arm. The registry is in the order of the chapter.
+"""The kinds of questions, each of which asks for one result of an arm, in the order of the chapter.
 
 Beside the questions:
 
@@ -6,7 +6,7 @@ Beside the questions:
     reference       the stages of a derivation in textbook form, from which reference answers are derived
     geometry        configurations for questions on singularities
     lost_lines      the lines of an arm along which a motion is lost
-    results         answers computed by a derivation, including the mistakes made in it
+    results         answers computed by a derivation, correct or with mistakes in it
 """
 
 from qdot.exercises.questions import (

@@ -1,4 +1,4 @@
-"""Define a question: how it is generated for an arm, when it applies, and which questions it builds on."""
+"""The definition of a question: how it is generated for an arm, when it applies, which questions it builds on."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import KW_ONLY, dataclass, field
@@ -23,7 +23,7 @@ from qdot.exercises.questions.reference import Written, reference_working
 Option = TypeVar("Option")
 
 BY_HAND = 3
-"""Maximum number of joints for which an inverse is written as formulas."""
+"""Maximum number of joints for which an inverse is worked out as formulas."""
 
 ASKED_OF = {
     FRAMES: "it is asked in the frames of a table, and this arm is told by its axes",
@@ -56,7 +56,7 @@ def objection_unless_square(chain: Chain) -> str | None:
 
 
 MOST_TERMS = 30
-"""Maximum number of terms of a result worked out by hand, over all entries; Example 6.3 has 15."""
+"""Maximum number of terms of a result to work out by hand, in all entries together. Example 6.3 has 15."""
 
 
 @lru_cache(maxsize=4096)
@@ -164,7 +164,7 @@ def shuffle_options(
 
 
 def nothing(*_: object) -> tuple[()]:
-    """Return no names: entries are referred to by row and column."""
+    """Return no names: texts refer to entries by row and column."""
     return ()
 
 
@@ -178,7 +178,7 @@ def no_grid(chain: Chain) -> Grid:
 
 
 def rates_to(rows: Callable[[Chain], Sequence[str]]) -> Callable[[Chain], Grid]:
-    """Return a function for the grid of a Jacobian: `rows` labels its rows, and the joint rates its columns."""
+    """Return a function that labels a Jacobian: its rows by `rows`, and its columns by the joint rates."""
     return lambda chain: (rows(chain), joint_rates(chain))
 
 
@@ -203,7 +203,7 @@ def velocities(rows: Sequence[str]) -> list[str]:
 class Question:
     r"""A kind of question: what it asks for, to which arms it applies, and how its answer is derived and presented.
 
-    If the answer is a formula over the stages of the derivation, these fields describe it:
+    If the answer is computed from stages of the derivation, these fields describe it:
 
     - `stage`: the answer is this stage, with its rows in `row_order`. A student's answer can then replace the stage.
       For any other formula, `formula` computes the answer from the stages, and `substitutes` returns which stages an
@@ -214,29 +214,29 @@ class Question:
     - `details`: returns what the wording needs in addition to the answer.
 
     Any other answer comes from `sample`, which returns None if it finds nothing to ask. If such a question also has a
-    `formula`, consequences of mistakes in the derivation are recognised. Without one, only mistakes made with the
-    answer itself are.
+    `formula`, the grader recognises what mistakes in the derivation lead to. If it has none, the grader recognises only
+    mistakes in the answer itself.
 
-    `objection` returns why the question makes no sense for an arm, and `too_long` why it is too long by hand, or None.
-    A short question of a quiz has a `form`. It shows the answers to the questions named in `shows`, which are therefore
-    not asked with it. By default the `template` is the one with the question's name.
+    `objection` returns why the question makes no sense for an arm, or None. `too_long` returns why the answer is too
+    long to work out by hand, or None. A short question of a quiz has a `form`. It shows the answers to the questions
+    named in `shows`, which are therefore not asked with it. The default `template` has the question's name.
 
     A student may label the entries of an answer by `labels`, and the columns of a matrix by `columns`. `entry_names`
-    are the names of the entries in LaTeX, and `grid` names the rows and columns. If it `is_made_of_jacobian`, J is
-    given. If it `is_made_of_minors`, to derive it as formulas takes minutes for many joints, and a single formula is a
-    product whose factors are compared.
+    are the names of the entries in LaTeX, and `grid` names the rows and columns. `is_made_of_jacobian` means that the
+    answer is derived from a given J. `is_made_of_minors` means that it consists of minors of J: their formulas take
+    minutes for many joints, and a single formula is a product whose factors are compared.
 
-    `adds_up` says whether an entry is a sum over the links, or whether each column has such sums. `linear_rows` are the
-    rows with these sums, each with its axis (0 to 2). If an export format has a box for each entry, a `last_row` that
-    is the same for all arms is shown instead of boxes.
+    `adds_up` is "links" if each entry is a sum over the links, and "columns of links" if each column has such sums.
+    `linear_rows` are the rows with these sums, each with its axis (0 to 2). A `last_row` is the same for all arms.
+    Export formats with a box for each entry show it instead of boxes.
 
-    Later parts are marked on a student's own earlier results. `follows_from` names the questions from whose answers
-    this one is derived, in the order in which they are tried. By default they are those that it `needs`. An answer
-    that is a set of conditions consists of the configurations at which the result `vanishes` is zero.
+    The grader marks later parts on a student's own earlier results. `follows_from` has sets of questions from whose
+    answers this one can be derived, in the order in which the grader tries them. The default is the set `needs`. If the
+    answer is a set of conditions, it consists of the configurations at which the formula `vanishes` is zero.
 
     The question applies to arms whose convention has the feature `speaks_of`, one of ASKED_OF, or to all arms if that
-    is empty. `title_for` returns the title for an arm if `title` does not fit all arms: some Jacobians are found
-    without differentiation.
+    is empty. `title_for` returns the title for an arm if `title` does not fit all arms. For example, some Jacobians are
+    found without differentiation.
     """
 
     name: str
@@ -295,7 +295,7 @@ class Question:
 
     @property
     def follows(self) -> tuple[tuple[str, ...], ...]:
-        """The questions from whose answers this one is derived, in the order in which they are tried."""
+        """The sets of questions from whose answers this one can be derived, in the order for the grader to try."""
         if self.follows_from is not None:
             return self.follows_from
         return (self.needs,) if self.needs else ()

@@ -1,4 +1,4 @@
-"""Questions on concepts: the size of J, the effect of one joint, when (6.7) applies, and which velocities are lost."""
+"""Questions on concepts: the size of J, the effect of a joint, when (6.7) applies, which velocities are impossible."""
 
 import math
 from collections.abc import Iterable
@@ -136,7 +136,10 @@ def _derive_effect(w: Working, details: Details) -> np.ndarray:
 
 
 def _distort(chain: Chain, pose: Pose, joint: int, shown: sp.Matrix, linear: list[int]) -> list[sp.Matrix]:
-    """Return wrong versions of a column: wrong sign, another joint's column, p*, p* of the next origin, wrong axes."""
+    """Return wrong versions of a column.
+
+    They have the wrong sign, belong to another joint, are p* itself, use the p* of the next origin, or mix up the axes.
+    """
     column = shown.col(joint)
     vectors = [-column, *(shown.col(i) for i in range(chain.n) if i != joint)]
     if linear:
@@ -154,7 +157,7 @@ def _distort(chain: Chain, pose: Pose, joint: int, shown: sp.Matrix, linear: lis
 
 
 def _measure(vector: Iterable[sp.Expr]) -> float:
-    """Return the norm of a vector, by sums that are equal on every machine, since norms may be exactly at a limit."""
+    """Return the norm of a vector. The sum is equal on every machine, because a norm may be exactly at a limit."""
     return math.sqrt(math.fsum(float(value) ** 2 for value in vector))
 
 
@@ -202,7 +205,7 @@ USES = {
 
 @dataclass(frozen=True, kw_only=True)
 class ForUse(AtPose):
-    """About the use of (6.7) for a task: the key in USES, the numeric J, and its determinant if J is square."""
+    """About the question whether (6.7) applies: the answer's key in USES, the numeric J, and det J if J is square."""
 
     use: str
     task: tuple[str, ...]
@@ -234,7 +237,7 @@ def _describe_use(chain: Chain, use: str, pose: Pose) -> ForUse:
 
 @lru_cache(maxsize=1024)
 def _list_tasks(chain: Chain, use: str) -> tuple[tuple[str, ...], ...]:
-    """Return the tasks for which J has the shape that an answer needs; for square J, the arm's own if that fits."""
+    """Return the tasks for which J has the shape that an answer needs. For square J, prefer the arm's own task."""
     rows = moving_rows(derive(chain).geometric)
     row_counts = {
         "regular": [chain.n], "singular": [chain.n],
@@ -297,7 +300,7 @@ def _has_cost(chain: Chain) -> bool:
 
 
 def _ask_cost(chain: Chain, rng: Stream) -> Asked | None:
-    """Choose at random whether one of four velocities can be produced, or all but one."""
+    """Choose at random whether exactly one of four velocities can be produced, or all but one."""
     possible = rng.choice((True, False))
     for _ in range(20):
         pose = find_singular_pose(chain, rng, 1)
@@ -319,7 +322,7 @@ def _ask_cost(chain: Chain, rng: Stream) -> Asked | None:
 
 
 def _sample_velocities(jacobian: sp.Matrix, lost: np.ndarray, possible: bool, rng: Stream) -> list[Numbers] | None:
-    """Return four velocities, the correct option first: it can be produced if `possible`, else the others can."""
+    """Return four velocities, the correct option first: only it can be produced if `possible`, else only the others."""
     velocities: list[Numbers] = []
     for _ in range(80):
         rates = sp.Matrix([sp.Rational(rng.choice([k for k in range(-9, 10) if k]), 10) for _ in range(jacobian.cols)])
@@ -347,7 +350,7 @@ def _sample_velocity_along(lost: np.ndarray, size: float, rng: Stream) -> sp.Mat
 
 
 def _has_clear_share(velocity: Numbers, lost: np.ndarray, can: bool) -> bool:
-    """Return whether a velocity has a clear component along the lost direction, or, if it `can` be produced, none."""
+    """Return whether a velocity has no component along the lost direction if it `can` be produced, else a clear one."""
     numbers = np.array([float(value) for value in velocity])
     lost_share = abs(float(numbers @ lost)) / float(np.linalg.norm(numbers))
     return lost_share < 0.012 if can else lost_share > 0.5

@@ -36,7 +36,7 @@ def find_power_of_metres(part: Part) -> int | None:
 class AlongAxes(Details):
     """About the coordinates of the tool point whose velocity is in the task, from "x", "y", "z".
 
-    `by_links` says that a velocity is written link by link.
+    `by_links` says whether a velocity is written link by link, as in Example 6.1.
     """
 
     axes: tuple[str, ...]

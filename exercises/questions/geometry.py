@@ -1,8 +1,8 @@
-"""Configurations for questions on singularities: numeric configurations, and branches of the singular set.
+"""Configurations for questions on singularities, and branches of the singular set.
 
-A configuration is exact: it has the joint values of a component, or a condition on several joints is solved for one of
-them. Values that are not simple numbers are shown rounded. Reference answers are computed at the exact configuration,
-with 30 digits.
+A configuration is exact: it has the joint values of a component, or a condition on several joints is solved for one
+joint. Problems show values rounded if they are not simple numbers. Reference answers are computed at the exact
+configuration, with 30 digits.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -29,7 +29,7 @@ DIGITS, KEPT = 30, 40
 TRIES = 12
 EXACT_TRIES = 24
 MOST_TIED = 4
-"""Maximum number of joints in conditions whose exact zeros are searched on a grid."""
+"""Maximum number of joints in conditions whose exact zeros are found by a search on a grid."""
 BITS, MOST_COUNTED = 86, 1e6
 """Precision (bits, about 25 digits) and size limit of numbers that are rounded in binary.
 
@@ -160,7 +160,7 @@ def sample_regular_pose(
 ) -> Pose | None:
     """Return a random configuration of full rank, or None if none is found.
 
-    With `misleading`, prefer one that a mistake makes seem singular. With `exact`, no joint value is shown rounded.
+    With `misleading`, prefer one that seems singular after a mistake. With `exact`, no joint value is shown rounded.
     """
     components = singular_set(chain) or () if misleading else ()
     roots = [solution for component in components for solution in component.solutions or ()]
@@ -179,7 +179,7 @@ def sample_regular_pose(
 def sample_false_root(
     roots: Sequence[tuple[sp.Symbol, tuple[sp.Expr, ...]]], lengths: Mapping[sp.Symbol, sp.Expr], rng: Stream
 ) -> dict[sp.Symbol, sp.Expr]:
-    """Return a random joint with a singular value of it that is wrong by a sign or by a right angle."""
+    """Return a random joint with one of its singular values, made wrong by a sign or by a right angle."""
     joint, values = rng.choice(roots)
     shift = rng.choice((sp.pi / 2, -sp.pi / 2)) if joint.name.startswith("theta") else sp.Rational(1, 10)
     value = rng.choice(values).xreplace(dict(lengths))
@@ -195,11 +195,10 @@ def sample_singular_pose(
     exact: bool = False,
     symbolic: bool = False,
 ) -> Pose | None:
-    """Return a random configuration on all `components` at once, with clearly reduced rank; None if none is found.
+    """Return a random configuration on all `components` at once where J clearly loses rank; None if none is found.
 
-    If `lost` is given, the rank is reduced by that number. With `wide`, symbolic lengths get numbers that differ by up
-    to a factor of 12. With `exact`, no joint value is shown rounded; with `symbolic` in addition, values may be
-    formulas.
+    If `lost` is given, J loses exactly that much rank. With `wide`, symbolic lengths get numbers that differ by up to a
+    factor of 12. With `exact`, no joint value is shown rounded. With `exact` and `symbolic`, values may be formulas.
     """
     for _ in range(EXACT_TRIES if exact else TRIES):
         lengths = _sample_wide_lengths(chain, rng) if wide else sample_unequal_lengths(chain, rng)
@@ -216,7 +215,7 @@ def sample_singular_pose(
 
 
 def sample_shown_pose(chain: Chain, branch: Sequence[Component], rng: Stream, lost: int | None = None) -> Pose | None:
-    """Return a random singular configuration, an exact one if there is one; None if none is found."""
+    """Return a random singular configuration, preferably without rounded joint values; None if none is found."""
     sample = partial(sample_singular_pose, chain, branch, rng, lost)
     return sample(exact=True) or sample()
 
@@ -224,7 +223,7 @@ def sample_shown_pose(chain: Chain, branch: Sequence[Component], rng: Stream, lo
 def find_singular_pose(
     chain: Chain, rng: Stream, lost: int | None = None, sample: Callable[..., Pose | None] = sample_shown_pose
 ) -> Pose | None:
-    """Return a singular configuration on the first component, in random order, on which one is found."""
+    """Return a singular configuration: try the components in random order until one is found."""
     poses = (sample(chain, (component,), rng, lost) for component in rng.permutation(singular_set(chain) or ()))
     return next((pose for pose in poses if pose is not None), None)
 
@@ -301,7 +300,10 @@ def _have_same_values(chain: Chain, arm_values: Values, generic_values: Values) 
 def _sample_joints_on(
     chain: Chain, components: Sequence[Component], lengths: Mapping[sp.Symbol, sp.Expr], rng: Stream
 ) -> dict[sp.Symbol, sp.Expr] | None:
-    """Return random joint values on all components: first solved values, then one joint for each other condition."""
+    """Return random joint values on all components.
+
+    Components with known joint values come first. Each other condition is then solved for one joint.
+    """
     fixed: dict[sp.Symbol, sp.Expr] = {}
     for component in sorted(components, key=lambda component: component.solutions is None):
         if component.solutions is not None:
@@ -375,7 +377,10 @@ def _sample_exact_joints_on(
 
 
 def _zeros(condition: sp.Expr, joint: sp.Symbol, turns: bool) -> list[sp.Expr]:
-    """Return the zeros of a condition to 40 digits, or none if it is not a + b cos q + c sin q (or a + b q)."""
+    """Return the zeros of a condition in a joint to 40 digits.
+
+    Return none unless the condition is a + b cos q + c sin q for a revolute joint, or a + b q for a prismatic one.
+    """
     test_values = (sp.S.Zero, sp.pi / 2, sp.pi, sp.S.One) if turns else (sp.S.Zero, sp.S.One, sp.S(2), sp.S(3))
     start, quarter, half, test = (sp.N(condition.xreplace({joint: test_value}), KEPT) for test_value in test_values)
     tiny = sp.Float("1e-30")

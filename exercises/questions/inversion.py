@@ -128,8 +128,8 @@ def jacobian_at(chain: Chain, situation: Situation) -> list[Vector]:
 def least_conditioning(chain: Chain) -> float:
     """Return the minimum sigma_min/sigma_max of a numeric configuration.
 
-    It is smaller for many joints, since few configurations exceed it, and for tasks in metres and radians, for which
-    the ratio means less.
+    It is smaller for many joints, because few configurations exceed it. It is also smaller for tasks in metres and
+    radians, because the ratio means less there.
     """
     kinds = {row[0] for row in chain.task}
     return 0.15 if chain.n <= BY_HAND and len(kinds) == 1 else 0.04
@@ -146,7 +146,7 @@ def _ask_joint_rates(chain: Chain, rng: Stream) -> Asked:
 
 OF_INVERSE = (("jacobian",), ("jacobian", "determinant"))
 OF_RATES = (("inverse-velocity",), ("inverse-jacobian",), *OF_INVERSE)
-"""The questions from whose answers the inverse, and numeric joint rates, are derived."""
+"""The sets of questions from whose answers the inverse can be derived, and those for numeric joint rates."""
 
 QUESTIONS = (
     Question(

@@ -1,4 +1,4 @@
-"""Find the lines of an arm along which motion is lost on a branch of its singular set, from sampled configurations."""
+"""The lines of an arm along which motion is lost on a branch of its singular set, found at sampled configurations."""
 
 from dataclasses import dataclass
 from functools import lru_cache
@@ -15,15 +15,15 @@ SAMPLES = 8
 """Number of configurations at which lines are compared with the lost direction."""
 
 CLEARLY_OFF = float(np.cos(np.radians(13.7)))
-"""Cosine of 13.7 degrees, the minimum angle between a wrong line and the lost direction. It is not 15 degrees, which
-occurs exactly, as joints are sampled in steps of 5 degrees: rounding would decide differently on different machines."""
+"""Cosine of 13.7 degrees, the minimum angle between a wrong line and the lost direction. It is not 15 degrees: joints
+are sampled in steps of 5 degrees, so 15 degrees occur exactly, and rounding would decide, not equally everywhere."""
 
 
 @dataclass(frozen=True)
 class Motion:
-    """A lost motion: of "P" (translation) or of the last "link" (rotation), and the correct and wrong lines.
+    """A lost translation of "P" or rotation of the last "link" (`moving`), with the correct and the wrong lines.
 
-    With `held`, the motion is lost only while the other one is zero.
+    If `held` is true, the motion is lost only while the other one is zero.
     """
 
     moving: str

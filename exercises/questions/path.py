@@ -1,4 +1,4 @@
-"""Joint rates along a straight path at a prescribed speed, and where a rate exceeds its limit (the welding robot).
+"""Questions on a welding robot: joint rates along a straight line at a given speed, and where a rate exceeds its limit.
 
 A is the position of P in a given initial configuration. P moves on the line from A towards B (given in cm) at constant
 speed v. Its position is p(s) = A + s u with u = (B - A)/|B - A|. The joint rates are qd = J^-1 u v (6.7), at the
@@ -42,11 +42,11 @@ STEP = 0.02
 """Distance between the points at which a line is examined (m)."""
 
 REGULAR, LESS_REGULAR, CLOSE = 0.15, 0.05, 0.03
-"""Minimum sigma_min/sigma_max: along a regular line; along a regular line of an arm with very different links, which
-has no better one; and along a line that leads to a singularity."""
+"""Minimum sigma_min/sigma_max: along a regular line, along a regular line of an arm without better ones (its links are
+very different), and along a line that leads to a singularity."""
 
 TRIES = 1000
-"""Number of lines that are sampled before a less regular one is accepted."""
+"""Number of lines to sample before a less regular one is accepted."""
 
 
 @dataclass(frozen=True)
@@ -198,7 +198,7 @@ def _sample_seam(chain: Chain, rng: Stream, least: int, most: int, regular: floa
 def _place_target(
     chain: Chain, lengths: dict[sp.Symbol, sp.Rational], joints: dict[sp.Symbol, sp.Expr], way: Sequence[int]
 ) -> dict[str, sp.Rational]:
-    """Return the point `way` (cm) away from P, rounded to whole centimetres."""
+    """Return the point that is displaced from P by `way` (cm), rounded to whole centimetres."""
     arm = PreciseArm(chain, lengths)
     point = arm.place([arm.number(joints[q]) for q in chain.q])[0]
     start = [sp.Float(PRECISE.nstr(point[row], 28), 28) for row in arm.task]
@@ -258,7 +258,7 @@ def _ask_path_limit(chain: Chain, rng: Stream) -> Asked | None:
 def _sample_seam_to_singularity(chain: Chain, rng: Stream, regular: float) -> Seam | None:
     """Return a random line that may come near a singular configuration, or None if the sample is unsuitable.
 
-    It passes the position of P in a singular configuration, or leads far out of reach.
+    The line passes close to the position of P at a singular configuration, or it leads far out of reach.
     """
     solved = [component for component in singular_set(chain) or () if component.solutions is not None]
     if not solved or rng.below(4) == 0:
@@ -282,7 +282,7 @@ def _sample_seam_to_singularity(chain: Chain, rng: Stream, regular: float) -> Se
 
 
 def _find_crossings(stations: Sequence[Station], speed: float) -> list[Crossing]:
-    """Return where joint rates that grow towards a singularity first exceed a round limit clearly."""
+    """Return the places at which a joint rate that grows towards a singularity first exceeds a round limit clearly."""
     crossings = []
     for joint in range(len(stations[0].slopes) if stations else 0):
         speeds = [abs(station.slopes[joint]) * speed for station in stations]
@@ -296,8 +296,8 @@ def _find_crossings(stations: Sequence[Station], speed: float) -> list[Crossing]
 def _is_clear(stations: Sequence[Station], speeds: Sequence[float], k: int, limit: float) -> bool:
     """Return whether the limit is clearly exceeded between stations k - 1 and k.
 
-    The rate starts below half of the limit, keeps growing, and stays well below the limit until shortly before. It
-    grows so fast that three digits of the rate give three digits of s. J is closer to losing rank than at the start.
+    The rate starts below half of the limit, keeps growing, and stays well below the limit until shortly before station
+    k. It grows so fast that three digits of the rate give three digits of s. J is closer to losing rank than at A.
     """
     if not 5 <= k < len(speeds) - 1 or limit < 2.5 * speeds[0]:
         return False
@@ -316,7 +316,7 @@ def _is_clear(stations: Sequence[Station], speeds: Sequence[float], k: int, limi
 def _locate_crossing(chain: Chain, seam: Seam, crossing: Crossing) -> Any:
     """Return the distance at which the joint rate equals its limit, to 30 digits.
 
-    A solution in floating point is refined.
+    First it is solved in floating point, then refined.
     """
     station_before = crossing.before
     approximate_s, approximate_joints = _solve(
@@ -331,7 +331,7 @@ def _locate_crossing(chain: Chain, seam: Seam, crossing: Crossing) -> Any:
 def _solve(
     seam: Seam, line: Line, crossing: Crossing, ends: tuple[float, float], near: Sequence[float]
 ) -> tuple[Any, Vector]:
-    """Return s near `ends` with |rate| = limit, and the joint values there, by the secant method."""
+    """Return the distance s with |rate| = limit and the joint values there, by the secant method from `ends`."""
     context = line.context
     speed, limit = line.arm.number(seam.speed), line.arm.number(crossing.limit)
     q: Vector = [context.mpf(value) for value in near]

@@ -1,4 +1,4 @@
-"""How well an arm moves at a configuration: manipulability and condition number of its Jacobian.
+"""Questions on how well an arm moves at a configuration: manipulability and condition number of its Jacobian.
 
 The manipulability w = sqrt(det(J J^T)) is the product of the singular values of J, and |det J| if J is square. The
 condition number kappa is the largest singular value divided by the smallest. Both compare or multiply entries of J, so

@@ -1,4 +1,4 @@
-"""Axes, position vectors, columns and twists by velocity propagation (6.9 to 6.13; Example 6.4).
+"""Questions on joint axes, position vectors, J and twists by velocity propagation (6.9 to 6.13; Example 6.4).
 
 Linear rows come first, as in (6.6). If an arm is described by its axes, rows have the order of its twists.
 """
@@ -33,7 +33,7 @@ class OfFrame(OneOfSeveral):
 
 
 def _choose_link(chain: Chain, rng: Stream) -> OfFrame:
-    # Frame 1 moves in the same way on too many arms; frames beyond the third are too much work.
+    # Too many arms have the same motion of frame 1, and frames beyond the third are too much work.
     return OfFrame(frame=rng.integer(min(2, chain.n - 1), min(chain.n - 1, 3)))
 
 

@@ -1,4 +1,4 @@
-"""Rank, lost direction and geometric meaning of a singular configuration (null space of J transposed; 6.8)."""
+"""Questions on the rank, lost direction and meaning of a singular configuration (null space of J transposed; 6.8)."""
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
@@ -44,7 +44,7 @@ MOST_ROWS = 4
 Sampler = Callable[[Chain, Stream], Pose | None]
 
 KINDS = 60
-"""Number of configurations at which the kind of a branch is determined."""
+"""Number of configurations at which the kind of a branch (boundary or internal) is determined."""
 
 
 # --- rank ---
@@ -70,7 +70,7 @@ _sample_formula_pose = partial(sample_singular_pose, exact=True, symbolic=True)
 
 
 def _sample_deep_pose(chain: Chain, rng: Stream) -> Pose | None:
-    """Return a random configuration at which the rank is reduced by more than one, or None if none is found."""
+    """Return a random configuration at which J loses more than one rank, or None if none is found."""
     generic, fill = structure(chain).chain, derive(chain).fill
     generic_components = singular_set(generic) or ()
     arm_components = {component.conditions: component for component in singular_set(chain) or ()}
@@ -104,7 +104,7 @@ class OfRank(AtPose):
 
 
 def _ask_rank(chain: Chain, rng: Stream) -> Asked | None:
-    """Choose how much rank is lost, if any, then sample an exact configuration: a rounded one would have full rank."""
+    """Choose how much rank is lost, if any, then sample an exact configuration. A rounded one would have full rank."""
     samplers: tuple[Sampler, ...] = (_sample_regular_pose, _sample_single_pose, _sample_deep_pose)
     for sample in rng.permutation(samplers):
         pose = sample(chain, rng)
@@ -118,7 +118,7 @@ def _ask_rank(chain: Chain, rng: Stream) -> Asked | None:
 
 
 def _find_independent_columns(jacobian: np.ndarray) -> tuple[int, ...]:
-    """Return the first independent columns, from 1, that span all columns."""
+    """Return the numbers (from 1) of the first independent columns that span all columns."""
     independent_columns: list[int] = []
     for column in range(jacobian.shape[1]):
         sigma = np.linalg.svd(jacobian[:, [*independent_columns, column]], compute_uv=False)
@@ -150,7 +150,7 @@ def _object_to_vector(chain: Chain) -> str | None:
 
 
 def _find_branches_with_vector(chain: Chain) -> list[Branch]:
-    """Return the branches that lose exactly one direction; only those with a formula for it, if there are any."""
+    """Return the branches that lose exactly one direction. If some have a formula for it, return only those."""
     generic = structure(chain).chain
     single_loss = [branch for branch in branches(chain) if loses_one_direction(generic, branch.generic)]
     return [branch for branch in single_loss if lost_formula(generic, branch.generic)] or single_loss
@@ -158,13 +158,13 @@ def _find_branches_with_vector(chain: Chain) -> list[Branch]:
 
 @lru_cache(maxsize=1024)
 def loses_one_direction(generic: Chain, component: Component) -> bool:
-    """Return whether a configuration of a structure on a component is found that loses exactly one direction."""
+    """Return whether a sampled configuration of a structure on a component loses exactly one direction."""
     return sample_singular_pose(generic, (component,), Stream("one"), 1) is not None
 
 
 @dataclass(frozen=True)
 class LostAt:
-    """A branch with a formula for the lost direction: joint values, free joints, J there, and the columns used."""
+    """A branch with a formula for the lost direction: its joint values, free joints, J, and the columns used."""
 
     values: tuple[tuple[sp.Symbol, sp.Expr], ...]
     free: tuple[sp.Symbol, ...]
@@ -185,7 +185,7 @@ class LostInFormulas(Details):
 
 
 def _ask_direction(chain: Chain, rng: Stream) -> Asked | None:
-    """Ask for a formula if the branch has joint values and the vector is short, else for numbers at a configuration."""
+    """Ask for the direction: as a formula if the branch has a short one, else as numbers at a configuration."""
     for branch in rng.permutation(_find_branches_with_vector(chain)):
         formula = lost_formula(structure(chain).chain, branch.generic)
         if formula is not None:
@@ -299,7 +299,7 @@ def read_branch(generic: Chain, component: Component) -> Reading | None:
 
 @lru_cache(maxsize=1024)
 def find_common_kind(generic: Chain, component: Component) -> str | None:
-    """Return the kind that all configurations of a structure's branch have, or None if kinds differ."""
+    """Return the kind of a structure's branch, "boundary" or "internal", or None if it differs within the branch."""
     return common_kind(generic, sample_singular_poses(generic, component, KINDS)) if kind_is_sure(generic) else None
 
 
@@ -362,7 +362,7 @@ def _ask_meaning(chain: Chain, rng: Stream) -> Asked | None:
 
 
 def _find_kind_with_numbers(chain: Chain, branch: Branch, pose: Pose) -> str | None:
-    """Return the kind of a branch, or None if the arm's own numbers change it."""
+    """Return the kind of a branch of the structure, or None if the arm with its own numbers has another kind."""
     kind = find_common_kind(structure(chain).chain, branch.generic)
     return kind if kind is not None and kind == kind_at(chain, to_sample(chain, pose)) else None
 
@@ -375,7 +375,7 @@ def _describe_meaning(option: tuple[Meaning, str | None]) -> str:
 KIND_WORDS = {"boundary": "a boundary singularity", "internal": "an internal singularity"}
 
 
-# A rank or lost direction can't be derived from a wrong Jacobian, which mostly has full rank where J has not.
+# A rank or lost direction can't be derived from a wrong Jacobian: it mostly has full rank at singular configurations.
 QUESTIONS = (
     Question(
         "singularity-meaning", "Meaning of a singularity", "below 6.7",

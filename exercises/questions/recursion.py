@@ -1,4 +1,4 @@
-"""Velocities from frame to frame, each in its frame's own coordinates, as in courses with a modified table (Craig).
+"""A question on velocities from frame to frame in each frame's own coordinates, for arms with a modified table (Craig).
 
 With R = R_{i-1,i}^T and P_i the origin of frame i in frame i-1, and each vector in the frame of its prefix:
 
@@ -45,7 +45,7 @@ class Step:
 
 @dataclass(frozen=True, kw_only=True)
 class FromFrameToFrame(Details):
-    """About the velocities of all frames up to the requested one."""
+    """About the velocity of a frame, with the steps of the recursion up to it."""
 
     frame: int
     steps: tuple[Step, ...]
@@ -70,7 +70,7 @@ def _derive_steps(generic: Chain) -> tuple[Step, ...]:
 
 
 def _collect_rates(vector: sp.Matrix, generic: Chain) -> sp.Matrix:
-    """Return a vector whose entries are sums over the joint rates, with factors in textbook form."""
+    """Return a vector with each entry as a sum over the joint rates, and their coefficients in textbook form."""
 
     def entry(value: sp.Expr) -> sp.Expr:
         value = sp.expand(value)

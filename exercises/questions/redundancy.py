@@ -1,7 +1,7 @@
-"""Redundant arms (n > m): det(J J^T), least-norm joint rates through the pseudo-inverse, and the self-motion.
+"""Questions on redundant arms (n > m): det(J J^T), minimum-norm joint rates by the pseudo-inverse, and self-motion.
 
-J is m x n. By Cauchy and Binet, det(J J^T) is the sum of the squares of the maximal minors. The pseudo-inverse
-J^T (J J^T)^-1 gives the joint rates of least norm. For n = m + 1 the minors with alternating signs span the null space.
+J is m x n. By the Cauchy-Binet formula, det(J J^T) is the sum of the squares of the maximal minors. The pseudo-inverse
+J^T (J J^T)^-1 gives the minimum-norm joint rates. For n = m + 1, the minors with alternating signs span the null space.
 """
 
 from dataclasses import dataclass
@@ -30,7 +30,7 @@ from qdot.exercises.questions.base import Asked, Question, joint_rates
 from qdot.exercises.questions.inversion import THREE_DIGITS, InSituation, jacobian_at, sample_situation
 
 TERMS = 12
-"""Maximum number of terms of det(J J^T) for work by hand; a self-motion may have half of them."""
+"""Maximum number of terms of det(J J^T) to work out by hand. A self-motion may have half as many."""
 
 NOTHING = 1e-9
 """Limit below which a singular value or a column counts as zero."""
@@ -53,13 +53,13 @@ def objection_unless_redundant(chain: Chain) -> str | None:
 
 
 def jacobian_somewhere(chain: Chain) -> np.ndarray:
-    """Return the task Jacobian (m x n) at a configuration without special values."""
+    """Return the task Jacobian (m x n) at a generic configuration, for tests of its rank."""
     values = {symbol: sp.Rational(3 * i + 5, 10) for i, symbol in enumerate(chain.parameters)}
     return np.array(PreciseArm(chain, values, DOUBLE).task_jacobian([0.3 + 0.7 * i for i in range(chain.n)]))
 
 
 def objection_to_open_angles(chain: Chain) -> str | None:
-    """Return the objection to an arm with a symbolic angle in its table: numbers are sampled for lengths only."""
+    """Return the objection to an arm with a symbolic angle in its table, because only lengths are sampled."""
     angles = [symbol.name for symbol in chain.parameters if symbol.name.startswith(("alpha", "beta"))]
     return f"its angle {angles[0]} is left open" if angles else None
 
@@ -152,7 +152,7 @@ def _count_leaves(expression: sp.Expr) -> int:
     return max(1, sum(_count_leaves(factor) for factor in expression.args if factor.has(sp.Add)))
 
 
-# --- least-norm joint rates ---
+# --- minimum-norm joint rates ---
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -196,7 +196,7 @@ def _object_to_motion(chain: Chain) -> str | None:
 
 @dataclass(frozen=True, kw_only=True)
 class InFormulas(Details):
-    """About minors as formulas, without a configuration: the factors that all of them share."""
+    """About a self-motion as formulas, without a configuration: the factors that all maximal minors share."""
 
     situation: None
     shared: sp.Expr

@@ -14,7 +14,7 @@ from qdot.exercises.arm.derivation import derive
 from qdot.exercises.arm.derivation_graph import Working
 
 Written = Mapping[str, Callable[[Chain], sp.Matrix | sp.Expr]]
-"""Stages in textbook form, by name: proved on the arm's structure, then filled with the arm's numbers."""
+"""Formulas of stages in textbook form, by name: derived for the arm's structure, then filled with its numbers."""
 
 WRITTEN: Written = {
     "point": lambda chain: derive(chain).position,
@@ -48,7 +48,7 @@ class ReferenceWorking(Working):
         return rows if stage in VECTORS else rows[..., None]
 
     def up_to(self, frame: int) -> Working:
-        """Return the working for the first joints of the arm, up to a frame and its link."""
+        """Return the derivation for the first joints of the arm, up to a frame."""
         return reference_working(convention_of(self.chain).first_joints(frame), self.written)
 
 

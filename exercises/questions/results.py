@@ -1,4 +1,4 @@
-"""Answers computed by a derivation, including the mistakes made in it."""
+"""Answers computed by a derivation, correct or with mistakes in it."""
 
 from collections.abc import Iterable
 
@@ -42,7 +42,7 @@ def divisor(chain: Chain, part: Part, known: Iterable[str]) -> Node | None:
 
 
 def result(w: Working, part: Part) -> np.ndarray:
-    """Return the answer that a working gives to a part, (rows, columns, …), including mistakes in writing it down.
+    """Return the answer that a derivation gives to a part, (rows, columns, …), with its changes of the final result.
 
     Raises TypeError if the answer to the part is not computed by a derivation.
     """

@@ -3,8 +3,8 @@
 The notation is that of Lynch and Park. Twists are computed as (omega, v), and asked for in the order of the arm. The
 home screw of joint i is S_i = (omega_i, -omega_i x q_i) for a revolute joint, (0, v_i) for a prismatic one. The space
 frame {s} is the world frame. The body frame {b} moves with the last link, has its origin in P, and is parallel to {s}
-at home. Column i of the space Jacobian is S_i, moved by the joints before it. The body Jacobian is the same motion in
-the coordinates of {b}: J_b = [Ad_{T_bs}] J_s.
+at home. Column i of the space Jacobian is S_i, moved by the joints before it. The body Jacobian describes the same
+motion in the coordinates of {b}: J_b = [Ad_{T_bs}] J_s.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -167,7 +167,10 @@ def carried_screws(chain: Chain) -> tuple[Screw, ...]:
 
 
 def space_jacobian(chain: Chain) -> sp.Matrix:
-    """Return J_s, 6 x n, for the twist (omega, v) in {s}: v is that of the last link's point at the origin of {s}."""
+    """Return J_s, 6 x n, for the twist (omega, v) in {s}.
+
+    v is the velocity of the point of the last link (extended) that is at the origin of {s}.
+    """
     fill = derive(chain).fill_matrix
     return sp.Matrix.hstack(*(fill(screw.screw) for screw in _carry_screws(structure(chain).chain)))
 
@@ -176,7 +179,10 @@ def space_jacobian(chain: Chain) -> sp.Matrix:
 
 
 def _find_home_offsets(chain: Chain) -> dict[sp.Symbol, sp.Expr]:
-    """Return the structure's joint values at home: the joint offsets; an angle that is not k pi/2 becomes a symbol."""
+    """Return the structure's joint values at home, which are the joint offsets.
+
+    An angle that is not a multiple of pi/2 becomes a symbol.
+    """
     home = {}
     for q, offset, joint in zip(chain.q, chain.offsets, chain.joints, strict=True):
         is_exact = offset == 0 or (joint.kind == "R" and (2 * offset / sp.pi).is_Integer)
@@ -192,7 +198,7 @@ def _derive_body_matrices(generic: Chain, home: tuple[tuple[sp.Symbol, sp.Expr],
     rotation = _tidy(last_rotation * home_rotation.T)
     columns = []
     for joint, frame in zip(generic.joints, frames, strict=False):
-        # First in the coordinates of the last frame, then in those of {b}.
+        # Simplify in the coordinates of the last frame, then change to those of {b}.
         z = home_rotation * _tidy(last_rotation.T * frame.rotation[:, 2])
         arm = home_rotation * _tidy(last_rotation.T * (point - frame.origin))
         linear, angular = (z.cross(arm), z) if joint.kind == "R" else (z, sp.zeros(3, 1))
@@ -201,10 +207,10 @@ def _derive_body_matrices(generic: Chain, home: tuple[tuple[sp.Symbol, sp.Expr],
 
 
 def _is_oblique(chain: Chain) -> bool:
-    """Return whether the arm has odd angles: twists that are symbols in its structure, or irrational joint offsets.
+    """Return whether the arm has oblique angles.
 
-    An offset is irrational if it is not a rational multiple of pi. Symbols instead of these angles would turn short
-    numeric results into thousands of terms.
+    These are link twists that are symbols in its structure, and joint offsets that are not rational multiples of pi. If
+    they were symbols, short numeric results would become thousands of terms.
     """
     has_oblique_twist = any(joint.alpha.free_symbols for joint in structure(chain).chain.joints[:-1])
     revolute_offsets = [offset for offset, joint in zip(chain.offsets, chain.joints, strict=True) if joint.kind == "R"]
@@ -221,8 +227,8 @@ def rotate_back(axis: Axis, angle: sp.Expr, vectors: sp.Matrix) -> sp.Matrix:
 def _derive_column(chain: Chain, number: int) -> sp.Matrix:
     """Return a column of the body Jacobian, 6 x 1: its home screw about P, moved back by the joints after it.
 
-    A joint only rotates omega and the velocity of a point on its axis, so each joint's sine and cosine occurs once in
-    each product.
+    A revolute joint only rotates omega and the velocity of a point on its own axis. Therefore the sine and cosine of a
+    joint occur at most once in each product.
     """
     axes, home_point = axes_of(chain)
     own_axis = axes[number]

@@ -1,4 +1,4 @@
-"""Singular configurations and their type (6.8; Examples 6.2 and 6.3, including the shoulder omitted in the book)."""
+"""Questions on singular configurations and their type (6.8; Examples 6.2 and 6.3, with the shoulder omitted there)."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
@@ -44,7 +44,7 @@ def objection_unless_singular(chain: Chain) -> str | None:
 
 
 def objection_unless_direction_lost(chain: Chain) -> str | None:
-    """Return the objection to an arm whose singular configurations can't lose one direction out of several."""
+    """Return the objection to an arm that can't lose exactly one of several directions of motion."""
     m = len(chain.task)
     if objection := objection_unless_singular(chain):
         return objection
@@ -77,7 +77,7 @@ class Place:
 
 
 def find_components_at(chain: Chain, place: Place) -> list[tuple[Component, Component]]:
-    """Return the components that contain the configurations, each with its part that has the given joint values."""
+    """Return the components that contain the configurations, each also restricted to the given joint values."""
     components = []
     for component in singular_set(chain) or ():
         if place.condition is not None:
@@ -140,7 +140,7 @@ def _sample_regular_place(chain: Chain, components: tuple[Component, ...], rng: 
     ]
     for attempt in range(200):
         joints = sample_pose(chain, rng)
-        if roots and attempt < 150:  # if no mistake leads far enough from the root, accept any
+        if roots and attempt < 150:  # later, accept any: perhaps no mistake leads far enough from a root
             joints |= sample_false_root(roots, {}, rng)
         is_clearly_regular = _is_well_conditioned(chain, joints, rng) and not _may_become_singular(chain, joints)
         if is_clearly_regular and _find_kinds_over_lengths(chain, joints) == {"regular"}:
@@ -149,7 +149,7 @@ def _sample_regular_place(chain: Chain, components: tuple[Component, ...], rng: 
 
 
 def _may_become_singular(chain: Chain, joints: dict[sp.Symbol, sp.Expr]) -> bool:
-    """Return whether det J may be zero for some lengths, as one of its factors has terms of both signs."""
+    """Return whether det J may be zero for some lengths, because one of its factors has terms of both signs."""
     if len(chain.task) != chain.n or not chain.parameters:
         return False
     for factor in sp.Mul.make_args(derive(chain).determinant.xreplace(joints)):
@@ -178,7 +178,7 @@ def _sample_poses(chain: Chain, component: Component, rng: Stream) -> Iterator[d
 
 _TRIED_LENGTHS = (sp.Rational(1, 20), sp.Rational(3, 10), sp.Rational(7, 10), sp.S(2), sp.S(6))
 _MORE_LENGTHS = 20
-"""Test values of symbolic lengths, and the number of random ones: a kind must hold for very different lengths."""
+"""Test values of symbolic lengths, and the number of random ones. A kind must hold for very different lengths."""
 
 
 def _try_lengths(chain: Chain) -> Iterator[dict[sp.Symbol, sp.Rational]]:
@@ -192,9 +192,9 @@ def _try_lengths(chain: Chain) -> Iterator[dict[sp.Symbol, sp.Rational]]:
 
 
 def _find_kinds_over_lengths(chain: Chain, joints: dict[sp.Symbol, sp.Expr]) -> frozenset[str | None]:
-    """Return the kinds that a configuration has over the tried values of the symbolic lengths.
+    """Return the kinds that a configuration has for the test values of the symbolic lengths.
 
-    The arm is normalized first. Joint 1 is set to zero if it moves the arm as a whole, as it then does not matter.
+    The arm is normalized first. If joint 1 moves the arm as a whole, its value does not matter and is set to zero.
     """
     values = normalized_values(chain, joints)
     if first_joint_moves_all(chain):

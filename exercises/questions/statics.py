@@ -1,4 +1,4 @@
-"""Static joint torques, the dual of the velocity problem: tau = J^T F, by virtual work."""
+"""A question on static joint torques, the dual of the velocity problem: tau = J^T F, by virtual work."""
 
 from dataclasses import dataclass
 

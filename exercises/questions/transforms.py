@@ -15,7 +15,7 @@ from qdot.exercises.problem.problem import Details
 from qdot.exercises.questions.base import Question, objection_to_point, objection_to_size, rates_to
 
 MOST_JOINTS = 5
-"""Maximum number of joints whose transforms are multiplied by hand; the result also has at most MOST_TERMS terms."""
+"""Maximum number of joints whose transforms are multiplied by hand. The result also has at most MOST_TERMS terms."""
 
 
 @dataclass(frozen=True)

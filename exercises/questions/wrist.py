@@ -1,4 +1,4 @@
-"""The Jacobian of six joints with a spherical wrist: det J = det J11 det J22.
+"""Questions on the Jacobian of an arm with six joints and a spherical wrist: det J = det J11 det J22.
 
 If the axes of the last three joints meet in P, these joints do not move P. Columns 4 to 6 of J then have no linear
 part, and J is block triangular. J11 (3 x 3) maps the arm's joint rates to the velocity of P. J22 maps the wrist's joint
@@ -80,10 +80,10 @@ def block_determinants(chain: Chain) -> sp.Matrix:
 class Blocks:
     """The steps to the determinants: the blocks, their expansions, and their zeros.
 
-    `arm_seen` is R_1^T J11. `expanded` is det J22 along the first column of J22, before it is simplified. `arm_zeros`
-    are the factors of det J11 that depend on joints. `straight` are the values of theta5 at which det J22 is zero.
-    `in_line` says whether axes 4 and 6 are collinear there, as they are for the usual twists of 90 degrees. Otherwise
-    the three axes are coplanar.
+    `arm_seen` is R_1^T J11, the arm block as seen from frame 1. `expanded` is det J22, expanded along the first column
+    of J22 and not simplified. `arm_zeros` are the factors of det J11 that depend on joints. `straight` are the values
+    of theta5 at which det J22 is zero. `in_line` says whether axes 4 and 6 are collinear there, as they are for the
+    usual twists of 90 degrees. Otherwise the three axes are coplanar.
     """
 
     arm: sp.Matrix

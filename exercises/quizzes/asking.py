@@ -1,4 +1,4 @@
-"""Define a short question, which applies to an arm if it makes sense and sampling finds something to ask."""
+"""The definition of a short question, which applies to an arm if sampling finds something to ask that makes sense."""
 
 from dataclasses import dataclass
 from functools import lru_cache
@@ -24,7 +24,7 @@ class ShortQuestion(Question):
     points: float = 0.5
 
     def ask(self, chain: Chain, rng: Stream) -> Asked:
-        """Return answer and details sampled from `rng`, or, if it finds nothing, from a fixed stream."""
+        """Return an answer and details sampled from `rng`. If that finds nothing to ask, sample from a fixed stream."""
         try:
             return super().ask(chain, rng)
         except RuntimeError:

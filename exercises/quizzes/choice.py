@@ -18,7 +18,7 @@ from qdot.exercises.quizzes.wrong_sets import make_four_sets
 
 @dataclass(frozen=True, kw_only=True)
 class AboutSubject(Options):
-    """The formulas offered as options for a subject."""
+    """The formulas offered as options, and what they are about."""
 
     subject: Subject
 
@@ -40,7 +40,7 @@ def _take_whole_answer_or_entry(chain: Chain, base: str) -> list[Subject]:
 
 
 def _find_moving_columns(chain: Chain, base: str) -> list[Subject]:
-    """Return the columns that depend on the configuration; the others are obvious without a calculation."""
+    """Return the columns that depend on the configuration. The constant ones are obvious without a calculation."""
     matrix, joints = QUESTIONS[base].ask(chain, Stream("quiz"))[0].as_matrix(), set(chain.q)
     return [Subject(base, column) for column in range(matrix.cols) if matrix.col(column).free_symbols & joints]
 

@@ -1,4 +1,4 @@
-"""Questions about drawings: is a statement about a configuration true, and which configuration is singular?"""
+"""Questions about drawings of an arm: is a statement about a configuration true? Which configuration is singular?"""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -20,14 +20,21 @@ SEEN = 0.08
 
 @dataclass(frozen=True, kw_only=True)
 class PoseStatement(AtPose):
-    """A statement about a configuration; `said` is "singular" or "moves". It is part of problem digests."""
+    """A statement about a configuration.
+
+    `said` is "singular" (it is singular) or "moves" (a joint moves the tool point in some direction). Problem digests
+    contain this word.
+    """
 
     said: str
 
 
 @dataclass(frozen=True, kw_only=True)
 class JointStatement(PoseStatement):
-    """The statement that a joint (from 1) gives the velocity component `row` of the tool point a certain sign."""
+    """The statement that a joint gives a velocity component of the tool point a certain sign at a positive rate.
+
+    `joint` counts from 1, and `row` is the name of the component, such as "vx".
+    """
 
     joint: int
     row: str
@@ -60,7 +67,7 @@ def _sample_statements(chain: Chain, truth: bool, rng: Stream) -> Iterator[PoseS
 
 
 def _sample_joint_statements(chain: Chain, truth: bool, rng: Stream) -> Iterator[PoseStatement]:
-    """Yield a statement about the sign of a velocity component that a joint causes; a false one has the wrong sign."""
+    """Yield a statement about the sign of a velocity component due to one joint. A false one has the wrong sign."""
     pose = sample_regular_pose(chain, rng, 0.05, misleading=False)
     if pose is None:
         return

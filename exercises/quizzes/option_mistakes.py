@@ -42,7 +42,7 @@ def explain_options(problem: Problem, part: Part, stream: Stream) -> list[Blames
 
 
 def _blame_by_meaning(problem: Problem, part: Part) -> Mapping[int, Blames]:
-    """Return the most likely mistake behind each option that names another meaning."""
+    """Return the most likely mistake for each wrong option that an answer with a known mistake would choose."""
     blames: dict[int, Blames] = {}
     for mistake, variant in mistaken_answers(problem.chain, part):
         if isinstance(variant.answer, Letters):

@@ -1,4 +1,4 @@
-"""Select all correct options: singular configurations, forms of a result, or joints on which a result depends."""
+"""Questions that ask for all correct options: singular configurations, equal forms, joints that change a result."""
 
 from dataclasses import dataclass
 
@@ -59,7 +59,7 @@ class Quantity:
 
 @dataclass(frozen=True, kw_only=True)
 class OfQuantity(Details):
-    """About a result of the derivation."""
+    """Details of a question about a result of the derivation."""
 
     quantity: Quantity
 

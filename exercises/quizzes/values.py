@@ -1,4 +1,4 @@
-"""Questions for a number with its unit: the determinant at a configuration, and the speed of the tool point."""
+"""Questions whose answer is a number with a unit: the determinant at a configuration, the speed of the tool point."""
 
 from dataclasses import dataclass
 

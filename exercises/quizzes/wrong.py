@@ -35,9 +35,9 @@ POINTS = 5
 APART = 1e-6
 """Relative difference by which two answers must differ at one sample at least."""
 PAIRS, WRITTEN = 300, 12
-"""Maximum number of pairs of mistakes that are tried numerically, and that are written as formulas."""
+"""Maximum number of pairs of mistakes to try with numbers, and of those to write as formulas."""
 OF_SCREWS = frozenset(mistake.name for mistake in screws.MISTAKES)
-"""The mistakes that concern screws; a wrong order or sign of the entries does not."""
+"""Names of the mistakes that concern screws. A wrong order or a wrong sign of the entries is not among them."""
 NO_NUMBER = (sp.nan, sp.zoo, sp.oo)
 LONGEST, LEAST = 110, 260
 """Maximum number of characters of an option: LONGEST per entry (for up to four entries), but at least LEAST."""
@@ -47,7 +47,7 @@ MOST_JOINTS = 4
 
 @dataclass(frozen=True)
 class Subject:
-    """What options are about: the answer to the question `base`, one of its columns, or one entry."""
+    """The result that options show: the answer to the question `base`, one of its columns, or one of its entries."""
 
     base: str
     column: int | None = None
@@ -55,7 +55,7 @@ class Subject:
 
     @property
     def is_of_screws(self) -> bool:
-        """Whether it depends on the arm's home position, which its structure does not determine."""
+        """Whether it depends on the arm's home position. The structure of an arm does not determine that."""
         return QUESTIONS[self.base].speaks_of == SCREWS
 
     @property
@@ -151,7 +151,7 @@ def _shorten(_: Working, matrices: list[np.ndarray]) -> list[np.ndarray]:
 
 @lru_cache(maxsize=20_000)
 def _write_answer(generic: Chain, subject: Subject, numbers: tuple[int, ...]) -> sp.Matrix | None:
-    """Return the answer with the mistakes of the given numbers, or None if it can't be written briefly."""
+    """Return the answer after the mistakes with these indices, or None if it can't be written briefly."""
     if not _is_short(generic, subject):
         return None
     w = formulas(generic) if subject.is_of_screws else in_formulas(generic)
@@ -175,7 +175,7 @@ def _fits(option: sp.Matrix) -> bool:
 
 @lru_cache(maxsize=2048)
 def _is_short(generic: Chain, subject: Subject) -> bool:
-    """Return whether the correct answer is short, according to the reference, which is cheaper than the working."""
+    """Return whether the correct answer is short. The reference tells this faster than the derivation would."""
     if generic.n > MOST_JOINTS and QUESTIONS[subject.base].is_made_of_minors:
         return False
     answer = _ask_base(generic, subject.base).answer.as_matrix()

@@ -48,7 +48,7 @@ BEST = (False, 0)
 
 
 def _rate_options(options: list[OfferedOption], wanted: int) -> Score | None:
-    """Return how badly options match, or None if they are unsuitable; this is cheaper than `all_differ`."""
+    """Return how badly options match, or None if they are unsuitable. This is much faster than `all_differ`."""
     texts = [option.text for option in options]
     if len(set(texts)) < 4 or any(text.count(" or ") >= MOST_PIECES for text in texts):
         return None
