@@ -1,7 +1,7 @@
-"""Define the arithmetics of a derivation: numbers at several configurations, SymPy expressions, or formula trees.
+"""The arithmetics of a derivation: numbers at several configurations, SymPy expressions, or formula trees.
 
-Each gives arrays whose last axes belong to the arithmetic; a derivation uses only the axes before them, so that it is
-written once. A stepped value carries its derivatives with respect to the joint variables.
+A derivation is written once, for all of them. Values are arrays whose last axes belong to the arithmetic; the
+derivation uses only the axes before these. A stepped value carries its derivatives by the joint variables.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -18,14 +18,17 @@ from qdot.exercises.formula.sympy_text import text_of
 from qdot.exercises.formula.trees import Node, ReadError
 
 STEP = 1e-30
-"""Step of the complex-step derivative, which is exact up to rounding because nothing cancels."""
+"""The step of complex-step derivatives, which are exact up to rounding because no digits cancel."""
 
 
 class Arithmetic(Protocol):
-    """What formulas of the table are turned into; `table_entry` gives stepped ones, which can be differentiated."""
+    """The arithmetic in which a derivation computes: it converts entries of the table and applies functions to values.
+
+    `table_entry` returns stepped values, which can be differentiated.
+    """
 
     def table_entry(self, expression: sp.Expr) -> np.ndarray:
-        """Return an expression of the table."""
+        """Return an entry of the table as a stepped value."""
 
     def symbol_value(self, name: str) -> np.ndarray:
         """Return the value of a symbol that is not a joint variable."""
@@ -50,7 +53,10 @@ class Arithmetic(Protocol):
 
 
 class Numbers:
-    """Numbers at N configurations; `values` gives each symbol there (N,). Stepped arrays end in (N, n + 1)."""
+    """The arithmetic of numbers at N configurations; `values` holds the values (N,) of each symbol.
+
+    Arrays end in (N,), and stepped arrays in (N, n + 1), in which n is the number of joints.
+    """
 
     def __init__(self, joints: Sequence[str], values: Mapping[str, np.ndarray]) -> None:
         self._values = {name: np.asarray(value, dtype=float) for name, value in values.items()}
@@ -59,7 +65,7 @@ class Numbers:
         self._stepped: dict[sp.Expr, np.ndarray] = {}
 
     def table_entry(self, expression: sp.Expr) -> np.ndarray:
-        """Return an expression of the table, then its value with each joint one step further, (N, n + 1)."""
+        """Return the value of a table entry, followed by its value with each joint moved by one step, (N, n + 1)."""
         known = self._stepped.get(expression)
         if known is None:
             known = self._stepped[expression] = self._evaluate(expression)
@@ -72,6 +78,7 @@ class Numbers:
         return evaluate(program_of(expression), values, shape[0] * shape[1])[0][0].reshape(shape)
 
     def _steps(self, name: str) -> np.ndarray:
+        """Return the values (N, n + 1) of a symbol: unchanged, then with each joint moved by one imaginary step."""
         out = np.repeat(self._values[name].astype(complex)[:, None], len(self._joints) + 1, axis=1)
         if name in self._joints:
             out[:, 1 + self._joints.index(name)] += STEP * 1j
@@ -99,7 +106,7 @@ class Numbers:
             return np.asarray(np.sqrt(square))
 
     def value(self, stepped: np.ndarray) -> np.ndarray:
-        """Return (…, N)."""
+        """Return stepped values without their derivatives, (…, N)."""
         return np.asarray(stepped[..., 0].real)
 
     def slopes(self, stepped: np.ndarray) -> np.ndarray:
@@ -109,14 +116,15 @@ class Numbers:
 
 @lru_cache(maxsize=4096)
 def program_of(expression: sp.Expr) -> Program:
-    """Return the program of one of our own expressions."""
+    """Compile an expression that qdot itself produced into a numeric program."""
     return compile_program([read(str(expression))])
 
 
 class _Exact:
-    """Formulas of one kind, which are differentiated themselves; arrays end in (1,).
+    """The arithmetic of formulas, which need no steps because they can be differentiated; arrays end in (1,).
 
-    `call` applies a function by its name, `slope` differentiates with respect to a joint variable by its name.
+    `call` applies the function with a given name. `slope` differentiates with respect to the joint variable with a
+    given name.
     """
 
     def __init__(
@@ -135,7 +143,7 @@ class _Exact:
 
 
 class Formulas(_Exact):
-    """SymPy expressions."""
+    """The arithmetic of SymPy expressions."""
 
     def __init__(self, joints: Sequence[str]) -> None:
         super().__init__(
@@ -154,7 +162,7 @@ class Formulas(_Exact):
 
 
 class Term:
-    """A tree that can be added, multiplied and divided."""
+    """A formula tree with the operators +, -, * and /."""
 
     __slots__ = ("node",)
 
@@ -187,7 +195,10 @@ class Term:
 
 
 class Trees(_Exact):
-    """Trees of formulas, as students' answers are parsed; slopes raise ReadError if an entry has no derivative."""
+    """The arithmetic of formula trees, the form in which students' answers are parsed.
+
+    Derivatives raise ReadError if a formula has none.
+    """
 
     def __init__(self, joints: Sequence[str]) -> None:
         super().__init__(joints, lambda function, term: Term(algebra.call(function, term.node)), _slope)
@@ -214,7 +225,7 @@ class Trees(_Exact):
 
     @staticmethod
     def rows(array: np.ndarray) -> list[list[Node]]:
-        """Return a vector or matrix as rows of trees; a number of its own as the only entry."""
+        """Return a vector or matrix as rows of trees; a single value becomes a matrix with one entry."""
         entries = array[..., 0]
         return [[term.node for term in row] for row in entries.reshape(len(entries) if entries.ndim else 1, -1)]
 
@@ -229,7 +240,7 @@ def _slope(name: str, term: Term) -> Term:
 # --- vectors and matrices, along the first axes ---
 
 MANY = 5
-"""Number of rows from which numeric determinants are computed by factorization instead of minors."""
+"""Minimum number of rows for which numeric determinants are computed by factorization instead of minors."""
 
 
 def product(a: np.ndarray, b: np.ndarray) -> np.ndarray:
@@ -248,7 +259,10 @@ def cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
 
 
 def determinant(a: np.ndarray, sign: int = -1) -> np.ndarray:
-    """Return the determinant of a matrix (n, n, …) by minors; with sign 1, the result with all signs plus."""
+    """Return the determinant of a matrix (n, n, …) by minors.
+
+    If `sign` is 1, all terms are added (the permanent), which is a common mistake.
+    """
     if len(a) >= MANY and a.dtype != object and sign == -1:
         return np.asarray(np.linalg.det(np.moveaxis(a, -1, 0)))
     known: dict[tuple[int, ...], np.ndarray] = {}
@@ -267,7 +281,7 @@ def determinant(a: np.ndarray, sign: int = -1) -> np.ndarray:
 
 
 def minors(a: np.ndarray) -> np.ndarray:
-    """Return the minor of A without row i and column j, for each i and j; 1 for a 1 x 1 matrix."""
+    """Return the matrix of minors, in which entry (i, j) omits row i and column j; 1 for a 1 x 1 matrix."""
     n = len(a)
     if n == 1:
         return np.asarray(a * 0 + 1)

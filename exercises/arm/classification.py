@@ -1,4 +1,4 @@
-"""Classify singular sets: their kind, whether all of each is of that kind, and what its configurations look like."""
+"""Classify singular sets: boundary or internal, uniformly or not, and what their configurations look like."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -24,29 +24,31 @@ from qdot.exercises.formula.parser import read
 from qdot.exercises.formula.set_parser import Piece, parse_pieces
 
 _LOOKED_AT = 60
-"""Approximate number of samples that are examined together; fewer might all miss an exception."""
+"""Approximate number of samples that are examined together; with fewer, all might miss an exception."""
 _KIND_AT = 2
-"""Every which of these samples is tested for its kind, which takes longer."""
+"""Only every second sample is tested for its kind, because this test takes longer."""
 _FURTHER = 60
 """Number of further choices of symbolic lengths that are tested before a kind is reported for all lengths."""
 _ARMS = 5
-"""Number of choices of lengths for each symbolic length."""
+"""Number of arms that are sampled per symbolic length."""
 _LEAST_ARMS = 3
-"""The minimum number of symbolic lengths that is assumed."""
+"""An arm with fewer symbolic lengths than this is sampled as if it had this many."""
 
 _MOST_VALUES = 4
 """Maximum number of combinations of joint values that are listed separately."""
 
 _ARM = "number of the arm"
-"""The key that says to which arm a configuration belongs."""
+"""The name of the variable that holds the number of the arm to which a configuration belongs."""
 
 
 @dataclass(frozen=True)
 class Kind:
-    """What a set of singular configurations is: its kind, whether all of it is of that kind, and what it looks like.
+    """The classification of a set of singular configurations.
 
-    The kind is empty, and reported nowhere, if it can't be established (`kind_is_sure`) or is known of no configuration
-    that was found.
+    - `kind`: "boundary" or "internal". It is empty, and is not reported, if it can't be established (`kind_is_sure`) or
+      if no configuration was found.
+    - `uniform`: whether all configurations are of that kind.
+    - `meaning`: what the configurations look like, in words.
     """
 
     kind: str
@@ -55,9 +57,9 @@ class Kind:
 
 
 def domain_of(chain: Chain, values: Mapping[str, float | np.ndarray] | None = None, slides: str = "signed") -> Domain:
-    """Return the domain of a chain's symbols: joints, rates, task velocity, open lengths, and fixed values.
+    """Return the domain of a chain's symbols: joints, rates, task velocity and symbolic lengths, or their given values.
 
-    `slides` is the role of prismatic joints: "signed" to compare answers, or "travel", as far as any arm reaches.
+    `slides` is the role of prismatic joints: "signed" for comparing answers, or "travel", limited as in a real arm.
     """
     roles: dict[str, str | float | np.ndarray] = {}
     for joint, q, rate in zip(chain.joints, chain.q, chain.rates, strict=True):
@@ -76,10 +78,10 @@ def samples_on(chain: Chain, condition: str, seed: str, arms: int = 5, each: int
 
 @lru_cache(maxsize=64)
 def _samples(chain: Chain, condition: str, seed: str, arms: int, each: int) -> tuple[Sample, ...]:
-    """Return the same, cached: a component is examined as a whole and then value by value, with the same conditions."""
+    """Do the work of `samples_on`, cached: a component is examined as a whole, then again for each value of a joint."""
     samples_by_arm: list[list[Sample]] = [[] for _ in range(arms)]
     slides = any(joint.kind == "P" for joint in chain.joints)
-    # with its prismatic joints extended, an arm may be at the boundary where it is not with them retracted
+    # an arm may be at the boundary with extended prismatic joints, but not with retracted ones
     for first, role in ((0, "signed"), (1, "travel")) if slides else ((0, "signed"),):
         stream = Stream(f"{seed}/{condition}/{first}")
         numbers = range(first, arms, 2 if slides else 1)
@@ -91,7 +93,7 @@ def _samples(chain: Chain, condition: str, seed: str, arms: int, each: int) -> t
 
 
 def _sample_distinct_lengths(chain: Chain, stream: Stream) -> dict[str, float]:
-    """Sample open lengths, none close to another or to a fixed one: equal lengths are a special case."""
+    """Sample the symbolic lengths, none of them close to another length, because equal lengths are a special case."""
     fixed_lengths = [joint.a for joint in chain.joints] + [j.d for j in chain.joints if j.kind == "R"]
     taken = [abs(float(length)) for length in fixed_lengths if length.is_number]
     values = {}
@@ -106,7 +108,7 @@ def _sample_distinct_lengths(chain: Chain, stream: Stream) -> dict[str, float]:
 def _configurations(
     chain: Chain, piece: Piece, values: Sequence[Mapping[str, float]], role: str, stream: Stream, each: int
 ) -> list[list[Sample]]:
-    """Return up to `each` configurations of each arm, given by its open lengths; computed all at once."""
+    """Return up to `each` configurations for each arm, computed all at once; `values` are the lengths of the arms."""
     joints, lengths = [q.name for q in chain.q], [symbol.name for symbol in chain.parameters]
     count = 3 * each
     roles = {name: np.repeat([value[name] for value in values], count) for name in lengths}
@@ -121,11 +123,11 @@ def _configurations(
 
 
 def classify(chain: Chain, component: Component) -> Kind:
-    """Classify a component of the singular set over samples of its configurations and of the open lengths.
+    """Classify a component of the singular set by samples of its configurations and of the symbolic lengths.
 
     If some configurations are boundary and some internal, `kind` is "boundary" and `uniform` is False. The kind is
-    established for the structure, for all lengths at once; if that gives several answers, for the normalized arm, once
-    for all arms that share it.
+    first established for the structure, for all lengths at once. If that gives several answers, the kind is established
+    for the normalized arm, once for all arms that share it.
     """
     arm, conditions = normalize_arm(chain), tuple(normalized_pieces(chain, component))
     general, known = generalize(chain)
@@ -138,9 +140,10 @@ def classify(chain: Chain, component: Component) -> Kind:
 
 @lru_cache(maxsize=1024)
 def generalize(chain: Chain) -> tuple[Chain, Mapping[str, str]]:
-    """Return the normalized arm with all lengths open, and its conditions by those of the arm itself, as text.
+    """Return the normalized arm with symbols for all lengths, and its conditions for singular configurations.
 
-    There are no conditions if the arm's lengths are special.
+    The conditions are text; their keys are the same conditions of the arm itself. There are none if lengths of the arm
+    are related, for example equal.
     """
     general, lengths = with_open_lengths(chain)
     counted = [value for symbol, value in lengths.items() if symbol in normalize_arm(general).parameters]
@@ -164,7 +167,7 @@ def _substitute_lengths(component: Component, lengths: Mapping[sp.Symbol, sp.Exp
 
 @lru_cache(maxsize=4096)
 def _kind_for_all_lengths(chain: Chain, conditions: tuple[str, ...]) -> Kind | None:
-    """Return the kind of conditions for all lengths if each of them looks like one thing; else None."""
+    """Return the classification of conditions for all lengths; None if one condition has several possible looks."""
     kind = classify_conditions(chain, conditions)
     if len(conditions) > 1:
         return kind if all(_kind_for_all_lengths(chain, (condition,)) for condition in conditions) else None
@@ -172,7 +175,10 @@ def _kind_for_all_lengths(chain: Chain, conditions: tuple[str, ...]) -> Kind | N
 
 
 def split_by_value(component: Component, kind: Kind) -> list[tuple[Values, Component]]:
-    """Return each combination of a component's joint values with its part, if the parts differ in look or kind."""
+    """Split a component by its combinations of joint values; return an empty list unless the parts may differ.
+
+    They may differ in kind or in what they look like.
+    """
     combinations = component.value_combinations()
     if not 1 < len(combinations) <= _MOST_VALUES or not (" or " in kind.meaning or (kind.kind and not kind.uniform)):
         return []
@@ -191,7 +197,7 @@ def _kind_of(chain: Chain, conditions: tuple[str, ...]) -> Mapping[str, Any]:
     kinds = set[str]()
     if kind_is_sure(chain):
         kinds.update(kinds_at(chain, representative_samples(chain, conditions)[::_KIND_AT]))
-    if len(kinds) == 1 and chain.parameters:  # of other lengths it may be another
+    if len(kinds) == 1 and chain.parameters:  # for other lengths the kind may differ
         others = [sample for condition in conditions for sample in samples_on(chain, condition, "lengths", _FURTHER, 1)]
         kinds.update(kinds_at(chain, others))
     return {"kind": "boundary" if "boundary" in kinds else "internal" if kinds else "", "uniform": len(kinds) == 1}
@@ -199,14 +205,17 @@ def _kind_of(chain: Chain, conditions: tuple[str, ...]) -> Mapping[str, Any]:
 
 @lru_cache(maxsize=256)
 def is_one_sided(chain: Chain, condition: sp.Expr | None, values: tuple[tuple[sp.Symbol, sp.Expr], ...]) -> bool:
-    """Return whether configurations on a condition or at values can't move to one side of the one lost direction."""
+    """Return whether all configurations at a condition or at joint values lose one direction, and one side of it.
+
+    The arm can't move to that side at all, not even to second order.
+    """
     text = f"{condition} = 0" if condition is not None else " and ".join(f"{q} = {value}" for q, value in values)
     return are_one_sided(chain, samples_on(chain, text, "sides"))
 
 
 def representative_samples(chain: Chain, conditions: Sequence[str]) -> list[Sample]:
-    """Return configurations on conditions (text), enough to generalize from these to all."""
-    # what holds may depend on how the open lengths compare
+    """Return enough configurations on conditions (text) to generalize from these to all."""
+    # the look and the kind may depend on which symbolic length is larger
     arms = _ARMS * max(_LEAST_ARMS, len(chain.parameters)) if chain.parameters else _ARMS
     each = -(-_LOOKED_AT // (arms * len(conditions)))
     samples = [sample for condition in conditions for sample in samples_on(chain, condition, "seen", arms, each)]

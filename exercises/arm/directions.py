@@ -1,8 +1,9 @@
-"""Find the direction of motion lost at a singular configuration, and the lines of an arm that describe it.
+"""Find the direction of motion lost at a singular configuration, and the lines of an arm that describe this direction.
 
-If J (m x n, m <= n) has rank m - 1, one direction u of the task is lost: u J = 0, the null space of J transposed;
-every velocity that the joints can produce is perpendicular to u. The cofactors of m - 1 independent columns of J are
-such a vector, because J times its adjugate is det J, and in space their cross product. World frame throughout.
+If J (m x n, m <= n) has rank m - 1, one direction u of the task is lost. It spans the null space of J transposed,
+u J = 0, so that every velocity that the joints can produce is perpendicular to u. The cofactors of m - 1 independent
+columns of J form such a vector, because det J is zero if a column is repeated. For m = 3, this vector is the cross
+product of the two columns. All vectors are in the world frame.
 """
 
 from collections.abc import Sequence
@@ -28,7 +29,7 @@ SHORT = 8
 
 
 def clear_rank(jacobian: np.ndarray, clear: float = CLEAR) -> int | None:
-    """Return the rank of a matrix, or None if a singular value is neither clearly zero nor clearly not."""
+    """Return the rank of a matrix; None if a singular value is neither clearly zero nor clearly nonzero."""
     sigma = np.linalg.svd(jacobian, compute_uv=False)
     share = sigma / max(float(sigma[0]), 1e-12)
     if np.any((share > ZERO) & (share < clear)):
@@ -37,7 +38,7 @@ def clear_rank(jacobian: np.ndarray, clear: float = CLEAR) -> int | None:
 
 
 def lost_direction(jacobian: np.ndarray, clear: float = CLEAR) -> np.ndarray | None:
-    """Return the unit vector u with u J = 0 of an m x n matrix, m <= n, or None unless exactly one is lost clearly."""
+    """Return the unit vector u with u J = 0 for J m x n, m <= n; None unless J clearly has rank m - 1."""
     m, n = jacobian.shape
     if m > n or clear_rank(jacobian, clear) != m - 1:
         return None
@@ -49,9 +50,11 @@ def lost_direction(jacobian: np.ndarray, clear: float = CLEAR) -> np.ndarray | N
 
 @dataclass(frozen=True)
 class LostFormula:
-    """u as a formula in the joints that stay free, the columns (from 1) whose cofactors it is made of, and J there.
+    """A formula for the lost direction u.
 
-    `jacobian` is None if its entries are not short.
+    - `direction`: u, as a formula in the joint variables that the singular condition does not fix.
+    - `columns`: the columns of J (from 1) whose cofactors are the entries of u.
+    - `jacobian`: J at the singular configurations, or None if its entries are not short.
     """
 
     direction: sp.Matrix
@@ -61,9 +64,9 @@ class LostFormula:
 
 @lru_cache(maxsize=1024)
 def lost_formula(generic: Chain, component: Component) -> LostFormula | None:
-    """Return the shortest formula for the direction lost at joint values, for a structure; None if none is short.
+    """Return the shortest formula for the direction that a structure loses at a component; None if none is short.
 
-    `component` is one of the structure's, at one combination of values.
+    `component` is a component of the structure's singular set, at one combination of joint values.
     """
     jacobian = derive(generic).jacobian
     if jacobian.rows > min(jacobian.cols, 4):
@@ -87,13 +90,18 @@ def lost_formula(generic: Chain, component: Component) -> LostFormula | None:
 
 
 def _terms(vector: sp.Matrix) -> int:
+    """Return the number of terms of all entries, multiplied out."""
     return sum(len(sp.Add.make_args(sp.expand(entry))) for entry in vector)
 
 
 def _jacobian_at_value(
     jacobian: sp.Matrix, condition: sp.Expr, joint: sp.Symbol, value: sp.Expr, scale: sp.Symbol
 ) -> sp.Matrix | None:
-    """Return J at a joint's value; if A cos + B sin = 0 determines it, with cos = B t and sin = -A t."""
+    """Return J at a value of a joint; None if that needs angles that also occur in other entries.
+
+    If the condition A cos q + B sin q = 0 determines the value, substitute cos q = B t and sin q = -A t, in which t is
+    `scale`.
+    """
     if not joint.name.startswith("theta") or (2 * value / sp.pi).is_Integer:
         return jacobian.applyfunc(lambda entry: sp.expand(substitute(entry, {joint: value})))
     cosine, sine = sp.Dummy("c"), sp.Dummy("s")
@@ -105,12 +113,13 @@ def _jacobian_at_value(
 
 
 def _angles(matrix: sp.Matrix) -> list[sp.Symbol]:
+    """Return the symbols in the arguments of sines and cosines."""
     trigs = (trig for entry in matrix for trig in entry.atoms(sp.sin, sp.cos))
     return [symbol for trig in trigs for symbol in trig.free_symbols]
 
 
 def _split_off_angle(expression: sp.Expr, joint: sp.Symbol, cosine: sp.Expr, sine: sp.Expr) -> sp.Expr:
-    """Return an expression with one joint's angle split off the angle sums, and its cos and sin replaced."""
+    """Split one joint's angle off all angle sums in an expression, and replace its cosine and sine."""
     angles = {}
     for trig in expression.atoms(sp.sin, sp.cos):
         factor = sp.diff(trig.args[0], joint)
@@ -126,7 +135,7 @@ def _split_off_angle(expression: sp.Expr, joint: sp.Symbol, cosine: sp.Expr, sin
 
 
 def _cofactors(columns: sp.Matrix) -> sp.Matrix | None:
-    """Return the cofactors of m - 1 columns of m entries without their common factors, None if all are zero."""
+    """Return the cofactors of m - 1 columns of m entries, without common factors; None if all are zero."""
     m = columns.rows
     entries = []
     for i in range(m):
@@ -139,6 +148,7 @@ def _cofactors(columns: sp.Matrix) -> sp.Matrix | None:
 
 
 def _cancel_common_factors(entries: Sequence[Factored]) -> list[Factored]:
+    """Divide entries by their common factors, and change all signs if most entries are negative."""
     others = [dict(entry.factors) for entry in entries if not entry.is_zero]
     shared = {f: min(powers.get(f, 0) for powers in others) for f in others[0]}
     numbers = [entry.coefficient for entry in entries if not entry.is_zero]
@@ -153,10 +163,14 @@ def _cancel_common_factors(entries: Sequence[Factored]) -> list[Factored]:
 
 @dataclass(frozen=True)
 class Line:
-    """A line of the arm: "P" (from O_i to the point), "z", "x", "y" of frame i, or "world" (axis i of the world).
+    """A line of the arm, given by its kind and an index i.
 
-    If frame i is on the axis of joint i, "axis" is its z. An arm described by its axes has "omega" or "v" (of joint i)
-    and "space" (axis i of the space frame).
+    - "P": the line from O_i to the point of interest.
+    - "x", "y", "z": an axis of frame i; z_i is the axis of joint i + 1.
+    - "axis": the z axis of frame i in a convention in which z_i is the axis of joint i.
+    - "omega", "v": the axis of joint i, for an arm that is described by its axes.
+    - "space": axis i of the space frame, for such an arm.
+    - "world": axis i of the world frame.
     """
 
     kind: str
@@ -183,7 +197,7 @@ class Line:
 
 
 def lines_of(chain: Chain) -> list[Line]:
-    """Return the lines that may describe a direction, the most visible first."""
+    """Return the lines of an arm that may describe a direction; the easiest to see come first."""
     n, first = chain.n, convention_of(chain).frame_on_axis(1)
     if not convention_of(chain).has_frames:
         return [
@@ -198,7 +212,7 @@ def lines_of(chain: Chain) -> list[Line]:
 
 
 def directions(lines: Sequence[Line], samples: Sequence[Sample]) -> np.ndarray:
-    """Return unit vectors along lines at configurations, (lines, samples, 3); NaN if a line has no length."""
+    """Return unit vectors along lines at configurations, (lines, samples, 3); NaN if a line has no direction."""
     vectors = np.empty((len(lines), len(samples), 3))
     for k, sample in enumerate(samples):
         standard = sample.arm.frames(sample.q)

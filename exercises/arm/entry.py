@@ -2,7 +2,7 @@
 
 Formulas follow the grammar of answers, with stricter rules: a unit is not a symbol, a product is written with `*` (only
 a number may precede a factor without it: 2a1, 2pi/3), and a symbol is one letter (a length), or alpha or beta (an
-angle), with an optional number: a1, h, alpha2. So nothing else is mistaken for symbols. Errors say what to write.
+angle), with an optional number: a1, h, alpha2. Other names are errors, whose messages say what to write.
 """
 
 import itertools
@@ -22,7 +22,9 @@ LONG = 20
 """A length above this (m) is probably meant in millimetres."""
 
 _LENGTH, _EXPONENT, _BASE = 200, 20, 10**6
+"""Maximum number of characters of a formula, maximum exponent, and maximum numeric base of a power."""
 _LEAST, _MOST = sp.Rational(1, 10**9), 10**6
+"""Minimum and maximum absolute value of a nonzero number."""
 _OPERATIONS = {"+": operator.add, "-": operator.sub, "*": operator.mul, "/": operator.truediv}
 _FUNCTIONS = {name: getattr(sp, name) for name in ("sin", "cos", "tan", "asin", "acos", "atan", "atan2", "sqrt")}
 
@@ -38,14 +40,18 @@ _UNITS = {
     | dict.fromkeys(("°", "deg", "degree", "degrees"), _DEGREE),
     False: {"m": sp.S.One, "cm": sp.Rational(1, 100), "mm": sp.Rational(1, 1000)},
 }
-"""Units of angles (True) and of lengths (False), which are refused, in radians and metres."""
+"""The units of angles (True) and of lengths (False), with their values in radians or metres.
+
+Units are recognised only to be refused, because entries are in radians and metres.
+"""
 _RIGHT = {True: 'angles are in radians, as in "pi/2"', False: 'lengths are in metres, as in 0.4 or "a1"'}
+"""Hints for angles (True) and for lengths (False), which end error messages."""
 
 
 def value_of(raw: object, is_angle: bool, in_degrees: bool = False) -> sp.Expr:
-    """Return a table entry as an exact SymPy expression; decimals become fractions. Raises QdotError.
+    """Parse a table entry into an exact SymPy expression, in which decimals become fractions. Raises QdotError.
 
-    With `in_degrees`, the numeric part of an angle is converted to radians.
+    If `in_degrees` is true, the numeric part of an angle is converted to radians.
     """
     if in_degrees and is_angle:
         return _value_from_degrees(raw)
@@ -67,6 +73,7 @@ def value_of(raw: object, is_angle: bool, in_degrees: bool = False) -> sp.Expr:
 
 
 def _value_from_degrees(raw: object) -> sp.Expr:
+    """Parse an angle in degrees; return it in radians."""
     try:
         value = value_of(raw, False)
     except QdotError:
@@ -78,6 +85,7 @@ def _value_from_degrees(raw: object) -> sp.Expr:
 
 
 def _formula(text: str, is_angle: bool) -> sp.Expr:
+    """Parse a formula in quotes. Raises QdotError with a correction."""
     if len(text) > _LENGTH:
         raise QdotError(f"it is {len(text)} characters long; at most {_LENGTH} are read")
     _check_units(text, is_angle)
@@ -121,7 +129,7 @@ def _check_units(text: str, is_angle: bool) -> None:
 
 
 def _check_angle(value: sp.Expr) -> None:
-    """Raise QdotError for a rounded multiple of pi/12 and for degrees, which would spoil every formula."""
+    """Raise QdotError if an angle is a rounded multiple of pi/12 or seems to be in degrees."""
     constant = _constant(value)
     if not constant.is_Rational or constant == 0:
         return
@@ -143,7 +151,7 @@ def _constant(value: sp.Expr) -> sp.Expr:
 
 
 def doubt(value: sp.Expr) -> str | None:
-    """Return why a length is probably a mistake, or None."""
+    """Return a warning if a length is so large that it is probably in millimetres, else None."""
     constant = _constant(value)
     if not constant.is_Rational or abs(constant) <= LONG:
         return None
@@ -152,7 +160,7 @@ def doubt(value: sp.Expr) -> str | None:
 
 
 def check_role(value: sp.Expr, is_angle: bool) -> None:
-    """Refuse a length for an angle and an angle for a length, as when two columns of the table are swapped."""
+    """Refuse a length where an angle is expected, and the reverse; for example, two columns may have been swapped."""
     bare = value.xreplace(dict.fromkeys(value.atoms(sp.Function), sp.S.One))  # atan2(a1, d1) is an angle
     for symbol in sorted(bare.free_symbols, key=str):
         letters = symbol.name.rstrip("0123456789")
@@ -172,7 +180,7 @@ def check_role(value: sp.Expr, is_angle: bool) -> None:
 
 
 def _check_products(text: str) -> None:
-    """Refuse factors side by side, except a number before a symbol or bracket: "a1 b2" may mean something else."""
+    """Refuse a product without `*`, such as "a1 b2", which is ambiguous; a number may precede a symbol or bracket."""
     written, places = text, []
     tokens = list(_TOKEN.finditer(text))
     for first, second in itertools.pairwise(tokens):
@@ -192,7 +200,7 @@ def _is_symbol(token: re.Match[str]) -> bool:
 
 
 def to_sympy(node: Node) -> sp.Expr:
-    """Return the SymPy expression of a tree of plain arithmetic. Raises ReadError for anything else."""
+    """Convert a parsed formula to a SymPy expression. Raises ReadError for anything but arithmetic and _FUNCTIONS."""
     if node.kind in ("number", "decimal"):
         return sp.Rational(node.value.numerator, node.value.denominator)
     if node.kind == "name":
@@ -229,6 +237,7 @@ def _symbol(name: str) -> sp.Expr:
 
 
 def _power(base: sp.Expr, exponent: sp.Expr) -> sp.Expr:
+    """Return a power. Raises ReadError if its exponent or its numeric base is too large."""
     if not exponent.is_Rational or abs(exponent) > _EXPONENT:
         raise ReadError(f"an exponent is a number of at most {_EXPONENT}")
     if base.is_number and abs(base) > _BASE:
@@ -237,6 +246,7 @@ def _power(base: sp.Expr, exponent: sp.Expr) -> sp.Expr:
 
 
 def _finite(value: sp.Expr, what: str) -> sp.Expr:
+    """Return a value unchanged. Raises ReadError if it is infinite, undefined or complex."""
     if value.has(sp.zoo, sp.oo, sp.nan) or value.is_real is False:
         raise ReadError(f"{what} that is no real number")
     return value

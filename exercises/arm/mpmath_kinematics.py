@@ -1,7 +1,8 @@
-"""Compute the point and the Jacobian of an arm in floats, or with 30 digits if they are used in a problem.
+"""Compute the point of interest and the Jacobian of an arm, in floats or with 30 digits for numbers in a problem.
 
-The table is read once, angles of links as exact sines and cosines; then frames are propagated from O_0 as three axes
-and an origin. World frame; rows of the Jacobian as in (6.6).
+The entries of the table are evaluated once, with exact sines and cosines of constant angles. Then each frame is
+computed from the previous one, as three axes and an origin in the world frame. The rows of the Jacobian are those of
+(6.6).
 """
 
 from collections.abc import Mapping, Sequence
@@ -14,16 +15,16 @@ from qdot.exercises.arm.chain import Chain
 
 DIGITS = 30
 DOUBLE: Any = mpmath.fp
-"""Floats: fast, for searching and deciding with a margin."""
+"""The context of floats, which is fast; for searches, and for decisions with a margin."""
 PRECISE: Any = mpmath.MPContext()
-"""Thirty digits: the same on every machine once rounded to ten."""
+"""The context of 30 digits, whose results are the same on every machine when rounded to ten digits."""
 PRECISE.dps = DIGITS
 
 Vector = list[Any]
 
 
 class PreciseArm:
-    """A chain with a number for every symbolic length or angle, in the arithmetic of an mpmath context."""
+    """A numeric arm in the arithmetic of an mpmath context; `values` has all symbolic lengths and angles."""
 
     def __init__(self, chain: Chain, values: Mapping[sp.Symbol, sp.Expr], context: Any = PRECISE) -> None:
         self.context, self.task = context, chain.task_rows
@@ -43,7 +44,7 @@ class PreciseArm:
         self._frame, self._offset = chain.point.frame, [number(value) for value in chain.point.offset]
 
     def place(self, q: Sequence[Any]) -> tuple[Vector, list[Vector]]:
-        """Return the point (3, m) and the 6 x n Jacobian as rows, at joint values q."""
+        """Return the point of interest (3, m), and the 6 x n Jacobian as rows, at joint values q."""
         unit, zero = self.context.one, self.context.zero
         cos_yaw, sin_yaw, cos_tilt, sin_tilt = self._base
         x, y = _rotate([unit, zero, zero], [zero, unit, zero], cos_yaw, sin_yaw)
@@ -73,12 +74,13 @@ class PreciseArm:
         return [rows[row] for row in self.task]
 
     def _joint(self, i: int, variable: Any) -> tuple[Any, Any, Any]:
-        """Return cosine and sine of theta_i, and d_i."""
+        """Return cosine and sine of theta, and d, in the table row of joint i (from 0)."""
         if self.revolute[i]:
             return self.context.cos(variable), self.context.sin(variable), self._fixed[i]
         return (*self._fixed[i], variable)
 
     def _column(self, i: int, z: Vector, point: Vector, origin: Vector) -> Vector:
+        """Return the column of the Jacobian for joint i (from 0), whose axis has direction z and contains `origin`."""
         still = [self.context.zero] * 3
         if not self.revolute[i]:
             return [*(z if i < self._frame else still), *still]
@@ -88,12 +90,12 @@ class PreciseArm:
 
 
 def numeric(value: sp.Expr, context: Any = PRECISE) -> Any:
-    """Return an exact number in the arithmetic of a context."""
+    """Evaluate an exact number in the arithmetic of a context."""
     return context.mpf(str(sp.N(value, DIGITS + 6)))
 
 
 def ten_digits(value: Any) -> sp.Float:
-    """Return a precise number as it goes into a problem: ten digits, the same on every machine.
+    """Round a precise number to ten digits, as it is stored in a problem: the same on every machine.
 
     >>> ten_digits(PRECISE.mpf(1) / 3)
     0.3333333333
@@ -104,7 +106,7 @@ def ten_digits(value: Any) -> sp.Float:
 
 
 def four_digits(value: Any) -> sp.Float:
-    """Return a number in the form in which a worked solution shows it.
+    """Round a number to four digits, as worked solutions show it.
 
     >>> four_digits(PRECISE.mpf(2) / 3)
     0.6667000000
@@ -113,12 +115,15 @@ def four_digits(value: Any) -> sp.Float:
 
 
 def round_matrix(rows: Sequence[Vector]) -> sp.Matrix:
-    """Return a matrix as a worked solution shows it, four digits each."""
+    """Round the entries of a matrix to four digits, as worked solutions show it."""
     return sp.Matrix([[four_digits(value) for value in row] for row in rows])
 
 
 def solve_linear(matrix: Sequence[Vector], right: Sequence[Any]) -> Vector:
-    """Return x with matrix x = right (square), by elimination with row pivots; ZeroDivisionError if it is singular."""
+    """Solve matrix x = right for a square matrix, by elimination with row pivots.
+
+    Raises ZeroDivisionError if the matrix is singular.
+    """
     n = len(matrix)
     rows, _ = _triangular([[*row, value] for row, value in zip(matrix, right, strict=True)])
     solution: Vector = [None] * n
@@ -129,7 +134,7 @@ def solve_linear(matrix: Sequence[Vector], right: Sequence[Any]) -> Vector:
 
 
 def inverse(matrix: Sequence[Vector]) -> list[Vector]:
-    """Return the inverse of a square matrix as rows; ZeroDivisionError if it is singular."""
+    """Return the inverse of a square matrix as rows. Raises ZeroDivisionError if the matrix is singular."""
     n = len(matrix)
     columns = [solve_linear(matrix, [int(i == k) for i in range(n)]) for k in range(n)]
     return [list(row) for row in zip(*columns, strict=True)]
@@ -144,7 +149,10 @@ def determinant(matrix: Sequence[Vector]) -> Any:
 
 
 def _triangular(rows: list[Vector]) -> tuple[list[Vector], int]:
-    """Return rows with zeros below the diagonal, the largest entry of a column as pivot, and the sign of the swaps."""
+    """Eliminate the entries below the diagonal; return the rows, and the sign of the row swaps.
+
+    The pivot is the largest entry of its column.
+    """
     n, sign = len(rows), 1
     for k in range(n):
         pivot = max(range(k, n), key=lambda i: abs(rows[i][k]))
@@ -162,7 +170,7 @@ def gram(matrix: Sequence[Vector]) -> list[Vector]:
 
 
 def _rotate(x: Vector, y: Vector, cos: Any, sin: Any) -> tuple[Vector, Vector]:
-    """Return two perpendicular unit vectors, rotated in their plane."""
+    """Rotate two perpendicular unit vectors in their plane."""
     return (
         [cos * a + sin * b for a, b in zip(x, y, strict=True)],
         [cos * b - sin * a for a, b in zip(x, y, strict=True)],
@@ -170,4 +178,5 @@ def _rotate(x: Vector, y: Vector, cos: Any, sin: Any) -> tuple[Vector, Vector]:
 
 
 def _translate(start: Vector, along: Vector, by: Any) -> Vector:
+    """Return the point at distance `by` from `start` in the direction `along`."""
     return [a + by * b for a, b in zip(start, along, strict=True)]

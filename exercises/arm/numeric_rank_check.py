@@ -1,4 +1,4 @@
-"""Check a singular set numerically: J loses rank on it, and searches for rank loss end on it.
+"""Check a singular set numerically: J loses rank on the set, and searches for rank loss end on the set.
 
 J loses rank at q if a unit wrench w does no work at any joint: J(q)^T w = 0, w . w = 1. For m rows these are n + 1
 equations in n + m unknowns. Minimum-norm Gauss-Newton steps from random starts reach configurations all over the set.
@@ -20,8 +20,8 @@ from qdot.exercises.formula.program import compile_program, evaluate
 STARTS, STEPS = 60, 80
 """Number of random starts per search, and the maximum number of steps from each start."""
 CHOICES, FURTHER = 3, 12
-"""How often symbolic lengths (those without a numeric value) are sampled, and how often again for conditions that hold
-only for special lengths."""
+"""Number of random choices of the symbolic lengths (those without a numeric value), and the number of further choices
+for conditions that hold only for special lengths."""
 ON_IT, LOST, BESIDE = 1e-11, 1e-7, 1e-3
 """Tolerances: for solved equations, for the smallest singular value of J over the largest, and for the distance between
 a search result and the conditions. The last is looser: if the smallest singular value has a double zero, rounding
@@ -36,7 +36,7 @@ _LEAST = 1e-10
 
 @dataclass(frozen=True)
 class RankCheck:
-    """The result of checking the claimed branches of a singular set.
+    """The result of checking the claimed branches of a singular set; a branch is a list of conditions.
 
     - `arms`: the numeric arms, one per choice of the symbolic lengths.
     - `samples`: for each branch, configurations that satisfy its conditions. Each sample is a pair: the index of its
@@ -62,8 +62,8 @@ def check_rank_loss(
 ) -> RankCheck:
     """Check the claimed branches of the singular set, each a list of conditions that hold simultaneously.
 
-    Symbolic lengths are sampled three times, and more often for a branch that no sample satisfies. Lengths that give no
-    real arm are skipped. `stream` seeds the random lengths and starts.
+    Symbolic lengths are sampled three times, and more often for a branch that holds for none of these lengths. Lengths
+    that give no real arm are skipped. A different `stream` gives different random lengths and starts.
     """
     arms: list[NumericChain] = []
     samples: list[list[tuple[int, np.ndarray]]] = [[] for _ in ways]
@@ -99,7 +99,7 @@ def check_rank_loss(
 
 
 def ways_covering(chain: Chain, way: Sequence[sp.Expr], others: Sequence[Sequence[sp.Expr]]) -> frozenset[int] | None:
-    """Return the indices of the `others` that together contain the configurations found on the branch `way`.
+    """Return the indices of the `others` that together contain the configurations found on one branch.
 
     Each configuration counts for the first branch that contains it. Return None if a configuration lies on none of
     them, or if no configuration was found.
@@ -122,7 +122,7 @@ def _sample_lengths(
 ) -> Iterator[tuple[dict[sp.Symbol, sp.Rational], NumericChain]]:
     """Yield `times` random choices of the symbolic lengths, each with its numeric arm; skip those without a real arm.
 
-    The shortest length is `least` / 10,007 metres, the longest 1.2 m.
+    The shortest length is `least` / 10,007 m, the longest 1.2 m.
     """
     for _ in range(times if chain.parameters else 1):
         values = {symbol: sp.Rational(least + draws.below(12000 - least), 10007) for symbol in chain.parameters}
@@ -144,7 +144,7 @@ class _Way:
         self._joints = [q.name for q in chain.q]
 
     def at(self, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return values (k x m) and derivatives (k x m x n) at k configurations."""
+        """Return the values of the m conditions (k x m) and their derivatives (k x m x n) at k configurations."""
         k, m = len(q), len(self._sizes)
         results = evaluate(self._program, dict(zip(self._joints, q.T, strict=True)), k)[0].real
         return results[:m].T / self._sizes, results[m:].reshape(m, -1, k).transpose(2, 0, 1) / self._sizes[:, None]
@@ -194,6 +194,7 @@ def _step(slopes: np.ndarray, values: np.ndarray) -> np.ndarray:
 
 
 def _limit_steps(steps: np.ndarray) -> np.ndarray:
+    """Return steps (k x n), each shortened so that no entry exceeds the maximum step."""
     longest = np.abs(steps).max(axis=1, keepdims=True)
     return np.asarray(steps * np.minimum(1.0, _LONGEST / np.maximum(longest, 1e-300)))
 

@@ -1,8 +1,8 @@
-"""A straight line that the point follows from a configuration, p(s) = A + s u, with the joint values along it.
+"""A straight line p(s) = A + s u along which the arm moves its point, with the joint values on the line.
 
-s is the distance from A in m, u the unit vector from A to the target. Newton's method finds the joint values from those
-of the previous place, so that the arm stays on the branch on which it began; the rates are qd = J^-1 u speed (6.7). For
-square tasks with linear rows only.
+s is the distance from A in m, and u the unit vector from A to the target. Newton's method starts from the joint values
+of the previous point, so that the arm stays on its branch. The joint rates are qd = J^-1 u speed (6.7). The task must
+be square and have linear rows only.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -16,11 +16,18 @@ from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.mpmath_kinematics import DOUBLE, PreciseArm, Vector, solve_linear
 
 ITERATIONS = 12
+"""Maximum number of Newton steps."""
 
 
 @dataclass(frozen=True)
 class Station:
-    """A place on a line: distance s, joint values, their change by metre (dq/ds), and sigma_min/sigma_max of J."""
+    """The arm at one point of a line.
+
+    - `s`: distance from the start of the line (m).
+    - `joints`: the joint values q.
+    - `slopes`: dq/ds.
+    - `conditioning`: sigma_min / sigma_max of J.
+    """
 
     s: float
     joints: tuple[float, ...]
@@ -29,7 +36,10 @@ class Station:
 
 
 class Line:
-    """A line from the point at `joints` to `target`, with one coordinate for each row of the task."""
+    """A straight line from the point of interest at the configuration `joints` to `target`.
+
+    `target` has one coordinate for each row of the task.
+    """
 
     def __init__(
         self,
@@ -51,7 +61,7 @@ class Line:
         return [a + s * u for a, u in zip(self.start, self.unit, strict=True)]
 
     def joints_at(self, s: Any, near: Sequence[Any]) -> Vector | None:
-        """Return the joint values at s that Newton's method reaches from values near them, or None."""
+        """Return the joint values at s that Newton's method finds from the values `near`; None if it fails."""
         goal, q = self.point(s), list(near)
         for _ in range(ITERATIONS):
             point, jacobian = self.arm.place(q)
@@ -70,13 +80,16 @@ class Line:
         return solve_linear(self.arm.task_jacobian(q), self.unit)
 
     def station(self, s: float, q: Sequence[float]) -> Station:
-        """Return a station on the line with its joint values, their derivatives and the conditioning (floats)."""
+        """Return the station at s with these joint values, in floats."""
         jacobian = self.arm.task_jacobian(q)
         sigma = np.linalg.svd(np.array(jacobian, dtype=float), compute_uv=False)
         return Station(s, tuple(q), tuple(solve_linear(jacobian, self.unit)), float(sigma[-1] / sigma[0]))
 
     def follow(self, step: float, floor: float, end: float | None = None) -> Iterator[Station]:
-        """Yield stations from s = 0 on (floats), until `end`, or until J is conditioned worse than `floor`."""
+        """Yield stations in floats, at s = 0, `step`, 2 `step` and so on, up to `end` (by default the target).
+
+        Stop early if the conditioning falls below `floor`, or if the arm would jump to another branch.
+        """
         last = float(self.length) if end is None else end
         q, s, steps = self.q, 0.0, 0
         while s <= last + 1e-12:

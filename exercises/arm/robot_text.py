@@ -1,4 +1,4 @@
-"""Write an arm as ROBOT.toml, in any convention, such that reading it gives the same arm."""
+"""Write an arm as a ROBOT.toml in any convention, so that reading the file gives the same arm."""
 
 from collections.abc import Iterable, Sequence
 from decimal import Decimal
@@ -14,12 +14,13 @@ from qdot.exercises.common.errors import QdotError
 from qdot.exercises.common.input_file import toml_text
 
 Entries = Sequence[tuple[str, str]]
+"""Keys with their values, as TOML text."""
 
 
 def robot_text(robot: Robot, convention: str) -> str:
-    """Return the text of a file that describes an arm in a convention, with its limits and ranges of lengths.
+    """Return the text of a ROBOT.toml that describes an arm in a convention, with its limits and ranges of lengths.
 
-    Raises QdotError if the convention can't describe it.
+    Raises QdotError if the convention can't describe the arm.
     """
     chain = robot.chain
     presented = REGISTRY[convention](chain)
@@ -45,6 +46,7 @@ def _format_lines(entries: Entries) -> str:
 
 
 def _table_entries(convention: Convention) -> tuple[Entries, list[Entries]]:
+    """Return the top-level entries and the entries of each joint for an arm that is described by a table."""
     chain, base, point = convention.chain, convention.base, convention.point
     top: list[tuple[str, str]] = []
     if chain.tool is not None or convention.from_standard(chain.n) != (0, 0):
@@ -55,6 +57,7 @@ def _table_entries(convention: Convention) -> tuple[Entries, list[Entries]]:
 
 
 def _screw_entries(chain: Chain) -> tuple[Entries, list[Entries]]:
+    """Return the top-level entries and the entries of each joint for an arm that is described by its axes."""
     axes, (x, y, z) = axes_of(chain)
     place = Point(chain.point.frame, (x, y, z))
     joints: list[Entries] = []
@@ -74,6 +77,7 @@ def _row_entries(kind: str, theta: sp.Expr, d: sp.Expr, a: sp.Expr, alpha: sp.Ex
 
 
 def _format_point(point: Point, is_last: bool, is_at_home: bool = False) -> str:
+    """Return the point of interest as TOML text; the frame is named unless it is the last one."""
     if point.is_origin and not is_at_home:
         return toml_text(f"O{point.frame}")
     offset = _format_list(point.offset)
@@ -90,7 +94,7 @@ def _format_list(values: Iterable[sp.Expr]) -> str:
 
 
 def _format_entry(value: sp.Expr) -> str:
-    """Return an entry: a number if a decimal is exact, else a formula in quotes."""
+    """Return an entry as TOML text: a number if a decimal is exact, else a formula in quotes."""
     if value.is_Rational:
         rest = value.q
         for prime in (2, 5):

@@ -1,4 +1,4 @@
-"""The standard (distal) table of an arm that is written in any convention; the axes of an arm at home.
+"""The standard (distal) table of an arm, computed from a table in any convention or from its axes, and the reverse.
 
 `alpha` and `a` of the first row of a modified table belong to the base in the standard table.
 """
@@ -31,9 +31,10 @@ from qdot.exercises.common.stream import Stream
 
 @dataclass(frozen=True)
 class Row:
-    """A row of a table as written: theta, d, a and alpha; `is_reversed` if its variable has a minus sign.
+    """A row of a DH table as the user wrote it, without its joint variable.
 
-    The theta of a revolute joint and the d of a prismatic one are the constants that are added to the variable.
+    For a revolute joint, `theta` is the constant that is added to the variable; for a prismatic joint, `d` is.
+    `is_reversed` says whether the variable has a minus sign.
     """
 
     kind: str
@@ -44,25 +45,25 @@ class Row:
     is_reversed: bool = False
 
     def entries(self, variable: sp.Symbol) -> tuple[sp.Expr, sp.Expr, sp.Expr, sp.Expr]:
-        """Return theta, d, a and alpha as written, with the joint's variable."""
+        """Return theta, d, a and alpha as the user wrote them, with the joint variable."""
         moving = -variable if self.is_reversed else variable
         theta, d = (self.theta + moving, self.d) if self.kind == "R" else (self.theta, self.d + moving)
         return theta, d, self.a, self.alpha
 
 
 UPSIDE_DOWN = Pose(rot_x(sp.pi), sp.zeros(3, 1))
-"""How the frame of a reversed joint is moved."""
+"""The rotation by pi about x that is applied to the frame of a reversed joint."""
 SHORT = 40
-"""Operations up to which a coordinate of an axis is shown unchanged."""
+"""Maximum number of operations of an axis coordinate that is shown unchanged."""
 
 ArmTable = tuple[Base, tuple[Joint, ...], Point | None]
 
 
 def dh_of_standard_rows(rows: Sequence[Row], base: Pose = HOME, point: Point | None = None) -> ArmTable:
-    """Return base, table and point of an arm by rows of the standard table, some of whose variables may be reversed.
+    """Return base, table and point of an arm, given rows of a standard table in which variables may be reversed.
 
-    Rz(-q) is Rx(pi) Rz(q) Rx(-pi): a reversed joint rotates about the opposite axis. A rotation of the base about its z
-    axis is added to joint 1. The point is returned in its frame after these changes.
+    A reversed joint rotates about the opposite axis, because Rz(-q) = Rx(pi) Rz(q) Rx(-pi). A rotation of the base
+    about its own z axis is added to joint 1. The point is returned in its frame after these changes.
     """
     rows = list(rows)
     for i, row in enumerate(rows):
@@ -84,7 +85,7 @@ def dh_of_standard_rows(rows: Sequence[Row], base: Pose = HOME, point: Point | N
 
 
 def dh_of_modified_rows(rows: Sequence[Row], base: Pose = HOME, point: Point | None = None) -> ArmTable:
-    """Return base, table and point of an arm by rows of the modified table: alpha and a come before their joint."""
+    """Return base, standard table and point of an arm, given rows of a modified table."""
     links = [Pose(rot_x(row.alpha), sp.Matrix([row.a, 0, 0])) for row in rows]
     behind = [(row.a, row.alpha) for row in rows[1:]] + [(sp.S.Zero, sp.S.Zero)]
     shifted = [replace(row, a=a, alpha=alpha) for row, (a, alpha) in zip(rows, behind, strict=True)]
@@ -94,7 +95,7 @@ def dh_of_modified_rows(rows: Sequence[Row], base: Pose = HOME, point: Point | N
 
 
 def _move_frame(point: Point | None, frame: int, moved: Pose) -> Point | None:
-    """Return a point in its frame after that frame was moved by a pose; unchanged if another frame was moved."""
+    """Return a point in new coordinates after its frame was moved by a pose; unchanged if another frame was moved."""
     if point is None or point.frame != frame:
         return point
     x, y, z = moved.rotation.T * (sp.Matrix(point.offset) - moved.origin)
@@ -102,9 +103,10 @@ def _move_frame(point: Point | None, frame: int, moved: Pose) -> Point | None:
 
 
 def dh_of_axes(axes: Sequence[Axis], point: sp.Matrix, link: int) -> ArmTable:
-    """Return base, standard table and point of interest of an arm by its axes; `link` is the link of the point.
+    """Return base, standard table and point of interest of an arm, given its axes and the point at home.
 
-    Raises RuntimeError unless the table moves the point as the axes do.
+    `link` is the number of the link to which the point is fixed. Raises RuntimeError if the table moves the point
+    differently from the axes.
     """
     base, joints, tool = table_of_axes(axes, point)
     if link < len(axes):
@@ -118,7 +120,7 @@ def dh_of_axes(axes: Sequence[Axis], point: sp.Matrix, link: int) -> ArmTable:
 
 
 def _check(chain: Chain, axes: Sequence[Axis], point: sp.Matrix, link: int) -> None:
-    """Raise RuntimeError unless a chain moves its point, and others of the same link, as its axes do."""
+    """Raise RuntimeError unless the chain's table and its axes move the points of a link in the same way."""
     stream = Stream("axes")
     letters = sorted(set(point.free_symbols).union(*(axis.point.free_symbols for axis in axes)), key=str)
     for _ in range(3):
@@ -134,9 +136,9 @@ def _check(chain: Chain, axes: Sequence[Axis], point: sp.Matrix, link: int) -> N
 
 
 def axes_of(chain: Chain) -> tuple[list[Axis], sp.Matrix]:
-    """Return the axes of an arm at home, and its point of interest there (3 x 1, m); world frame.
+    """Return the axes of an arm and its point of interest (3 x 1, m) at home, in the world frame.
 
-    The point of a revolute joint's axis is the one that the arm's file names, else the origin of its frame.
+    The point on a revolute joint's axis is the one that the arm's file gives, else the origin of the joint's frame.
     """
     home = dict.fromkeys(chain.q, sp.S.Zero)
     frames, point = frames_and_point(chain)
@@ -155,20 +157,20 @@ def axes_of(chain: Chain) -> tuple[list[Axis], sp.Matrix]:
 
 
 def _lies_on(axis: Axis, point: sp.Matrix) -> bool:
-    """Return whether a point lies on an axis for all open lengths, as far as descriptions are exact."""
+    """Return whether a point lies on an axis, up to rounding, for all values of the symbolic lengths."""
     aside = [evaluate_entry(entry) for entry in axis.direction.cross(point - axis.point)]
     return all(abs(number) < NEAR for entry in aside for number in _numbers(entry))
 
 
 def _numbers(total: sp.Expr) -> list[sp.Expr]:
-    """Return the numbers before the terms of a sum."""
+    """Return the numeric coefficients of the terms of a sum."""
     return [term.as_coeff_Mul()[0] for term in sp.Add.make_args(total)]
 
 
 def _shorten(entry: sp.Expr) -> sp.Expr:
-    """Return a short entry unchanged, as 17 sqrt(2)/40 - 1/20, else with its numbers evaluated and recognised.
+    """Return a short entry expanded, such as 17 sqrt(2)/40 - 1/20, and a long one with its numbers evaluated.
 
-    A sum with the sine of a number is not short: 0.52 - 0.49 sin(0.3) becomes 0.3751998993.
+    A sum with the sine of a number counts as long: 0.52 - 0.49 sin(0.3) becomes 0.3751998993.
     """
     plain = sp.expand(entry)
     is_short = sp.count_ops(plain) <= SHORT and not (plain.is_Add and any(_constant_trigs(plain)))
@@ -183,7 +185,7 @@ def _constant_trigs(entry: sp.Expr) -> list[sp.Expr]:
 
 
 def axes_of_rows(rows: Sequence[Row], base: Pose, convention: type[Convention]) -> list[Axis]:
-    """Return the axes of an arm at home by the rows of a table, in the world frame."""
+    """Return the axes of an arm at home in the world frame, given the rows of a table."""
     axes, pose = [], base
     for row in rows:
         for axis, angle, length in convention.steps(row):
@@ -196,9 +198,10 @@ def axes_of_rows(rows: Sequence[Row], base: Pose, convention: type[Convention]) 
 
 
 def is_rounded(chain: Chain, axes: Sequence[Axis], point: sp.Matrix | None = None) -> bool:
-    """Return whether numbers of an arm were rounded: at home, its axes and point are only nearly the described ones.
+    """Return whether the numbers of an arm's table were rounded.
 
-    This is tested for sampled values of the open lengths.
+    They were if at home, the axes and the point of the table are only nearly the given ones. This is tested for one
+    random choice of the symbolic lengths.
     """
     draws = Stream("rounded")
     values = {symbol: sp.Rational(3000 + draws.below(9000), 10007) for symbol in chain.parameters}
@@ -224,7 +227,7 @@ def is_rounded(chain: Chain, axes: Sequence[Axis], point: sp.Matrix | None = Non
 
 
 def wrap_angle(angle: sp.Expr) -> sp.Expr:
-    """Return an angle in (-pi, pi], by adding full turns, if it is a number."""
+    """Return an angle reduced to (-pi, pi] if it is a rational multiple of pi, else expanded."""
     angle = sp.expand(angle)
     turns = angle / (2 * sp.pi)
     if not turns.is_Rational:

@@ -1,8 +1,8 @@
-"""Read a robot in the format of ROS (URDF): the chain from its root to a tip, as the axes of its joints at home.
+"""Read a robot from a URDF, the robot format of ROS: the axes of the joints from the root to a tip link, at home.
 
-Only what a serial chain needs is read: joints with their type, parent, child, origin, axis and limits. A joint that
-repeats another (mimic) is refused if it is on the chain. Sources: the elements `joint` and `link` of the specification,
-http://wiki.ros.org/urdf/XML.
+Only the properties of a serial chain are read: joints with their type, parent, child, origin, axis and limits. A joint
+that repeats another one (mimic) is refused if it is in the chain. Source: the elements `joint` and `link` of the
+specification, http://wiki.ros.org/urdf/XML.
 """
 
 import re
@@ -18,15 +18,16 @@ from qdot.exercises.common.errors import QdotError, unknown
 from qdot.exercises.common.input_file import read_text
 
 MOVING = {"revolute": "R", "continuous": "R", "prismatic": "P"}
+"""The joint types that qdot supports apart from "fixed", with their kinds."""
 ROUNDED = sp.Rational(1, 1000)
-"""Radians by which an angle may differ from the multiple of pi/12 that it means: 1.57, 1.5708 and 3.1416 are common."""
+"""Tolerance (rad) within which an angle counts as a multiple of pi/12: 1.57, 1.5708 and 3.1416 are common."""
 
 
 @dataclass(frozen=True)
 class UrdfChain:
-    """The chain of a file: the robot's name, its axes and tip at home, and the limits of its joints.
+    """The chain in a URDF: the robot's name, its axes and tip at home, and the limits of its joints.
 
-    `notes` say which angles were rounded to others.
+    `notes` are messages about angles that were replaced by a multiple of pi/12.
     """
 
     name: str
@@ -37,7 +38,7 @@ class UrdfChain:
 
 
 def read_urdf(path: Path, tip: str = "") -> UrdfChain:
-    """Return the chain that ends at a link, by default the only end link. Raises QdotError."""
+    """Return the chain that ends at the link `tip`, by default the only link without children. Raises QdotError."""
     reader = _Reader(path)
     way = reader.way_to(tip)
     pose, axes, limits = HOME, list[Axis](), list[tuple[sp.Expr, sp.Expr] | None]()
@@ -53,7 +54,7 @@ def read_urdf(path: Path, tip: str = "") -> UrdfChain:
 
 
 class _Reader:
-    """Parses one file; messages name the file, and the joint or link."""
+    """The reader of one file; its error messages name the file, and the joint or link."""
 
     def __init__(self, path: Path) -> None:
         self.path = path
@@ -80,18 +81,22 @@ class _Reader:
             self.above[child] = joint
 
     def fault(self, joint: ElementTree.Element, message: str) -> QdotError:
+        """Return an error about a joint."""
         return QdotError(f"{self.path}: joint {self.name(joint)!r}: {message}")
 
     def name(self, element: ElementTree.Element) -> str:
+        """Return the name of a link or joint. Raises QdotError if it has none."""
         name = element.get("name")
         if not name:
             raise QdotError(f"{self.path}: a <{element.tag}> has no name")
         return name
 
     def child(self, joint: ElementTree.Element) -> str:
+        """Return the name of a joint's child link."""
         return self._link(joint, "child")
 
     def _link(self, joint: ElementTree.Element, which: str) -> str:
+        """Return the name of a joint's "parent" or "child" link. Raises QdotError if there is no such link."""
         element = joint.find(which)
         link = "" if element is None else element.get("link", "")
         if link not in self.links:
@@ -101,7 +106,7 @@ class _Reader:
         return link
 
     def way_to(self, tip: str) -> list[ElementTree.Element]:
-        """Return the joints from the root to a link."""
+        """Return the joints from the root to the link `tip`, by default the only link without children."""
         parents = {self._link(joint, "parent") for joint in self.joints}
         ends = [link for link in self.links if link not in parents]
         if tip and tip not in self.links:
@@ -123,7 +128,7 @@ class _Reader:
         return way
 
     def kind(self, joint: ElementTree.Element) -> str:
-        """Return "R" or "P", or "" for a joint that is fixed."""
+        """Return the kind of a joint: "R", "P", or "" if it is fixed."""
         kind = joint.get("type", "")
         if kind == "fixed":
             return ""
@@ -134,6 +139,7 @@ class _Reader:
         return MOVING[kind]
 
     def origin(self, joint: ElementTree.Element) -> Pose:
+        """Return the pose of a joint's frame in its parent link, at home."""
         element = joint.find("origin")
         attributes: Mapping[str, str] = {} if element is None else element.attrib
         xyz = self._numbers(joint, "origin xyz", attributes.get("xyz", "0 0 0"))
@@ -141,6 +147,7 @@ class _Reader:
         return pose_of(xyz, [self._angle(joint, angle) for angle in rpy])
 
     def direction(self, joint: ElementTree.Element) -> sp.Matrix:
+        """Return the unit vector along a joint's axis, in the joint's frame."""
         element = joint.find("axis")
         axis = sp.Matrix(self._numbers(joint, "axis xyz", "1 0 0" if element is None else element.get("xyz", "")))
         if axis.norm() == 0:
@@ -148,6 +155,7 @@ class _Reader:
         return axis / axis.norm()
 
     def limits(self, joint: ElementTree.Element) -> tuple[sp.Expr, sp.Expr] | None:
+        """Return the limits of a joint (rad or m), or None."""
         element = joint.find("limit")
         if element is None or joint.get("type") == "continuous" or not {"lower", "upper"} <= {*element.attrib}:
             return None
@@ -157,7 +165,7 @@ class _Reader:
             raise self.fault(joint, f"its lower limit {float(low):g} is above its upper one, {float(high):g}")
         if joint.get("type") == "revolute":
             low, high = self._angle(joint, low), self._angle(joint, high)
-        return (low, high) if low < high else None  # writers put 0 and 0 where they know of none
+        return (low, high) if low < high else None  # some programs write 0 and 0 for unknown limits
 
     def _numbers(self, joint: ElementTree.Element, what: str, text: str, count: int = 3) -> Sequence[sp.Expr]:
         words = text.split()
@@ -167,7 +175,7 @@ class _Reader:
         return [sp.Rational(word) for word in words]
 
     def _angle(self, joint: ElementTree.Element, angle: sp.Expr) -> sp.Expr:
-        """Return the multiple of pi/12 that an angle means, else the angle itself."""
+        """Return the multiple of pi/12 that is within the tolerance of an angle, else the angle itself."""
         twelfths = sp.Integer(round(float(angle) * 12 / float(sp.pi)))
         exact = sp.pi * twelfths / 12
         off = abs(sp.N(angle - exact, 30))

@@ -1,11 +1,11 @@
-"""The conventions in which arms are presented: a class for each, which answers all that depends on the convention.
+"""The conventions in which arms are presented: one class for each, with everything that depends on the convention.
 
-    base           what every convention answers
-    standard_dh    a standard (distal) Denavit-Hartenberg table
-    modified_dh    a modified (proximal) one, of Craig
+    base           the base class, with the properties and methods of every convention
+    standard_dh    the standard (distal) Denavit-Hartenberg table
+    modified_dh    the modified (proximal) Denavit-Hartenberg table of Craig
     screws         the joint axes at home
 
-Everybody else asks `convention_of(chain)`, and nobody tests which convention an arm has.
+All other code calls methods of `convention_of(chain)`; it does not test which convention an arm has.
 """
 
 from typing import TYPE_CHECKING
@@ -19,14 +19,14 @@ if TYPE_CHECKING:
     from qdot.exercises.arm.chain import Chain
 
 REGISTRY: dict[str, type[Convention]] = {each.name: each for each in (StandardDh, ModifiedDh, Screws)}
-"""All conventions by their names; the first is the usual one."""
+"""All conventions by name; the first is the default."""
 
 ALIASES = {alias: each.name for each in REGISTRY.values() for alias in each.aliases}
-"""What conventions are called elsewhere, and here."""
+"""Other common names of conventions, each with the name that is used here."""
 
 
 def convention_of(chain: "Chain") -> Convention:
-    """Return the convention of an arm, which answers for this arm.
+    """Return the convention in which an arm is presented, as an object for this arm.
 
     >>> from qdot.exercises.arm.chain import Chain, Joint
     >>> arm = Chain("arm", (Joint("R", "theta1", 0, "a1", 0),), ("vx",), convention="modified-dh")

@@ -1,7 +1,7 @@
 """The base class of all conventions.
 
-All results are derived from the standard (distal) Denavit-Hartenberg table. A convention says how the arm is presented
-and does not change how it moves. The answers here are those of the standard table; a subclass overrides what differs.
+All results are derived from the standard (distal) Denavit-Hartenberg table. A convention determines how an arm is
+presented, not how it moves. This class describes the standard table; subclasses override what differs.
 """
 
 import re
@@ -20,45 +20,45 @@ if TYPE_CHECKING:
     from qdot.exercises.writing.languages import Catalogue
 
 FRAMES, FRAMES_OF_JOINTS, SCREWS = "frames", "frames of joints", "screws"
-"""Features that a convention may have, and that a question or a mistake may need: frames on the links; frames whose z
-axis is that of the joint that moves them; the axes at home and their screws."""
+"""Features that a convention may have, and that a question or a mistake may require: frames on the links; frames on the
+links with the z axis along the joint that moves the link; the joint axes at home and their screws."""
 
 VELOCITIES = ("vx", "vy", "vz", "wx", "wy", "wz")
-"""The components of a velocity, linear first (6.6)."""
+"""The components of a six-dimensional velocity, linear first (6.6)."""
 
 _T = TypeVar("_T")
 _ORIGIN = re.compile(r"the origin O(\d+)")
 
 
 class Convention:
-    """How one arm is presented. Names of axes and vectors are LaTeX without dollar signs."""
+    """The presentation of one arm in a convention. Names of axes and vectors are LaTeX without dollar signs."""
 
     name: ClassVar[str]
-    """The name of the convention in files and in the ids of problems."""
+    """The name of the convention in files and in problem ids."""
     title: ClassVar[str]
-    """Its name in lists."""
+    """The name of the convention in lists."""
     aliases: ClassVar[tuple[str, ...]] = ()
-    """Other names of it."""
+    """Other common names of the convention."""
     has: ClassVar[frozenset[str]] = frozenset({FRAMES})
-    """Its features."""
+    """The features of the convention."""
     twist_orders: ClassVar[tuple[str, ...]] = ()
-    """The possible orders of the halves of its twists, the usual one first; empty if there is no choice."""
+    """The possible orders of omega and v in a twist, the default first; empty if there is no choice."""
     joint_keys: ClassVar[tuple[str, ...]] = ("kind", "theta", "d", "a", "alpha")
-    """The keys of a joint in a file."""
+    """The keys of a joint in a ROBOT.toml."""
     misreadings: ClassVar[frozenset[str]] = frozenset()
     """Mistakes that can only happen in this convention."""
     caption: ClassVar[str] = "Denavit–Hartenberg parameters"
-    """The caption of the table."""
+    """The caption of the table that describes an arm."""
     columns: ClassVar[tuple[str, ...]] = (r"\theta_i", "d_i", "a_i", r"\alpha_i")
-    """The headings of the table."""
+    """The column headings of the table."""
     row_transform: ClassVar[str] = r"R_z(\theta_i)\, T_z(d_i)\, T_x(a_i)\, R_x(\alpha_i)"
     """The transform T_{i-1,i} of a row of the table."""
     row_vector: ClassVar[str] = r"[a_i \cos\theta_i, a_i \sin\theta_i, d_i]^T"
-    """The vector r_i from O_{i-1} to O_i in frame i-1, by the entries of a row."""
+    """The vector r_i from O_{i-1} to O_i in frame i-1, in terms of the entries of a row."""
     frame_index: ClassVar[str] = "i-1"
     """The index of the frame on the axis of joint i."""
     twisted_about: ClassVar[str] = "x_i"
-    """The axis about which a twist leads from z_{i-1} to z_i."""
+    """The axis about which alpha rotates z_{i-1} into z_i."""
 
     def __init__(self, chain: "Chain") -> None:
         self.chain = chain
@@ -75,7 +75,7 @@ class Convention:
 
     @property
     def has_frames_of_joints(self) -> bool:
-        """Whether the z axis of each frame is that of the joint that moves it, unlike in the standard table."""
+        """Whether the z axis of frame i is the axis of joint i, which is not so in the standard table."""
         return FRAMES_OF_JOINTS in self.has
 
     # --- table and frames ---
@@ -92,7 +92,7 @@ class Convention:
 
     @property
     def point(self) -> "Point":
-        """The point of interest in the frame on its link."""
+        """The point of interest, in coordinates of the convention's frame on its link."""
         return self.chain.point
 
     @staticmethod
@@ -102,7 +102,7 @@ class Convention:
 
     @staticmethod
     def steps(row: "Joint | Row") -> "Iterator[tuple[str, sp.Expr, sp.Expr]]":
-        """Yield the axis, the angle (rad) and the length (m) of each step of which a row consists."""
+        """Yield the axis, the angle (rad) and the length (m) of each screw motion of which a row consists."""
         yield "z", row.theta, row.d
         yield "x", row.alpha, row.a
 
@@ -116,33 +116,34 @@ class Convention:
         return sp.Matrix([row.a * sp.cos(row.theta), row.a * sp.sin(row.theta), row.d])
 
     def frame_on_axis(self, joint: int) -> int:
-        """Return the number of the frame whose z axis is that of a joint, from 1."""
+        """Return the number of the frame whose z axis is the axis of a joint (counted from 1)."""
         return joint - 1
 
     def from_standard(self, frame: int) -> tuple[sp.Expr, sp.Expr]:
-        """Return alpha (rad) and a (m) of Rx(alpha) Tx(a), which leads from its frame to the standard one of a link."""
+        """Return alpha (rad) and a (m) of Rx(alpha) Tx(a), which leads from the convention's to the standard frame."""
         return sp.S.Zero, sp.S.Zero
 
     def frames_in_numbers(self, frames: np.ndarray, corners: np.ndarray, place: np.ndarray) -> np.ndarray:
-        """Return the poses of its frames, (…, n + 1, 4, 4), for those of the standard table.
+        """Convert numeric poses of the standard frames to those of the convention's frames, (…, n + 1, 4, 4).
 
-        `corners` (…, n, 3) are where link i bends from the axis of joint i into x_i, `place` (3) is where O_0 is drawn.
+        - `corners`: the points at which link i bends from the axis of joint i into x_i, (…, n, 3).
+        - `place`: the position of O_0, (3).
         """
         return frames
 
     def first_joints(self, count: int) -> "Chain":
-        """Return the arm of the first joints, with the origin of the frame after them as the point of interest."""
+        """Return the arm that consists of the first joints, with the origin of its last frame as point of interest."""
         return replace(self.chain, joints=self.chain.joints[:count], tool=None)
 
     # --- names ---
 
     def axis(self, joint: int | None = None, at_home: bool = False) -> str:
-        """Return the name of the axis of a joint; without a joint, that of a revolute joint i."""
+        """Return the name of a joint's axis; if no joint is given, the name of the axis of a revolute joint i."""
         return f"z_{{{self._index(joint)}}}"
 
     @property
     def prismatic_axis(self) -> str:
-        """The name of the axis of joint i if it is prismatic."""
+        """The name of the axis of a prismatic joint i."""
         return self.axis()
 
     def vector(self, joint: int | None = None) -> str:
@@ -162,24 +163,24 @@ class Convention:
         return self.frame_index if joint is None else str(self.frame_on_axis(joint))
 
     def start(self, joint: int, say: "Catalogue") -> str:
-        """Return the start of the vector from the axis of a joint to the point of interest."""
+        """Return the name of the point on a joint's axis at which the vector to the point of interest starts."""
         return f"$O_{{{self.frame_on_axis(joint)}}}$"
 
     def frame_of_all(self, say: "Catalogue") -> str:
-        """Return the frame in which everything is expressed."""
+        """Return the name of the frame in which everything is expressed."""
         return say.gettext("the base frame $O_0$") if self.base.is_world else say.gettext("the world frame")
 
     def place(self, frame: int) -> str | None:
-        """Return the name of the place where the origin of a standard frame is, as "O_2" or "P"; None without one."""
+        """Return the convention's name for the origin of a standard frame, such as "O_2" or "P", or None."""
         return f"O_{frame}"
 
     def origin(self, frame: int) -> str | None:
-        """Return the origin of a standard frame in words; None if it has no name."""
+        """Return the origin of a standard frame in words; None if the convention has no name for it."""
         name = self.place(frame)
         return "the point" if name == "P" else name and f"the origin {name.replace('_', '')}"
 
     def rename_origins(self, words: str) -> str:
-        """Return a statement with the convention's names for the origins of standard frames.
+        """Replace the origins of standard frames in a statement by the convention's names for them.
 
         >>> from qdot.exercises.arm.chain import Chain, Joint
         >>> from qdot.exercises.arm.conventions import REGISTRY
@@ -195,7 +196,7 @@ class Convention:
 
     @property
     def true_of_all(self) -> str:
-        """A statement that is true of every singular configuration of the arm."""
+        """A statement that is true at every singular configuration of the arm."""
         dependent = "rows" if self.chain.n > len(self.chain.task) else "columns"
         return f"the {dependent} of J are linearly dependent"
 
@@ -207,21 +208,21 @@ class Convention:
         return (*VELOCITIES[3:], *VELOCITIES[:3]) if self.is_omega_first else VELOCITIES
 
     def velocity_rows(self, rows: sp.Matrix) -> sp.Matrix:
-        """Return six rows, linear first, in that order; and, as it is its own inverse, the other way."""
+        """Reorder six rows, linear first, into the order of the arm's twists; applied twice, it changes nothing."""
         return rows[3:, :].col_join(rows[:3, :]) if self.is_omega_first else rows
 
     @property
     def twist_rows(self) -> list[int]:
-        """The positions of the components in a twist (omega, v), the order in which screws are derived.
+        """The indices that reorder a twist (omega, v), as screws are derived, into the order of the arm's twists.
 
-        As it is its own inverse, it leads back, too.
+        The same indices reorder it back.
         """
         return [0, 1, 2, 3, 4, 5] if self.is_omega_first else [3, 4, 5, 0, 1, 2]
 
     def twist(self, twists: sp.Matrix) -> sp.Matrix:
-        """Return twists (omega, v), 6 x n, in the order of the arm's twists."""
+        """Reorder twists (omega, v), 6 x n, into the order of the arm's twists."""
         return twists.extract(self.twist_rows, list(range(twists.cols)))
 
     def adjoint(self, adjoint: sp.Matrix) -> sp.Matrix:
-        """Return a 6 x 6 matrix for twists (omega, v) as one for the order of the arm's twists."""
+        """Reorder a 6 x 6 matrix for twists (omega, v) so that it applies to twists in the arm's order."""
         return adjoint.extract(self.twist_rows, self.twist_rows)

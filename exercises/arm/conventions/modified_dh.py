@@ -1,8 +1,8 @@
-"""Modified (proximal) Denavit-Hartenberg tables of Craig: frame i is on the axis of joint i, which moves it.
+"""The modified (proximal) Denavit-Hartenberg tables of Craig: z_i is the axis of joint i, which moves frame i.
 
-A row is Rx(alpha_{i-1}) Tx(a_{i-1}) Rz(theta_i) Tz(d_i). Rx and Tx commute and join the row before, so that both tables
-hold the same numbers: `alpha` and `a` of row i are those of row i + 1 of the other. What the last standard row has of
-them places P in the last frame.
+A row is Rx(alpha_{i-1}) Tx(a_{i-1}) Rz(theta_i) Tz(d_i). Rx and Tx commute, so they can be moved to the end of the row
+before. Therefore both tables hold the same numbers: `alpha` and `a` of row i of the standard table are those of row
+i + 1 of the modified table. `alpha` and `a` of the last standard row determine where P is in the last modified frame.
 """
 
 from collections.abc import Iterator
@@ -23,7 +23,7 @@ _T = TypeVar("_T")
 
 
 class ModifiedDh(Convention):
-    """`a` and `alpha` of a row come before its joint."""
+    """A modified table, in which `a` and `alpha` of a row come before its joint."""
 
     name, title = "modified-dh", "modified"
     aliases = ("craig", "mdh", "proximal")
@@ -36,7 +36,7 @@ class ModifiedDh(Convention):
     twisted_about = "x_{i-1}"
 
     def _table(self) -> "tuple[Base, list[Joint]]":
-        """Return base and rows: the first row contains the rotation of the base about x and its shift along x."""
+        """Return base and rows; the base's tilt about x, and its shift along x if possible, move into the first row."""
         base, joints = self.chain.base, self.chain.joints
         if base.yaw != 0 or any(base.position[1:]):
             left, before = replace(base, tilt=sp.S.Zero), (sp.S.Zero, base.tilt)
@@ -47,7 +47,7 @@ class ModifiedDh(Convention):
 
     @property
     def base(self) -> "Base":
-        """The pose of frame O_0 in the world: never tilted."""
+        """The pose of frame O_0 in the world; it is never tilted."""
         return self._table()[0]
 
     @property
@@ -57,7 +57,7 @@ class ModifiedDh(Convention):
 
     @property
     def point(self) -> "Point":
-        """The point of interest in the frame on its link."""
+        """The point of interest, in coordinates of the modified frame on its link."""
         point, (alpha, a) = self.chain.point, self.from_standard(self.chain.point.frame)
         c, s, (x, y, z) = sp.cos(alpha), sp.sin(alpha), point.offset
         return replace(point, offset=(a + x, c * y - s * z, s * y + c * z))
@@ -69,7 +69,7 @@ class ModifiedDh(Convention):
 
     @staticmethod
     def steps(row: "Joint | Row") -> "Iterator[tuple[str, sp.Expr, sp.Expr]]":
-        """Yield the steps of a row: along x before the joint, then along its z axis."""
+        """Yield the two screw motions of a row: along and about x, then along and about the joint's z axis."""
         yield "x", row.alpha, row.a
         yield "z", row.theta, row.d
 
@@ -78,19 +78,19 @@ class ModifiedDh(Convention):
         return sp.Matrix([row.a, -row.d * sp.sin(row.alpha), row.d * sp.cos(row.alpha)])
 
     def frame_on_axis(self, joint: int) -> int:
-        """Return the number of the frame that a joint moves, from 1."""
+        """Return the number of the frame that a joint (counted from 1) moves, which is the joint's own number."""
         return joint
 
     def from_standard(self, frame: int) -> tuple[sp.Expr, sp.Expr]:
-        """Return alpha (rad) and a (m) of the link, which come after its modified frame."""
+        """Return alpha (rad) and a (m) of the link, the step from its modified frame to its standard frame."""
         link = self.chain.joints[frame - 1] if frame else self.rows[0]
         return link.alpha, link.a
 
     def frames_in_numbers(self, frames: np.ndarray, corners: np.ndarray, place: np.ndarray) -> np.ndarray:
-        """Return the poses of its frames, (…, n + 1, 4, 4), for those of the standard table.
+        """Convert numeric poses of the standard frames to those of the modified frames, (…, n + 1, 4, 4).
 
-        Frame i has x_i of the standard one, z along the axis of joint i, and its origin in corner i-1. Frame 0 is
-        upright, at `place`: a rotation about x_0 before joint 1, and a shift along it, belong to the first row.
+        Frame i has the x axis of standard frame i, the axis of joint i as its z axis, and corner i-1 as its origin.
+        Frame 0 is upright, at `place`: rotations about x_0 and shifts along x_0 before joint 1 belong to the first row.
         """
         poses = np.array(frames)
         poses[..., 1:, :3, 2] = frames[..., :-1, :3, 2]
@@ -100,13 +100,13 @@ class ModifiedDh(Convention):
         return poses
 
     def first_joints(self, count: int) -> "Chain":
-        """Return the arm of the first joints; its last frame is before the length and the twist of its link."""
+        """Return the arm that consists of the first joints; its last row has neither `a` nor `alpha`."""
         first = super().first_joints(count)
         last = [replace(joint, a=sp.S.Zero, alpha=sp.S.Zero) for joint in first.joints[-1:]]
         return replace(first, joints=(*first.joints[:-1], *last))
 
     def place(self, frame: int) -> str | None:
-        """Return the name of the place of a standard origin; None if no frame of the modified table is there."""
+        """Return the name of a standard origin; None if neither P nor a modified frame's origin is always there."""
         chain = self.chain
         if frame < chain.n and (chain.joints[frame].kind, chain.joints[frame].d) == ("R", 0):
             return f"O_{frame + 1}"

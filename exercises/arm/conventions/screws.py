@@ -1,7 +1,8 @@
-"""Screws: the joint axes at home, in the space frame; the links have no frames.
+"""The convention of screws: an arm is described by its joint axes at home in the space frame, without link frames.
 
-An axis at home has no prime, as omega_i, and an axis that the joints before it have moved has one. Twists are (omega,
-v), or (v, omega) by the arm's `twist_order`. Results are derived from the standard table, which is not shown.
+A prime marks an axis that earlier joints have moved: omega_i is an axis at home, omega_i' a moved one. Twists are
+(omega, v) or (v, omega), depending on the arm's `twist_order`. Results are derived from the standard table, which
+students do not see.
 """
 
 from typing import TYPE_CHECKING, ClassVar
@@ -13,32 +14,32 @@ if TYPE_CHECKING:
 
 
 class Screws(Convention):
-    """Axes have the directions omega_i or v_i, and go through the points q_i."""
+    """Screws: joint axes with the directions omega_i (revolute) or v_i (prismatic), through the points q_i."""
 
     name, title = "screws", "axes"
     aliases = ("axes", "twists", "poe", "lynch-park", "product-of-exponentials")
     has = frozenset({SCREWS})
     twist_orders: ClassVar[tuple[str, ...]] = ("omega-v", "v-omega")  # of Lynch and Park, and of Murray, Li and Sastry
-    joint_keys = ("kind", "axis", "point")  # no point on an axis along which a joint slides
+    joint_keys = ("kind", "axis", "point")  # a prismatic joint has no point
     caption = "Joint axes at home"
     frame_index = ""
 
     @property
     def is_omega_first(self) -> bool:
-        """Whether the angular velocity comes first, as usual."""
+        """Whether the angular velocity comes first in twists, which is the default."""
         return self.chain.twist_order == self.twist_orders[0]
 
     def _is_prismatic(self, joint: int) -> bool:
         return self.chain.joints[joint - 1].kind == "P"
 
     def axis(self, joint: int | None = None, at_home: bool = False) -> str:
-        """Return the direction of an axis, with a prime unless it is at home."""
+        """Return the name of an axis direction, with a prime unless the axis is at home."""
         letter = "v" if joint is not None and self._is_prismatic(joint) else r"\omega"
         return f"{letter}_{{{joint or 'i'}}}{'' if at_home else chr(39)}"
 
     @property
     def prismatic_axis(self) -> str:
-        """The name of the axis of joint i if it is prismatic."""
+        """The name of the axis of a prismatic joint i."""
         return "v_{i}'"
 
     @property
@@ -55,11 +56,11 @@ class Screws(Convention):
         return f"{'v' if self._is_prismatic(joint) else 'omega'}{joint}"
 
     def start(self, joint: int, say: "Catalogue") -> str:
-        """Return the start of the vector from the axis of a joint to the point of interest."""
+        """Return the name of the point on a joint's axis at which the vector to the point of interest starts."""
         return say.gettext("a point on the axis")
 
     def frame_of_all(self, say: "Catalogue") -> str:
-        """Return the frame in which everything is expressed."""
+        """Return the name of the frame in which everything is expressed."""
         return say.gettext("the space frame {s}")
 
     def place(self, frame: int) -> str | None:
@@ -67,5 +68,5 @@ class Screws(Convention):
         return None
 
     def origin(self, frame: int) -> str | None:
-        """Return the point on the axis of the next joint, if this is revolute."""
+        """Return the name of the point on the axis of the next joint; None if that joint is prismatic."""
         return f"q{frame + 1}'" if frame < self.chain.n and not self._is_prismatic(frame + 1) else None
