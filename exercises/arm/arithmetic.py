@@ -66,11 +66,11 @@ class Numbers:
 
     def table_entry(self, expression: sp.Expr) -> np.ndarray:
         """Return the value of a table entry, followed by its value with each joint moved by one step, (N, n + 1)."""
-        known = self._stepped.get(expression)
-        if known is None:
-            known = self._stepped[expression] = self._evaluate(expression)
-            known.flags.writeable = False
-        return known
+        stepped = self._stepped.get(expression)
+        if stepped is None:
+            stepped = self._stepped[expression] = self._evaluate(expression)
+            stepped.flags.writeable = False
+        return stepped
 
     def _evaluate(self, expression: sp.Expr) -> np.ndarray:
         shape = (self.count, len(self._joints) + 1)
@@ -79,10 +79,10 @@ class Numbers:
 
     def _steps(self, name: str) -> np.ndarray:
         """Return the values (N, n + 1) of a symbol: unchanged, then with each joint moved by one imaginary step."""
-        out = np.repeat(self._values[name].astype(complex)[:, None], len(self._joints) + 1, axis=1)
+        stepped = np.repeat(self._values[name].astype(complex)[:, None], len(self._joints) + 1, axis=1)
         if name in self._joints:
-            out[:, 1 + self._joints.index(name)] += STEP * 1j
-        return out
+            stepped[:, 1 + self._joints.index(name)] += STEP * 1j
+        return stepped
 
     def symbol_value(self, name: str) -> np.ndarray:
         """Return the value of a symbol, (N,)."""
@@ -139,7 +139,7 @@ class _Exact:
 
     def slopes(self, stepped: np.ndarray) -> np.ndarray:
         """Return the derivatives."""
-        return np.stack([slope(stepped) for slope in self._slopes])
+        return np.stack([differentiate(stepped) for differentiate in self._slopes])
 
 
 class Formulas(_Exact):
@@ -231,10 +231,10 @@ class Trees(_Exact):
 
 
 def _slope(name: str, term: Term) -> Term:
-    slope = algebra.derivative(term.node, name)
-    if slope is None:
+    derivative = algebra.derivative(term.node, name)
+    if derivative is None:
         raise ReadError("it has no derivative")
-    return Term(slope)
+    return Term(derivative)
 
 
 # --- vectors and matrices, along the first axes ---
@@ -265,17 +265,17 @@ def determinant(a: np.ndarray, sign: int = -1) -> np.ndarray:
     """
     if len(a) >= MANY and a.dtype != object and sign == -1:
         return np.asarray(np.linalg.det(np.moveaxis(a, -1, 0)))
-    known: dict[tuple[int, ...], np.ndarray] = {}
+    minors_by_columns: dict[tuple[int, ...], np.ndarray] = {}
 
     def minor(columns: tuple[int, ...]) -> np.ndarray:
         row = len(a) - len(columns)
         if len(columns) == 1:
             return np.asarray(a[row, columns[0]])
-        if columns not in known:
-            known[columns] = sum(
+        if columns not in minors_by_columns:
+            minors_by_columns[columns] = sum(
                 sign**k * a[row, c] * minor(columns[:k] + columns[k + 1 :]) for k, c in enumerate(columns)
             )
-        return known[columns]
+        return minors_by_columns[columns]
 
     return minor(tuple(range(len(a))))
 

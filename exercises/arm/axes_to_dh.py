@@ -98,11 +98,16 @@ def table_of_axes(axes: Sequence[Axis], point: sp.Matrix) -> tuple[Base, tuple[J
     base, _ = base_at(table_frame.frame)
     joints, tool = [], None
     for number, axis in enumerate(axes, 1):
-        before, along = table_frame, table_frame.frame.rotation[:, 2]
-        step, table_frame = _next_row(before, axes[number] if number < len(axes) else Axis("", along, point))
+        previous_frame, last_direction = table_frame, table_frame.frame.rotation[:, 2]
+        step, table_frame = _next_row(
+            previous_frame, axes[number] if number < len(axes) else Axis("", last_direction, point)
+        )
         if number == len(axes) and not (12 * step.theta / sp.pi).is_Integer:
-            x, y, z = _evaluate_matrix(before.frame.rotation.T * (point - before.frame.origin))
-            step, tool = Joint("P", -before.turn, 0, 0, 0), Point(number, (to_exact(x), to_exact(y), to_exact(z)))
+            x, y, z = _evaluate_matrix(previous_frame.frame.rotation.T * (point - previous_frame.frame.origin))
+            step, tool = (
+                Joint("P", -previous_frame.turn, 0, 0, 0),
+                Point(number, (to_exact(x), to_exact(y), to_exact(z))),
+            )
         if axis.kind == "R":
             joints.append(Joint("R", sp.Symbol(f"theta{number}") + step.theta, step.d, step.a, step.alpha))
         else:
@@ -113,11 +118,11 @@ def table_of_axes(axes: Sequence[Axis], point: sp.Matrix) -> tuple[Base, tuple[J
 def _base_frame(axis: Axis) -> Pose:
     """Return frame 0: its origin is the first axis's point nearest to the world's origin, and x_0 is horizontal."""
     z, up = axis.direction, sp.Matrix([0, 0, 1])
-    level = up.cross(z)
-    if _is_zero_vector(level):
+    horizontal = up.cross(z)
+    if _is_zero_vector(horizontal):
         x = sp.Matrix([1, 0, 0])
     else:
-        x = level / level.norm()
+        x = horizontal / horizontal.norm()
         if sp.N(x[0]) < -NEAR or (is_zero(x[0]) and sp.N(x[1]) < 0):
             x = -x
     origin = sp.zeros(3, 1) if axis.kind == "P" else axis.point - axis.point.dot(z) * z
@@ -138,30 +143,32 @@ class _TableFrame:
 
 def _next_row(table_frame: _TableFrame, following: Axis) -> tuple[Joint, _TableFrame]:
     """Return one row of the table, without its variable, and the frame after it, whose z lies along `following`."""
-    frame, ahead, turn = table_frame.frame, following.direction, sp.S.Zero
+    frame, next_direction, turn = table_frame.frame, following.direction, sp.S.Zero
     x, z = frame.rotation[:, 0], frame.rotation[:, 2]
-    gap, normal = _evaluate_matrix(following.point - frame.origin), _evaluate_matrix(z.cross(ahead))
+    to_next_point, normal = _evaluate_matrix(following.point - frame.origin), _evaluate_matrix(z.cross(next_direction))
     if following.kind == "P":
-        gap = sp.zeros(3, 1)
+        to_next_point = sp.zeros(3, 1)
     if _is_zero_vector(normal):
-        aside = _evaluate_matrix(gap - gap.dot(z) * z)
-        d = to_exact(gap.dot(z)) if not following.kind else sp.S.Zero
-        turned, a, turn = (
-            (x, sp.S.Zero, table_frame.turn) if _is_zero_vector(aside) else _direction_and_length(aside, x, z.cross(x))
+        offset = _evaluate_matrix(to_next_point - to_next_point.dot(z) * z)
+        d = to_exact(to_next_point.dot(z)) if not following.kind else sp.S.Zero
+        next_x, a, turn = (
+            (x, sp.S.Zero, table_frame.turn)
+            if _is_zero_vector(offset)
+            else _direction_and_length(offset, x, z.cross(x))
         )
     else:
-        turned = _evaluate_matrix(normal / normal.norm())
-        a = evaluate_entry(gap.dot(turned))
-        d = to_exact((gap - a * turned).cross(ahead).dot(normal) / normal.dot(normal))
-        if _is_negative(a) or (is_zero(a) and sp.N(x.dot(turned)) < -NEAR):
-            turned, a = -turned, -a
+        next_x = _evaluate_matrix(normal / normal.norm())
+        a = evaluate_entry(to_next_point.dot(next_x))
+        d = to_exact((to_next_point - a * next_x).cross(next_direction).dot(normal) / normal.dot(normal))
+        if _is_negative(a) or (is_zero(a) and sp.N(x.dot(next_x)) < -NEAR):
+            next_x, a = -next_x, -a
         a = to_exact(a)
-        aside = a * turned
-    theta = angle_of(x.dot(turned), z.dot(x.cross(turned))) + turn - table_frame.turn
-    alpha = angle_of(z.dot(ahead), turned.dot(z.cross(ahead)))
-    origin = _evaluate_matrix(frame.origin + d * z + aside)
-    behind = Pose(_evaluate_matrix(sp.Matrix.hstack(turned, ahead.cross(turned), ahead)), origin)
-    return Joint("P", theta, d, a, alpha), _TableFrame(behind, turn if alpha == 0 else -turn)
+        offset = a * next_x
+    theta = angle_of(x.dot(next_x), z.dot(x.cross(next_x))) + turn - table_frame.turn
+    alpha = angle_of(z.dot(next_direction), next_x.dot(z.cross(next_direction)))
+    origin = _evaluate_matrix(frame.origin + d * z + offset)
+    next_pose = Pose(_evaluate_matrix(sp.Matrix.hstack(next_x, next_direction.cross(next_x), next_direction)), origin)
+    return Joint("P", theta, d, a, alpha), _TableFrame(next_pose, turn if alpha == 0 else -turn)
 
 
 def _direction_and_length(vector: sp.Matrix, x: sp.Matrix, y: sp.Matrix) -> tuple[sp.Matrix, sp.Expr, sp.Expr]:

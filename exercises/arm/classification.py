@@ -82,12 +82,14 @@ def _samples(chain: Chain, condition: str, seed: str, arms: int, each: int) -> t
     samples_by_arm: list[list[Sample]] = [[] for _ in range(arms)]
     slides = any(joint.kind == "P" for joint in chain.joints)
     # an arm may be at the boundary with extended prismatic joints, but not with retracted ones
-    for first, role in ((0, "signed"), (1, "travel")) if slides else ((0, "signed"),):
-        stream = Stream(f"{seed}/{condition}/{first}")
-        numbers = range(first, arms, 2 if slides else 1)
-        values = [_sample_distinct_lengths(chain, stream) for _ in numbers]
+    for first_arm, role in ((0, "signed"), (1, "travel")) if slides else ((0, "signed"),):
+        stream = Stream(f"{seed}/{condition}/{first_arm}")
+        arm_numbers = range(first_arm, arms, 2 if slides else 1)
+        values = [_sample_distinct_lengths(chain, stream) for _ in arm_numbers]
         for piece in parse_pieces(read(condition), [q.name for q in chain.q]) if values else ():
-            for number, samples in zip(numbers, _configurations(chain, piece, values, role, stream, each), strict=True):
+            for number, samples in zip(
+                arm_numbers, _configurations(chain, piece, values, role, stream, each), strict=True
+            ):
                 samples_by_arm[number] += samples
     return tuple(sample for samples in samples_by_arm for sample in samples)
 
@@ -95,13 +97,13 @@ def _samples(chain: Chain, condition: str, seed: str, arms: int, each: int) -> t
 def _sample_distinct_lengths(chain: Chain, stream: Stream) -> dict[str, float]:
     """Sample the symbolic lengths, none of them close to another length, because equal lengths are a special case."""
     fixed_lengths = [joint.a for joint in chain.joints] + [j.d for j in chain.joints if j.kind == "R"]
-    taken = [abs(float(length)) for length in fixed_lengths if length.is_number]
+    used_lengths = [abs(float(length)) for length in fixed_lengths if length.is_number]
     values = {}
     for symbol in chain.parameters:
         candidates = [round(0.4 * 3.5 ** stream.uniform(0, 1), 3) for _ in range(5)]
-        value = next((v for v in candidates if all(abs(v - length) > 0.01 for length in taken)), candidates[-1])
+        value = next((v for v in candidates if all(abs(v - length) > 0.01 for length in used_lengths)), candidates[-1])
         values[symbol.name] = value
-        taken.append(value)
+        used_lengths.append(value)
     return values
 
 
@@ -113,12 +115,12 @@ def _configurations(
     count = 3 * each
     roles = {name: np.repeat([value[name] for value in values], count) for name in lengths}
     space = Space(joints, domain_of(chain, {**roles, _ARM: np.repeat(np.arange(len(values)), count)}, role))
-    there = space.on_piece(piece, {*space.names_of([[piece]]), _ARM}, stream, count=count * len(values))
-    columns = np.array([there[joint] for joint in joints]).T
+    solution_values = space.on_piece(piece, {*space.names_of([[piece]]), _ARM}, stream, count=count * len(values))
+    configurations = np.array([solution_values[joint] for joint in joints]).T
     samples = []
     for number, value in enumerate(values):
         arm = NumericChain(chain, value)
-        samples.append([Sample(arm, q) for q in columns[there[_ARM] == number][:each]])
+        samples.append([Sample(arm, q) for q in configurations[solution_values[_ARM] == number][:each]])
     return samples
 
 
@@ -130,9 +132,9 @@ def classify(chain: Chain, component: Component) -> Kind:
     for the normalized arm, once for all arms that share it.
     """
     arm, conditions = normalize_arm(chain), tuple(normalized_pieces(chain, component))
-    general, known = generalize(chain)
-    if all(condition in known for condition in conditions):
-        kind = _kind_for_all_lengths(general, tuple(known[condition] for condition in conditions))
+    general, general_conditions = generalize(chain)
+    if all(condition in general_conditions for condition in conditions):
+        kind = _kind_for_all_lengths(general, tuple(general_conditions[condition] for condition in conditions))
         if kind is not None:
             return kind if kind.uniform or not kind.kind else replace(kind, **_kind_of(arm, conditions))
     return classify_conditions(arm, conditions)
@@ -146,9 +148,9 @@ def generalize(chain: Chain) -> tuple[Chain, Mapping[str, str]]:
     are related, for example equal.
     """
     general, lengths = with_open_lengths(chain)
-    counted = [value for symbol, value in lengths.items() if symbol in normalize_arm(general).parameters]
+    relevant_lengths = [value for symbol, value in lengths.items() if symbol in normalize_arm(general).parameters]
     general_pieces = {}
-    for component in singular_set(general) or () if counted and are_unrelated(counted) else ():
+    for component in singular_set(general) or () if relevant_lengths and are_unrelated(relevant_lengths) else ():
         for part in [component.at(values) for values in component.value_combinations()] or [component]:
             (piece,) = normalized_pieces(general, part)
             (arm_piece,) = normalized_pieces(normalize_arm(chain), _substitute_lengths(part, lengths))

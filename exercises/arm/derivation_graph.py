@@ -106,8 +106,8 @@ class Working:
 
     def without(self, stage: str) -> "Working":
         """Return the same working without the changes of a stage."""
-        kept = tuple((name, change) for name, change in self.changes if name != stage)
-        return Working(self.chain, self.arithmetic, kept, _turns=self._turns)
+        remaining_changes = tuple((name, change) for name, change in self.changes if name != stage)
+        return Working(self.chain, self.arithmetic, remaining_changes, _turns=self._turns)
 
     def turn(self, row: TableRow) -> np.ndarray:
         """Return the rotation Rz Rx of a row of the table; it is cached for the same angle objects."""
@@ -126,8 +126,8 @@ class Working:
 
     def depends_on(self, stage: str) -> bool:
         """Return whether any result computed so far depends on a stage, including results of `up_to`."""
-        known = {name for w in (self, *self._first.values()) for name in w._known}
-        return any(stage == name or stage in prerequisites(name) for name in known)
+        computed_stages = {name for w in (self, *self._first.values()) for name in w._known}
+        return any(stage == name or stage in prerequisites(name) for name in computed_stages)
 
     def jacobians(self) -> list[np.ndarray]:
         """Return the Jacobians that have been computed so far, including those of `up_to`."""
@@ -163,12 +163,17 @@ def formulas(chain: Chain) -> Working:
 
 
 def _table(w: Working) -> Table:
-    chain, to = w.chain, w.arithmetic.table_entry
+    chain, to_stepped = w.chain, w.arithmetic.table_entry
     rows = tuple(
-        TableRow(joint.kind, to(joint.theta), to(joint.d), to(joint.a), to(joint.alpha)) for joint in chain.joints
+        TableRow(joint.kind, to_stepped(joint.theta), to_stepped(joint.d), to_stepped(joint.a), to_stepped(joint.alpha))
+        for joint in chain.joints
     )
-    base = (np.stack([to(value) for value in chain.base.position]), to(chain.base.yaw), to(chain.base.tilt))
-    return Table(rows, base, np.stack([to(value) for value in chain.point.offset]))
+    base = (
+        np.stack([to_stepped(value) for value in chain.base.position]),
+        to_stepped(chain.base.yaw),
+        to_stepped(chain.base.tilt),
+    )
+    return Table(rows, base, np.stack([to_stepped(value) for value in chain.point.offset]))
 
 
 def turn_z(w: Working, angle: np.ndarray) -> np.ndarray:

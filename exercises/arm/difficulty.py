@@ -23,8 +23,8 @@ def difficulty(chain: Chain) -> int:
     origin. Example 6.3 has 15 + 8 + 8 = 31.
     """
     factors = {condition for component in singular_set(chain) or () for condition in component.conditions}
-    tying = sum(len(factor.free_symbols & set(chain.q)) > 1 for factor in factors)
-    return _terms(chain) + 4 * len(factors) + 8 * tying + _count_deviations(chain)
+    coupled = sum(len(factor.free_symbols & set(chain.q)) > 1 for factor in factors)
+    return _terms(chain) + 4 * len(factors) + 8 * coupled + _count_deviations(chain)
 
 
 def _terms(chain: Chain) -> int:

@@ -31,10 +31,10 @@ SHORT = 8
 def clear_rank(jacobian: np.ndarray, clear: float = CLEAR) -> int | None:
     """Return the rank of a matrix; None if a singular value is neither clearly zero nor clearly nonzero."""
     sigma = np.linalg.svd(jacobian, compute_uv=False)
-    share = sigma / max(float(sigma[0]), 1e-12)
-    if np.any((share > ZERO) & (share < clear)):
+    relative_values = sigma / max(float(sigma[0]), 1e-12)
+    if np.any((relative_values > ZERO) & (relative_values < clear)):
         return None
-    return int(np.sum(share >= clear))
+    return int(np.sum(relative_values >= clear))
 
 
 def lost_direction(jacobian: np.ndarray, clear: float = CLEAR) -> np.ndarray | None:
@@ -75,18 +75,18 @@ def lost_formula(generic: Chain, component: Component) -> LostFormula | None:
     if component.solutions is None:
         return None
     for condition, (joint, (value, *_)) in zip(component.conditions, component.solutions, strict=True):
-        placed = _jacobian_at_value(jacobian, condition, joint, value, scale)
-        if placed is None:
+        substituted = _jacobian_at_value(jacobian, condition, joint, value, scale)
+        if substituted is None:
             return None
-        jacobian = placed
-    shown = None if any(entry.has(scale) for entry in jacobian) else jacobian.applyfunc(textbook)
+        jacobian = substituted
+    shown_jacobian = None if any(entry.has(scale) for entry in jacobian) else jacobian.applyfunc(textbook)
     formulas = [
-        LostFormula(direction, tuple(j + 1 for j in columns), shown)
+        LostFormula(direction, tuple(j + 1 for j in columns), shown_jacobian)
         for columns in combinations(range(jacobian.cols), jacobian.rows - 1)
         if (direction := _cofactors(jacobian[:, list(columns)])) is not None and not direction.has(scale)
     ]
-    best = min(formulas, key=lambda lost: (_terms(lost.direction), sp.count_ops(lost.direction)), default=None)
-    return best if best is not None and _terms(best.direction) <= SHORT else None
+    shortest = min(formulas, key=lambda lost: (_terms(lost.direction), sp.count_ops(lost.direction)), default=None)
+    return shortest if shortest is not None and _terms(shortest.direction) <= SHORT else None
 
 
 def _terms(vector: sp.Matrix) -> int:
@@ -149,12 +149,16 @@ def _cofactors(columns: sp.Matrix) -> sp.Matrix | None:
 
 def _cancel_common_factors(entries: Sequence[Factored]) -> list[Factored]:
     """Divide entries by their common factors, and change all signs if most entries are negative."""
-    others = [dict(entry.factors) for entry in entries if not entry.is_zero]
-    shared = {f: min(powers.get(f, 0) for powers in others) for f in others[0]}
-    numbers = [entry.coefficient for entry in entries if not entry.is_zero]
-    size = sp.Rational(sp.igcd(0, *(abs(c.p) for c in numbers)), sp.ilcm(1, *(c.q for c in numbers)))
-    sign = -1 if sum(1 if c > 0 else -1 for c in numbers) < 0 else 1
-    common = Factored(sp.Rational(sign * size), tuple((f, power) for f, power in shared.items() if power))
+    factor_powers = [dict(entry.factors) for entry in entries if not entry.is_zero]
+    common_powers = {f: min(powers.get(f, 0) for powers in factor_powers) for f in factor_powers[0]}
+    coefficients = [entry.coefficient for entry in entries if not entry.is_zero]
+    common_coefficient = sp.Rational(
+        sp.igcd(0, *(abs(c.p) for c in coefficients)), sp.ilcm(1, *(c.q for c in coefficients))
+    )
+    sign = -1 if sum(1 if c > 0 else -1 for c in coefficients) < 0 else 1
+    common = Factored(
+        sp.Rational(sign * common_coefficient), tuple((f, power) for f, power in common_powers.items() if power)
+    )
     return [entry if entry.is_zero else entry.over(common) for entry in entries]
 
 
@@ -215,13 +219,13 @@ def directions(lines: Sequence[Line], samples: Sequence[Sample]) -> np.ndarray:
     """Return unit vectors along lines at configurations, (lines, samples, 3); NaN if a line has no direction."""
     vectors = np.empty((len(lines), len(samples), 3))
     for k, sample in enumerate(samples):
-        standard = sample.arm.frames(sample.q)
-        frames, point = sample.arm.convention_frames(standard), sample.arm.point_of(standard)
+        standard_frames = sample.arm.frames(sample.q)
+        frames, point = sample.arm.convention_frames(standard_frames), sample.arm.point_of(standard_frames)
         for i, line in enumerate(lines):
             if line.kind in ("world", "space"):
                 vector = np.eye(3)[line.index]
             elif line.kind in ("omega", "v", "axis"):
-                vector = standard[line.index - 1, :3, 2]
+                vector = standard_frames[line.index - 1, :3, 2]
             elif line.kind == "P":
                 vector = point - frames[line.index, :3, 3]
             else:

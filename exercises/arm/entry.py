@@ -92,10 +92,10 @@ def _formula(text: str, is_angle: bool) -> sp.Expr:
     _check_products(text)
     if re.fullmatch(r"\s*[-+]?\d*,\d+\s*", text):
         raise QdotError(f"decimals have a point; write {text.strip().replace(',', '.')}")
-    short = re.search(r"\b[csCS]_?\d{1,4}\b", text)
-    if short:
+    abbreviation = re.search(r"\b[csCS]_?\d{1,4}\b", text)
+    if abbreviation:
         raise QdotError(
-            f"{short.group()} is short for a sine or cosine in answers; give it another name, as in a1 or h"
+            f"{abbreviation.group()} is short for a sine or cosine in answers; give it another name, as in a1 or h"
         )
     try:
         return to_sympy(read(text))
@@ -161,8 +161,8 @@ def doubt(value: sp.Expr) -> str | None:
 
 def check_role(value: sp.Expr, is_angle: bool) -> None:
     """Refuse a length where an angle is expected, and the reverse; for example, two columns may have been swapped."""
-    bare = value.xreplace(dict.fromkeys(value.atoms(sp.Function), sp.S.One))  # atan2(a1, d1) is an angle
-    for symbol in sorted(bare.free_symbols, key=str):
+    outside_functions = value.xreplace(dict.fromkeys(value.atoms(sp.Function), sp.S.One))  # atan2(a1, d1) is an angle
+    for symbol in sorted(outside_functions.free_symbols, key=str):
         letters = symbol.name.rstrip("0123456789")
         if letters == "theta":
             raise QdotError(
@@ -172,7 +172,7 @@ def check_role(value: sp.Expr, is_angle: bool) -> None:
             raise QdotError(f"{symbol} names a length; call an angle alpha or beta, as in alpha1")
         if not is_angle and letters in _ANGLES:
             raise QdotError(f"{symbol} names an angle; a length has a name such as a1, d1 or h")
-    if not is_angle and bare.has(sp.pi):
+    if not is_angle and outside_functions.has(sp.pi):
         raise QdotError("pi makes an angle; lengths are in metres")
 
 
@@ -181,18 +181,23 @@ def check_role(value: sp.Expr, is_angle: bool) -> None:
 
 def _check_products(text: str) -> None:
     """Refuse a product without `*`, such as "a1 b2", which is ambiguous; a number may precede a symbol or bracket."""
-    written, places = text, []
+    corrected_text, product_positions = text, []
     tokens = list(_TOKEN.finditer(text))
     for first, second in itertools.pairwise(tokens):
-        ends = first.lastgroup == "number" or first.group() == ")" or _is_symbol(first)
-        starts = second.lastgroup in ("number", "name") or second.group() == "("
-        called = first.lastgroup == "name" and second.group() == "("
-        if ends and starts and not called and (first.lastgroup != "number" or second.lastgroup == "number"):
-            places.append((first.end(), second.start()))
-    for end, start in reversed(places):
-        written = f"{written[:end]}*{written[start:]}"
-    if places:
-        raise QdotError(f'a product is written with *; is "{written}" meant?')
+        can_end_factor = first.lastgroup == "number" or first.group() == ")" or _is_symbol(first)
+        can_start_factor = second.lastgroup in ("number", "name") or second.group() == "("
+        is_call = first.lastgroup == "name" and second.group() == "("
+        if (
+            can_end_factor
+            and can_start_factor
+            and not is_call
+            and (first.lastgroup != "number" or second.lastgroup == "number")
+        ):
+            product_positions.append((first.end(), second.start()))
+    for end, start in reversed(product_positions):
+        corrected_text = f"{corrected_text[:end]}*{corrected_text[start:]}"
+    if product_positions:
+        raise QdotError(f'a product is written with *; is "{corrected_text}" meant?')
 
 
 def _is_symbol(token: re.Match[str]) -> bool:
@@ -212,12 +217,12 @@ def to_sympy(node: Node) -> sp.Expr:
     if node.kind == "^":
         return _power(*(to_sympy(arg) for arg in node.args))
     if node.kind in ("+", "-", "*", "/"):
-        left, right = (to_sympy(arg) for arg in node.args)
-        if node.kind == "/" and right == 0:
+        first_operand, second_operand = (to_sympy(arg) for arg in node.args)
+        if node.kind == "/" and second_operand == 0:
             raise ReadError("a division by zero")
-        return _OPERATIONS[node.kind](left, right)
-    what = f"the function {node.value!r}" if node.kind == "call" else f"a {node.kind}"
-    raise ReadError(f"{what} can't stand in a DH table")
+        return _OPERATIONS[node.kind](first_operand, second_operand)
+    subject = f"the function {node.value!r}" if node.kind == "call" else f"a {node.kind}"
+    raise ReadError(f"{subject} can't stand in a DH table")
 
 
 def _symbol(name: str) -> sp.Expr:

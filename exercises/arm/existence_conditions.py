@@ -37,15 +37,15 @@ def need_of(condition: sp.Expr, chain: Chain) -> Need | None:
     '`a1 + a2*cos(theta2) = 0` can hold only where `a1 <= a2`'
     """
     try:
-        waves = fourier(sp.expand(condition))
+        form = fourier(sp.expand(condition))
     except ValueError:
         return None
-    slides = {q for q, joint in zip(chain.q, chain.joints, strict=True) if joint.kind == "P"}
-    constant_key = (0,) * len(waves.angles)
-    constant = waves.terms.get(constant_key, (sp.S.Zero, sp.S.Zero))[0]
-    pairs = [pair for key, pair in waves.terms.items() if key != constant_key]
-    keys = sp.Matrix([key for key in waves.terms if key != constant_key])
-    if constant == 0 or not pairs or keys.rank() < len(pairs) or condition.free_symbols & slides:
+    prismatic_variables = {q for q, joint in zip(chain.q, chain.joints, strict=True) if joint.kind == "P"}
+    constant_key = (0,) * len(form.angles)
+    constant = form.terms.get(constant_key, (sp.S.Zero, sp.S.Zero))[0]
+    pairs = [pair for key, pair in form.terms.items() if key != constant_key]
+    keys = sp.Matrix([key for key in form.terms if key != constant_key])
+    if constant == 0 or not pairs or keys.rank() < len(pairs) or condition.free_symbols & prismatic_variables:
         return None
     amplitudes = [_size(c, s) for c, s in pairs]
     magnitude = _positive(constant)

@@ -60,12 +60,12 @@ def drop_implied(
     conditions: Sequence[sp.Expr], joints: Sequence[sp.Symbol], most_zeros: int = MOST_ZEROS
 ) -> tuple[sp.Expr, ...]:
     """Return conditions without those that follow from the others; the longest is dropped first."""
-    kept = list(conditions)
+    remaining = list(conditions)
     for condition in sorted(conditions, key=sp.count_ops, reverse=True):
-        rest = [candidate for candidate in kept if candidate != condition]
-        if len(rest) > 1 and follows(condition, rest, joints, most_zeros):
-            kept = rest
-    return tuple(kept)
+        others = [candidate for candidate in remaining if candidate != condition]
+        if len(others) > 1 and follows(condition, others, joints, most_zeros):
+            remaining = others
+    return tuple(remaining)
 
 
 def _may_vanish(polynomials: Sequence[sp.Expr], circles: Sequence[Pair], prime: int, most_zeros: int) -> bool:

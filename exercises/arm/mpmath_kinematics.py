@@ -45,10 +45,10 @@ class PreciseArm:
 
     def place(self, q: Sequence[Any]) -> tuple[Vector, list[Vector]]:
         """Return the point of interest (3, m), and the 6 x n Jacobian as rows, at joint values q."""
-        unit, zero = self.context.one, self.context.zero
+        one, zero = self.context.one, self.context.zero
         cos_yaw, sin_yaw, cos_tilt, sin_tilt = self._base
-        x, y = _rotate([unit, zero, zero], [zero, unit, zero], cos_yaw, sin_yaw)
-        y, z = _rotate(y, [zero, zero, unit], cos_tilt, sin_tilt)
+        x, y = _rotate([one, zero, zero], [zero, one, zero], cos_yaw, sin_yaw)
+        y, z = _rotate(y, [zero, zero, one], cos_tilt, sin_tilt)
         point = origin = self._origin
         axes: list[Vector] = []
         origins: list[Vector] = []
@@ -81,12 +81,12 @@ class PreciseArm:
 
     def _column(self, i: int, z: Vector, point: Vector, origin: Vector) -> Vector:
         """Return the column of the Jacobian for joint i (from 0), whose axis has direction z and contains `origin`."""
-        still = [self.context.zero] * 3
+        zero_vector = [self.context.zero] * 3
         if not self.revolute[i]:
-            return [*(z if i < self._frame else still), *still]
+            return [*(z if i < self._frame else zero_vector), *zero_vector]
         r = [p - o for p, o in zip(point, origin, strict=True)]
         cross = [z[1] * r[2] - z[2] * r[1], z[2] * r[0] - z[0] * r[2], z[0] * r[1] - z[1] * r[0]]
-        return [*(cross if i < self._frame else still), *z]
+        return [*(cross if i < self._frame else zero_vector), *z]
 
 
 def numeric(value: sp.Expr, context: Any = PRECISE) -> Any:
@@ -159,8 +159,8 @@ def _triangular(rows: list[Vector]) -> tuple[list[Vector], int]:
         if pivot != k:
             rows[k], rows[pivot], sign = rows[pivot], rows[k], -sign
         for i in range(k + 1, n):
-            share = rows[i][k] / rows[k][k] if rows[i][k] != 0 else 0
-            rows[i] = [a - share * b for a, b in zip(rows[i], rows[k], strict=True)]
+            factor = rows[i][k] / rows[k][k] if rows[i][k] != 0 else 0
+            rows[i] = [a - factor * b for a, b in zip(rows[i], rows[k], strict=True)]
     return rows, sign
 
 

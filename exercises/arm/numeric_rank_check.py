@@ -68,7 +68,7 @@ def check_rank_loss(
     arms: list[NumericChain] = []
     samples: list[list[tuple[int, np.ndarray]]] = [[] for _ in ways]
     wrong: set[int] = set()
-    ended, unexplained = 0, []
+    converged_count, unexplained = 0, []
     rng = Stream(stream)
     for values, arm in _sample_lengths(chain, rng, CHOICES):
         arms.append(arm)
@@ -80,12 +80,12 @@ def check_rank_loss(
             if converged.any() and not rank.is_lost(q[converged]).all():
                 wrong.add(k)
         q = rank.search(rank.starts(starts, rng), rng)
-        ended += len(q)
+        converged_count += len(q)
         explained = np.zeros(len(q), dtype=bool)
         for branch in numeric_branches:
             explained |= branch.is_near(q)
         unexplained += list(q[~explained])
-    choices = len(arms)
+    searched_arm_count = len(arms)
     for k in [k for k, branch_samples in enumerate(samples) if not branch_samples]:
         for values, arm in _sample_lengths(chain, rng, FURTHER, least=300):
             rank = _RankTest(arm, chain.task)
@@ -94,8 +94,8 @@ def check_rank_loss(
                 arms.append(arm)
                 samples[k] += [(len(arms) - 1, configuration) for configuration in q[converged]]
                 wrong |= set() if rank.is_lost(q[converged]).all() else {k}
-    search_results = starts * choices, ended, tuple(unexplained)
-    return RankCheck(tuple(arms), tuple(map(tuple, samples)), tuple(sorted(wrong)), choices, *search_results)
+    search_results = starts * searched_arm_count, converged_count, tuple(unexplained)
+    return RankCheck(tuple(arms), tuple(map(tuple, samples)), tuple(sorted(wrong)), searched_arm_count, *search_results)
 
 
 def ways_covering(chain: Chain, way: Sequence[sp.Expr], others: Sequence[Sequence[sp.Expr]]) -> frozenset[int] | None:

@@ -52,9 +52,9 @@ class Line:
         self.arm, self.context = PreciseArm(chain, lengths, context), context
         self.q = [self.arm.number(joints[q]) for q in chain.q]
         self.start = [self.arm.place(self.q)[0][row] for row in self.arm.task]
-        way = [self.arm.number(b) - a for a, b in zip(self.start, target, strict=True)]
-        self.length = context.sqrt(sum(value * value for value in way))
-        self.unit = [value / self.length for value in way]
+        displacement = [self.arm.number(b) - a for a, b in zip(self.start, target, strict=True)]
+        self.length = context.sqrt(sum(value * value for value in displacement))
+        self.unit = [value / self.length for value in displacement]
 
     def point(self, s: Any) -> Vector:
         """Return p(s) = A + s u."""
@@ -62,10 +62,10 @@ class Line:
 
     def joints_at(self, s: Any, near: Sequence[Any]) -> Vector | None:
         """Return the joint values at s that Newton's method finds from the values `near`; None if it fails."""
-        goal, q = self.point(s), list(near)
+        target_point, q = self.point(s), list(near)
         for _ in range(ITERATIONS):
             point, jacobian = self.arm.place(q)
-            error = [a - point[row] for a, row in zip(goal, self.arm.task, strict=True)]
+            error = [a - point[row] for a, row in zip(target_point, self.arm.task, strict=True)]
             if max(map(abs, error)) < 64 * self.context.eps:
                 return q
             try:
@@ -90,17 +90,17 @@ class Line:
 
         Stop early if the conditioning falls below `floor`, or if the arm would jump to another branch.
         """
-        last = float(self.length) if end is None else end
-        q, s, steps = self.q, 0.0, 0
-        while s <= last + 1e-12:
+        last_distance = float(self.length) if end is None else end
+        q, s, step_count = self.q, 0.0, 0
+        while s <= last_distance + 1e-12:
             station = self.station(s, q)
             if station.conditioning < floor:
                 return
             yield station
-            steps += 1
-            ahead = [a + step * b for a, b in zip(q, station.slopes, strict=True)]
-            s = step * steps
-            joints = self.joints_at(s, ahead)
-            if joints is None or max(abs(a - b) for a, b in zip(joints, ahead, strict=True)) > 0.3:
+            step_count += 1
+            predicted_joints = [a + step * b for a, b in zip(q, station.slopes, strict=True)]
+            s = step * step_count
+            joints = self.joints_at(s, predicted_joints)
+            if joints is None or max(abs(a - b) for a, b in zip(joints, predicted_joints, strict=True)) > 0.3:
                 return
             q = joints

@@ -48,10 +48,11 @@ def reaches(arm: NumericChain, place: np.ndarray) -> bool | None:
         return None
     if abs(beside) > _EXACT * size and radius < abs(beside):
         return False
-    in_plane = np.sqrt(max(radius**2 - beside**2, 0.0))
-    across, above = carried.shoulder
+    distance_in_plane = np.sqrt(max(radius**2 - beside**2, 0.0))
+    across, height_offset = carried.shoulder
     answers = [
-        _is_inside(float(np.hypot(side * in_plane - across, height - above)), carried.distances) for side in (1, -1)
+        _is_inside(float(np.hypot(side * distance_in_plane - across, height - height_offset)), carried.distances)
+        for side in (1, -1)
     ]
     return True if True in answers else None if None in answers else False
 
@@ -137,22 +138,24 @@ def reaches_beside(arm: NumericChain, frames: np.ndarray, task: Sequence[int], s
         answer = reaches(arm, point + displacement[:3])
         if answer is not None:
             return answer
-    flat = _flat_arm(arm, tuple(task))
-    if flat is None:
+    planar_arm = _flat_arm(arm, tuple(task))
+    if planar_arm is None:
         return None
-    if not flat.turns:
-        return _reaches_flat(arm, flat, flat.joints, point + displacement[:3])
+    if not planar_arm.turns:
+        return _reaches_flat(arm, planar_arm, planar_arm.joints, point + displacement[:3])
     rotation = _rotation_about(displacement[3:])
-    last = flat.joints[-1]
+    last = planar_arm.joints[-1]
     if arm.kinds[last] == "R":
         origin = frames[last, :3, 3]
-        return _reaches_flat(arm, flat, flat.joints[:-1], point + displacement[:3] - rotation @ (point - origin))
-    if [arm.kinds[joint] for joint in flat.joints] != ["R", "R", "P"]:
+        return _reaches_flat(
+            arm, planar_arm, planar_arm.joints[:-1], point + displacement[:3] - rotation @ (point - origin)
+        )
+    if [arm.kinds[joint] for joint in planar_arm.joints] != ["R", "R", "P"]:
         return None
-    first, second = (frames[joint, :3, 3] for joint in flat.joints[:2])
-    across = cross(flat.normal, frames[last, :3, 2])
-    distance = float((rotation @ across) @ (point + displacement[:3] - first) - across @ (point - second))
-    return _is_below(abs(distance), float(np.linalg.norm(flat.inside @ (second - first))))
+    first, second = (frames[joint, :3, 3] for joint in planar_arm.joints[:2])
+    line_normal = cross(planar_arm.normal, frames[last, :3, 2])
+    distance = float((rotation @ line_normal) @ (point + displacement[:3] - first) - line_normal @ (point - second))
+    return _is_below(abs(distance), float(np.linalg.norm(planar_arm.inside @ (second - first))))
 
 
 @dataclass(frozen=True)
@@ -175,10 +178,10 @@ def _flat_arm(arm: NumericChain, task: tuple[int, ...]) -> _FlatArm | None:
 
     The task must also have the height if the arm can change it.
     """
-    home, turns = _home_frames(arm), [row - 3 for row in task if row >= 3]
+    home, angle_axes = _home_frames(arm), [row - 3 for row in task if row >= 3]
     linear, moving = [row for row in task if row < 3], arm.point_frame
     axes, kinds = home[:moving, :3, 2], arm.kinds[:moving]
-    if "R" not in kinds or (turns and moving != len(arm.kinds)):
+    if "R" not in kinds or (angle_axes and moving != len(arm.kinds)):
         return None
     normal = axes[kinds.index("R")]
     cosines = np.abs(axes @ normal)
@@ -190,10 +193,10 @@ def _flat_arm(arm: NumericChain, task: tuple[int, ...]) -> _FlatArm | None:
             return None
     elif len(linear) != 2 or abs(normal[3 - sum(linear)]) < 1 - _EXACT:
         return None
-    if turns and (len(turns) > 1 or abs(normal[turns[0]]) < 1 - _EXACT):
+    if angle_axes and (len(angle_axes) > 1 or abs(normal[angle_axes[0]]) < 1 - _EXACT):
         return None
     joints = tuple(i for i, kind in enumerate(kinds) if kind == "R" or is_normal[i])
-    return _FlatArm(normal, np.eye(3) - np.outer(normal, normal), joints, bool(turns))
+    return _FlatArm(normal, np.eye(3) - np.outer(normal, normal), joints, bool(angle_axes))
 
 
 def _reaches_flat(arm: NumericChain, flat: _FlatArm, joints: tuple[int, ...], place: np.ndarray) -> bool | None:

@@ -269,11 +269,11 @@ class _Elimination:
         The two rows are replaced by the combination of them whose entry in that column is zero. Likewise, a row is
         eliminated by combining two columns; the combined column is numbered -1. Return None if neither is possible.
         """
-        best = None
+        best_reduction = None
         for transposed in (False, True):
             m = matrix.T if transposed else matrix
             for c in range(m.cols):
-                if best is not None and _count_others(m.col(c)) > best[0][0]:
+                if best_reduction is not None and _count_others(m.col(c)) > best_reduction[0][0]:
                     continue
                 reduced = self._reduce_to_two(m, c)
                 if reduced is None:
@@ -292,9 +292,9 @@ class _Elimination:
                 )
                 column_numbers = [*kept, -1] if transposed else columns
                 key = _count_others(m.col(c)), sp.count_ops(smaller), transposed, c
-                if best is None or key < best[0]:
-                    best = key, (smaller.T if transposed else smaller, column_numbers)
-        return best[1] if best else None
+                if best_reduction is None or key < best_reduction[0]:
+                    best_reduction = key, (smaller.T if transposed else smaller, column_numbers)
+        return best_reduction[1] if best_reduction else None
 
     def _reduce_to_two(self, matrix: sp.Matrix, c: int) -> tuple[sp.Matrix, tuple[int, int]] | None:
         """Reduce a column to two nonzero entries by adding multiples of rows; return the matrix and the two rows.
@@ -432,21 +432,21 @@ def reciprocal_set(chain: Chain, twists: tuple[tuple[sp.Symbol, sp.Expr], ...] =
     def is_zero(constant: sp.Expr) -> bool:
         return bool(abs(sp.N(constant.xreplace(values), 30)) < _NOTHING)
 
-    sets, failed = [], None
+    candidates, last_error = [], None
     for frame, about in _sparsest_frames(chain)[:TRIED]:
         try:
             singular_set = _search_from(chain, frame, about, is_zero)
         except TooLong as error:
-            failed = error
+            last_error = error
             continue
         possible = (w for w in singular_set.ways if may_hold_together([c.xreplace(dict(twists)) for c in w], chain.q))
-        sets.append(replace(singular_set, ways=tuple(possible)))
-        if _size(sets[-1]) < SHORT:
+        candidates.append(replace(singular_set, ways=tuple(possible)))
+        if _size(candidates[-1]) < SHORT:
             break
-    if not sets:
-        assert failed is not None
-        raise failed
-    return min(sets, key=_size)
+    if not candidates:
+        assert last_error is not None
+        raise last_error
+    return min(candidates, key=_size)
 
 
 def _size(singular_set: ReciprocalSet) -> int:

@@ -478,13 +478,13 @@ def _task(raw: object) -> tuple[str, ...]:
 
 
 def _draws(file: TomlFile, chain: Chain) -> Draws:
-    raw = file.content.get("draw", {})
+    range_table = file.content.get("draw", {})
     with file.at("draw"):
-        if not isinstance(raw, dict):
+        if not isinstance(range_table, dict):
             raise QdotError("it is a table, [draw], in which " + _RANGE)
     angles = set[sp.Basic]().union(*(value.free_symbols for j in chain.joints for value in (j.theta, j.alpha)))
     ranges = []
-    for name, ends in raw.items():
+    for name, ends in range_table.items():
         symbol = sp.Symbol(name)
         with file.at("draw", name):
             if symbol not in chain.parameters:

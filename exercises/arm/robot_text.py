@@ -23,22 +23,24 @@ def robot_text(robot: Robot, convention: str) -> str:
     Raises QdotError if the convention can't describe the arm.
     """
     chain = robot.chain
-    presented = REGISTRY[convention](chain)
-    top, joints = _table_entries(presented) if presented.has_frames else _screw_entries(chain)
-    head = [("name", toml_text(chain.title or chain.name))]
-    head += [("source", toml_text(robot.source))] if robot.source else []
-    head += [("convention", toml_text(convention))] if convention != CONVENTIONS[0] else []
-    if presented.twist_orders and chain.twist_order != TWIST_ORDERS[0]:
-        head.append(("twist_order", toml_text(chain.twist_order)))
-    head += [("task", toml_text(list(chain.task))), *top]
+    described = REGISTRY[convention](chain)
+    top, joints = _table_entries(described) if described.has_frames else _screw_entries(chain)
+    top_entries = [("name", toml_text(chain.title or chain.name))]
+    top_entries += [("source", toml_text(robot.source))] if robot.source else []
+    top_entries += [("convention", toml_text(convention))] if convention != CONVENTIONS[0] else []
+    if described.twist_orders and chain.twist_order != TWIST_ORDERS[0]:
+        top_entries.append(("twist_order", toml_text(chain.twist_order)))
+    top_entries += [("task", toml_text(list(chain.task))), *top]
     limits = [*robot.limits, *[None] * (chain.n - len(robot.limits))]
     rows = [
         [*joint, *([("limits", _format_list(ends))] if ends else [])]
         for joint, ends in zip(joints, limits, strict=True)
     ]
     ranges = [(symbol.name, f"[{low / 100:g}, {high / 100:g}]") for symbol, low, high in robot.draws]
-    draw = [f"[draw]\n{_format_lines(ranges)}"] if ranges else []
-    return "\n".join([_format_lines(head), *(f"[[joint]]\n{_format_lines(row)}" for row in rows), *draw])
+    range_section = [f"[draw]\n{_format_lines(ranges)}"] if ranges else []
+    return "\n".join(
+        [_format_lines(top_entries), *(f"[[joint]]\n{_format_lines(row)}" for row in rows), *range_section]
+    )
 
 
 def _format_lines(entries: Entries) -> str:
@@ -59,16 +61,16 @@ def _table_entries(convention: Convention) -> tuple[Entries, list[Entries]]:
 def _screw_entries(chain: Chain) -> tuple[Entries, list[Entries]]:
     """Return the top-level entries and the entries of each joint for an arm that is described by its axes."""
     axes, (x, y, z) = axes_of(chain)
-    place = Point(chain.point.frame, (x, y, z))
+    home_point = Point(chain.point.frame, (x, y, z))
     joints: list[Entries] = []
     for number, axis in enumerate(axes, 1):
         if axis.direction.free_symbols:
             raise QdotError(
                 f"axis {number} of {chain.name} is turned by an angle that is open; axes are given in numbers"
             )
-        through = [("point", _format_list(axis.point))] if axis.kind == "R" else []
-        joints.append([("kind", toml_text(axis.kind)), ("axis", _format_list(axis.direction)), *through])
-    return [("point", _format_point(place, chain.point.frame == chain.n, is_at_home=True))], joints
+        point_entry = [("point", _format_list(axis.point))] if axis.kind == "R" else []
+        joints.append([("kind", toml_text(axis.kind)), ("axis", _format_list(axis.direction)), *point_entry])
+    return [("point", _format_point(home_point, chain.point.frame == chain.n, is_at_home=True))], joints
 
 
 def _row_entries(kind: str, theta: sp.Expr, d: sp.Expr, a: sp.Expr, alpha: sp.Expr) -> Entries:
@@ -96,10 +98,10 @@ def _format_list(values: Iterable[sp.Expr]) -> str:
 def _format_entry(value: sp.Expr) -> str:
     """Return an entry as TOML text: a number if a decimal is exact, else a formula in quotes."""
     if value.is_Rational:
-        rest = value.q
+        denominator = value.q
         for prime in (2, 5):
-            while rest % prime == 0:
-                rest //= prime
-        if rest == 1 and value.q < 10**9:
+            while denominator % prime == 0:
+                denominator //= prime
+        if denominator == 1 and value.q < 10**9:
             return str(value.p) if value.q == 1 else format((Decimal(value.p) / Decimal(value.q)).normalize(), "f")
     return toml_text(sp.sstr(value))

@@ -74,21 +74,24 @@ def dh_of_standard_rows(rows: Sequence[Row], base: Pose = HOME, point: Point | N
             else:
                 base = base @ UPSIDE_DOWN
             point = _move_frame(point, i, UPSIDE_DOWN)
-    placed, turned = (Base(), sp.S.Zero) if base == HOME else base_at(base)
-    rows[0] = replace(rows[0], theta=rows[0].theta + turned)
+    table_base, base_rotation = (Base(), sp.S.Zero) if base == HOME else base_at(base)
+    rows[0] = replace(rows[0], theta=rows[0].theta + base_rotation)
     joints = []
     for number, row in enumerate(rows, 1):
-        turn, slide = (1, 0) if row.kind == "R" else (0, 1)
-        theta, d = row.theta + turn * sp.Symbol(f"theta{number}"), row.d + slide * sp.Symbol(f"d{number}")
+        theta_coefficient, d_coefficient = (1, 0) if row.kind == "R" else (0, 1)
+        theta, d = (
+            row.theta + theta_coefficient * sp.Symbol(f"theta{number}"),
+            row.d + d_coefficient * sp.Symbol(f"d{number}"),
+        )
         joints.append(Joint(row.kind, theta, d, row.a, row.alpha))
-    return placed, tuple(joints), _move_frame(point, 0, Pose(rot_z(-turned), sp.zeros(3, 1)))
+    return table_base, tuple(joints), _move_frame(point, 0, Pose(rot_z(-base_rotation), sp.zeros(3, 1)))
 
 
 def dh_of_modified_rows(rows: Sequence[Row], base: Pose = HOME, point: Point | None = None) -> ArmTable:
     """Return base, standard table and point of an arm, given rows of a modified table."""
     links = [Pose(rot_x(row.alpha), sp.Matrix([row.a, 0, 0])) for row in rows]
-    behind = [(row.a, row.alpha) for row in rows[1:]] + [(sp.S.Zero, sp.S.Zero)]
-    shifted = [replace(row, a=a, alpha=alpha) for row, (a, alpha) in zip(rows, behind, strict=True)]
+    following_links = [(row.a, row.alpha) for row in rows[1:]] + [(sp.S.Zero, sp.S.Zero)]
+    shifted = [replace(row, a=a, alpha=alpha) for row, (a, alpha) in zip(rows, following_links, strict=True)]
     for i, link in enumerate(links):
         point = _move_frame(point, i, link)
     return dh_of_standard_rows(shifted, base if links[0] == HOME else base @ links[0], point)
@@ -110,8 +113,8 @@ def dh_of_axes(axes: Sequence[Axis], point: sp.Matrix, link: int) -> ArmTable:
     """
     base, joints, tool = table_of_axes(axes, point)
     if link < len(axes):
-        whole = Chain("axes", joints, ("vx",), base)
-        frame, home = frames_and_point(whole)[0][link], dict.fromkeys(whole.q, sp.S.Zero)
+        chain = Chain("axes", joints, ("vx",), base)
+        frame, home = frames_and_point(chain)[0][link], dict.fromkeys(chain.q, sp.S.Zero)
         offset = frame.rotation.xreplace(home).T * (point - frame.origin.xreplace(home))
         x, y, z = offset.applyfunc(to_exact)
         tool = Point(link, (x, y, z))
@@ -122,16 +125,16 @@ def dh_of_axes(axes: Sequence[Axis], point: sp.Matrix, link: int) -> ArmTable:
 def _check(chain: Chain, axes: Sequence[Axis], point: sp.Matrix, link: int) -> None:
     """Raise RuntimeError unless the chain's table and its axes move the points of a link in the same way."""
     stream = Stream("axes")
-    letters = sorted(set(point.free_symbols).union(*(axis.point.free_symbols for axis in axes)), key=str)
+    symbols = sorted(set(point.free_symbols).union(*(axis.point.free_symbols for axis in axes)), key=str)
     for _ in range(3):
         q = np.array([stream.uniform(-2, 2) for _ in axes])
-        lengths = {symbol: sp.Float(stream.uniform(0.3, 2)) for symbol in letters}
+        lengths = {symbol: sp.Float(stream.uniform(0.3, 2)) for symbol in symbols}
         arm = NumericChain(chain, {symbol.name: float(value) for symbol, value in lengths.items()})
         frames, home = arm.frames(q), arm.frames(0 * q)
-        turned = frames[link, :3, :3] @ home[link, :3, :3].T
-        for beside in np.vstack([np.zeros(3), np.eye(3)]):
-            there = point_by_rotations(axes[:link], point + sp.Matrix(beside), q[:link], lengths)
-            if not np.allclose(arm.point_of(frames) + turned @ beside, there, atol=1e-7):
+        link_rotation = frames[link, :3, :3] @ home[link, :3, :3].T
+        for displacement in np.vstack([np.zeros(3), np.eye(3)]):
+            expected_point = point_by_rotations(axes[:link], point + sp.Matrix(displacement), q[:link], lengths)
+            if not np.allclose(arm.point_of(frames) + link_rotation @ displacement, expected_point, atol=1e-7):
                 raise RuntimeError(f"the table of {chain} does not lead where its axes do; please report this")
 
 
@@ -150,16 +153,16 @@ def axes_of(chain: Chain) -> tuple[list[Axis], sp.Matrix]:
         Axis(joint.kind, at_home(frame.rotation[:, 2]), at_home(frame.origin))
         for joint, frame in zip(chain.joints, frames, strict=False)
     ]
-    for i, named in enumerate(chain.axis_points):
-        if named is not None and _lies_on(axes[i], sp.Matrix(named)):
-            axes[i] = replace(axes[i], point=sp.Matrix(named))
+    for i, axis_point in enumerate(chain.axis_points):
+        if axis_point is not None and _lies_on(axes[i], sp.Matrix(axis_point)):
+            axes[i] = replace(axes[i], point=sp.Matrix(axis_point))
     return axes, at_home(point)
 
 
 def _lies_on(axis: Axis, point: sp.Matrix) -> bool:
     """Return whether a point lies on an axis, up to rounding, for all values of the symbolic lengths."""
-    aside = [evaluate_entry(entry) for entry in axis.direction.cross(point - axis.point)]
-    return all(abs(number) < NEAR for entry in aside for number in _numbers(entry))
+    deviation = [evaluate_entry(entry) for entry in axis.direction.cross(point - axis.point)]
+    return all(abs(number) < NEAR for entry in deviation for number in _numbers(entry))
 
 
 def _numbers(total: sp.Expr) -> list[sp.Expr]:
@@ -172,13 +175,13 @@ def _shorten(entry: sp.Expr) -> sp.Expr:
 
     A sum with the sine of a number counts as long: 0.52 - 0.49 sin(0.3) becomes 0.3751998993.
     """
-    plain = sp.expand(entry)
-    is_short = sp.count_ops(plain) <= SHORT and not (plain.is_Add and any(_constant_trigs(plain)))
-    return plain if is_short else to_exact(entry)
+    expanded = sp.expand(entry)
+    is_short = sp.count_ops(expanded) <= SHORT and not (expanded.is_Add and any(_constant_trigs(expanded)))
+    return expanded if is_short else to_exact(entry)
 
 
 def _constant_trigs(entry: sp.Expr) -> list[sp.Expr]:
-    return [wave for wave in entry.atoms(sp.sin, sp.cos) if not wave.free_symbols]
+    return [trig for trig in entry.atoms(sp.sin, sp.cos) if not trig.free_symbols]
 
 
 # --- rounding ---
@@ -203,8 +206,8 @@ def is_rounded(chain: Chain, axes: Sequence[Axis], point: sp.Matrix | None = Non
     They were if at home, the axes and the point of the table are only nearly the given ones. This is tested for one
     random choice of the symbolic lengths.
     """
-    draws = Stream("rounded")
-    values = {symbol: sp.Rational(3000 + draws.below(9000), 10007) for symbol in chain.parameters}
+    rng = Stream("rounded")
+    values = {symbol: sp.Rational(3000 + rng.below(9000), 10007) for symbol in chain.parameters}
     values |= dict.fromkeys(chain.q, sp.S.Zero)
     base, offset = chain.base, chain.point.offset
     pose = Pose(rot_z(base.yaw) * rot_x(base.tilt), sp.Matrix(base.position).xreplace(values)) @ HOME
@@ -213,17 +216,17 @@ def is_rounded(chain: Chain, axes: Sequence[Axis], point: sp.Matrix | None = Non
         theta, d, a, alpha = (value.xreplace(values) for value in (joint.theta, joint.d, joint.a, joint.alpha))
         pose = pose @ Pose(rot_z(theta), sp.Matrix([0, 0, d])) @ Pose(rot_x(alpha), sp.Matrix([a, 0, 0]))
         frames.append(pose)
-    off: list[sp.Expr] = []
+    deviations: list[sp.Expr] = []
     for axis, frame in zip(axes, frames, strict=False):
-        z, through = frame.rotation[:, 2], axis.point.xreplace(values)
-        off += [
+        z, axis_point = frame.rotation[:, 2], axis.point.xreplace(values)
+        deviations += [
             *z.cross(axis.direction.xreplace(values)),
-            *(z.cross(frame.origin - through) if axis.kind == "R" else ()),
+            *(z.cross(frame.origin - axis_point) if axis.kind == "R" else ()),
         ]
     if point is not None:
-        there = frames[chain.point.frame] @ Pose(sp.eye(3), sp.Matrix(offset).xreplace(values))
-        off += list(there.origin - point.xreplace(values))
-    return any(abs(evaluate_entry(entry)) > EXACT for entry in off)
+        table_point_pose = frames[chain.point.frame] @ Pose(sp.eye(3), sp.Matrix(offset).xreplace(values))
+        deviations += list(table_point_pose.origin - point.xreplace(values))
+    return any(abs(evaluate_entry(entry)) > EXACT for entry in deviations)
 
 
 def wrap_angle(angle: sp.Expr) -> sp.Expr:
@@ -232,5 +235,5 @@ def wrap_angle(angle: sp.Expr) -> sp.Expr:
     turns = angle / (2 * sp.pi)
     if not turns.is_Rational:
         return angle
-    rest = turns - sp.floor(turns)
-    return 2 * sp.pi * (rest if rest <= sp.Rational(1, 2) else rest - 1)
+    fraction = turns - sp.floor(turns)
+    return 2 * sp.pi * (fraction if fraction <= sp.Rational(1, 2) else fraction - 1)

@@ -40,16 +40,16 @@ class UrdfChain:
 def read_urdf(path: Path, tip: str = "") -> UrdfChain:
     """Return the chain that ends at the link `tip`, by default the only link without children. Raises QdotError."""
     reader = _Reader(path)
-    way = reader.way_to(tip)
+    chain_joints = reader.way_to(tip)
     pose, axes, limits = HOME, list[Axis](), list[tuple[sp.Expr, sp.Expr] | None]()
-    for joint in way:
+    for joint in chain_joints:
         pose = pose @ reader.origin(joint)
         kind = reader.kind(joint)
         if kind:
             axes.append(Axis(kind, pose.rotation * reader.direction(joint), pose.origin))
             limits.append(reader.limits(joint))
     if not axes:
-        raise QdotError(f"{path}: no joint moves link {tip or reader.child(way[-1])!r}")
+        raise QdotError(f"{path}: no joint moves link {tip or reader.child(chain_joints[-1])!r}")
     return UrdfChain(reader.title, tuple(axes), pose.origin, tuple(limits), tuple(reader.notes))
 
 
@@ -108,24 +108,24 @@ class _Reader:
     def way_to(self, tip: str) -> list[ElementTree.Element]:
         """Return the joints from the root to the link `tip`, by default the only link without children."""
         parents = {self._link(joint, "parent") for joint in self.joints}
-        ends = [link for link in self.links if link not in parents]
+        end_links = [link for link in self.links if link not in parents]
         if tip and tip not in self.links:
             raise QdotError(f"{self.path}: {unknown('link', tip, self.links)}")
-        if not tip and len(ends) != 1:
+        if not tip and len(end_links) != 1:
             raise QdotError(
-                f"{self.path}: it ends in several links: {', '.join(ends) or 'none'}; name one: "
+                f"{self.path}: it ends in several links: {', '.join(end_links) or 'none'}; name one: "
                 f"qdot solve {self.path.name} --tip LINK (with --convert dh, it writes a ROBOT.toml)"
             )
-        way, link = list[ElementTree.Element](), tip or ends[0]
+        chain_joints, link = list[ElementTree.Element](), tip or end_links[0]
         while link in self.above:
             joint = self.above[link]
-            if joint in way:
+            if joint in chain_joints:
                 raise self.fault(joint, "it is above itself: its links go round in a circle")
-            way.insert(0, joint)
+            chain_joints.insert(0, joint)
             link = self._link(joint, "parent")
-        if not way:
+        if not chain_joints:
             raise QdotError(f"{self.path}: link {link!r} is the root, which no joint moves; name another with --tip")
-        return way
+        return chain_joints
 
     def kind(self, joint: ElementTree.Element) -> str:
         """Return the kind of a joint: "R", "P", or "" if it is fixed."""
@@ -178,9 +178,9 @@ class _Reader:
         """Return the multiple of pi/12 that is within the tolerance of an angle, else the angle itself."""
         twelfths = sp.Integer(round(float(angle) * 12 / float(sp.pi)))
         exact = sp.pi * twelfths / 12
-        off = abs(sp.N(angle - exact, 30))
-        if not twelfths or off > ROUNDED:
+        difference = abs(sp.N(angle - exact, 30))
+        if not twelfths or difference > ROUNDED:
             return angle
-        if off > NEAR * 1000:
+        if difference > NEAR * 1000:
             self.notes.append(f"{self.path}: joint {self.name(joint)!r}: {float(angle):g} rad is taken for {exact}")
         return exact

@@ -108,8 +108,8 @@ class Convention:
 
     def rotation(self, row: "Joint") -> sp.Matrix:
         """Return the rotation from frame i to frame i-1 (3 x 3)."""
-        turns = [rot_z(angle) if axis == "z" else rot_x(angle) for axis, angle, _ in self.steps(row)]
-        return turns[0] * turns[1]
+        rotations = [rot_z(angle) if axis == "z" else rot_x(angle) for axis, angle, _ in self.steps(row)]
+        return rotations[0] * rotations[1]
 
     def link_vector(self, row: "Joint") -> sp.Matrix:
         """Return r_i, from O_{i-1} to O_i in frame i-1 (below 6.13; 3 x 1, m)."""

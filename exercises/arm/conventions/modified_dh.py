@@ -39,11 +39,13 @@ class ModifiedDh(Convention):
         """Return base and rows; the base's tilt about x, and its shift along x if possible, move into the first row."""
         base, joints = self.chain.base, self.chain.joints
         if base.yaw != 0 or any(base.position[1:]):
-            left, before = replace(base, tilt=sp.S.Zero), (sp.S.Zero, base.tilt)
+            remaining_base, first_link = replace(base, tilt=sp.S.Zero), (sp.S.Zero, base.tilt)
         else:
-            left, before = type(base)(), (base.position[0], base.tilt)
-        links = [before, *((joint.a, joint.alpha) for joint in joints[:-1])]
-        return left, [replace(joint, a=a, alpha=alpha) for joint, (a, alpha) in zip(joints, links, strict=True)]
+            remaining_base, first_link = type(base)(), (base.position[0], base.tilt)
+        links = [first_link, *((joint.a, joint.alpha) for joint in joints[:-1])]
+        return remaining_base, [
+            replace(joint, a=a, alpha=alpha) for joint, (a, alpha) in zip(joints, links, strict=True)
+        ]
 
     @property
     def base(self) -> "Base":
@@ -101,9 +103,9 @@ class ModifiedDh(Convention):
 
     def first_joints(self, count: int) -> "Chain":
         """Return the arm that consists of the first joints; its last row has neither `a` nor `alpha`."""
-        first = super().first_joints(count)
-        last = [replace(joint, a=sp.S.Zero, alpha=sp.S.Zero) for joint in first.joints[-1:]]
-        return replace(first, joints=(*first.joints[:-1], *last))
+        shortened = super().first_joints(count)
+        last_row = [replace(joint, a=sp.S.Zero, alpha=sp.S.Zero) for joint in shortened.joints[-1:]]
+        return replace(shortened, joints=(*shortened.joints[:-1], *last_row))
 
     def place(self, frame: int) -> str | None:
         """Return the name of a standard origin; None if neither P nor a modified frame's origin is always there."""
