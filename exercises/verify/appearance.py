@@ -1,7 +1,8 @@
-"""Check what a worked solution says about singular configurations, by moving joints at other configurations.
+"""Check what a worked solution says about singular configurations, on a numeric arm.
 
-The sentences are interpreted as a student reads them. What they say about axes, prismatic joints and the point is
-tested independently on the frames of the arm. "As far as joint 2 can bring it" is tested by moving joint 2 everywhere.
+Each sentence is parsed as a student reads it. Its claim about axes, prismatic joints and the tool point is tested on
+the frames of the arm, at configurations other than those from which the sentence was derived. For example, "as far as
+joint 2 can bring it" is tested by moving joint 2 through its whole range.
 """
 
 import re
@@ -22,17 +23,22 @@ from qdot.exercises.arm.singularity_kinds import are_one_sided, kinds_at
 from qdot.exercises.verify.numeric_reference import Check, Checks, NumericReference
 
 ARMS, OF_A_PIECE = (4, 20, 80), 8
-"""Numbers of choices of lengths, each tried if the one before gives nothing, and configurations to test on a piece."""
+"""Numbers of choices of lengths, and number of configurations to test on a piece of the singular set.
+
+A larger number of choices is tried only if the smaller one gives no configuration."""
 
 SAME = 1e-6
-"""Tolerance for zero, in metres or as a sine: samples are singular to about 1e-9."""
+"""Tolerance for a distance in metres and for the sine of an angle; samples are singular to about 1e-9."""
 
 Place = Callable[[np.ndarray], np.ndarray]
 """Returns the position (..., 3), in m, of the subject of a statement, at configurations (..., n)."""
 
 
 def check_singularity_statements(numeric: NumericReference) -> Checks:
-    """Check what the worked solution says about each component, or about each value if it distinguishes them."""
+    """Check what the worked solution says about each component of the singular set.
+
+    If the solution distinguishes the joint values of a component, its sentence on each value is checked.
+    """
     chain = numeric.chain
     for component in singular_set(chain) or ():
         values = [part for _, part in split_by_value(component, classify(chain, component))]
@@ -89,7 +95,7 @@ def _samples(chain: Chain, piece: str) -> list[Sample]:
 
 
 def is_of_kind(chain: Chain, kind: Kind, samples: Sequence[Sample]) -> bool:
-    """Return whether all configurations are of a kind, if the solution says so."""
+    """Return whether all configurations have the kind that the solution states; True if it states none for all."""
     if not kind.kind or not kind.uniform:
         return True
     return set(kinds_at(chain, samples)) <= {kind.kind}
@@ -97,7 +103,7 @@ def is_of_kind(chain: Chain, kind: Kind, samples: Sequence[Sample]) -> bool:
 
 @dataclass(frozen=True)
 class _Claim:
-    """A recognised statement about a configuration; `match` has the joints and points that it names."""
+    """A parsed statement about a configuration; the groups of `match` are the joints and points that it names."""
 
     chain: Chain
     sample: Sample
@@ -105,12 +111,12 @@ class _Claim:
 
     @property
     def joints(self) -> list[int]:
-        """The joints that are listed, from 0."""
+        """The joints that the statement lists, counted from 0."""
         return [int(number) - 1 for number in re.findall(r"\d+", self.match["joints"] or "")]
 
 
 def holds(chain: Chain, words: str, sample: Sample) -> bool:
-    """Return whether a statement holds at a configuration; unknown words never hold."""
+    """Return whether a statement is true at a configuration; a statement that no pattern matches is false."""
     clauses = re.split(r", and (?=the |joints? \d|all |slide|arm )", words)
     return all(any(_test_words(chain, clause, sample)) for clause in clauses)
 
@@ -123,7 +129,10 @@ def _test_words(chain: Chain, words: str, sample: Sample) -> Iterator[bool]:
 
 
 def _place_of(sample: Sample, words: str) -> Place:
-    """Return the position of the point, the origin of a frame, a point on a joint's axis, or the wrist centre."""
+    """Return the position function of a statement's subject.
+
+    The subject is the tool point, the origin of a frame, a point on a joint's axis, or the wrist centre.
+    """
     if words == "the point":
         return sample.arm.point
     if words == "the wrist centre":
@@ -154,13 +163,13 @@ def distances_from_axis(sample: Sample, places: np.ndarray, joint: int) -> np.nd
 
 
 def _poses_by_joint(sample: Sample, joint: int) -> np.ndarray:
-    """Return the configuration itself and those that one joint alone can reach, (k, n)."""
+    """Return the configuration itself, followed by the configurations that differ in one joint only, (k, n)."""
     steps = np.linspace(-np.pi, np.pi, 181) if sample.arm.kinds[joint] == "R" else np.linspace(-5, 5, 201)
     return np.asarray(sample.q + np.concatenate([[0.0], steps])[:, None] * np.eye(len(sample.q))[joint])
 
 
 def _extreme_name(distances: np.ndarray) -> str:
-    """Return "far" if the first distance is the largest, "near" if it is the smallest, or "" if it is neither."""
+    """Return "far" if the first distance is the largest, "near" if it is the smallest, and "" otherwise."""
     first, smallest, largest = distances[0], distances.min(), distances.max()
     tolerance = min(1e-8, 0.01 * (largest - smallest))
     if tolerance < 1e-12:
@@ -188,7 +197,7 @@ def _are_collinear(claim: _Claim) -> bool:
 
 
 def _is_extreme(claim: _Claim) -> bool:
-    """Return whether the distance of the point is extreme, by moving the joint everywhere."""
+    """Return whether one joint, moved through its range, brings the subject no farther from (or no nearer to) an axis."""
     sample = claim.sample
     configurations = _poses_by_joint(sample, int(claim.match["by"]) - 1)
     distances = distances_from_axis(
@@ -211,7 +220,7 @@ def _is_extreme_aside(claim: _Claim) -> bool:
 
 
 def _turns_back(seen: np.ndarray) -> bool:
-    """Return whether the first position is a turning point, if the positions move to and fro on a line."""
+    """Return whether the first of some positions on a line is at one of the two ends of their range."""
     direction = np.linalg.svd(seen - seen.mean(axis=0))[2][0]
     return _extreme_name((seen - seen.mean(axis=0)) @ direction) in ("far", "near")
 
@@ -234,10 +243,10 @@ def _is_stretched(claim: _Claim) -> bool:
 
 
 def _stretch_words(sample: Sample, place: Place, turning: Sequence[int]) -> str:
-    """Return whether an arm is "stretched out" or "folded back" after the first of some joints, or "".
+    """Return "stretched out" or "folded back" if the arm is so after the first of some revolute joints, else "".
 
-    It is neither if another joint is bent or not parallel. It is stretched out if all of its links, seen along the
-    axes, point in the same direction.
+    It is neither if a later joint is bent or its axis is not parallel. It is stretched out if all of its links, seen
+    along the axes, point in the same direction.
     """
     axis, *later_joints = turning
     distances_by_joint = {
@@ -301,7 +310,7 @@ def _move_along_one_line(claim: _Claim) -> bool:
 
 
 def _move_nothing(claim: _Claim) -> bool:
-    """Return whether joints have dependent columns, and can move while the stated point or link is at rest."""
+    """Return whether the joints can move while the stated point or link, or everything in the task, stays at rest."""
     sample = claim.sample
     joints = claim.joints or list(range(len(sample.q)))
     jacobian = sample.arm.jacobian(sample.q)[:, joints]

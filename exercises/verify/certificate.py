@@ -51,7 +51,7 @@ class ProblemCertificate:
 
 
 def certify(problem: Problem) -> ProblemCertificate:
-    """Return the certificate of a problem, with every reference tested; a question without a test fails.
+    """Test every reference answer of a problem, and return the certificate; a question without a test fails.
 
     >>> from qdot import generate
     >>> certify(generate("planar-2r/7", ["determinant"])).passed
@@ -110,7 +110,7 @@ def _check_full_rank(numeric: NumericReference) -> Check:
 
 
 def _check_modified_table(numeric: NumericReference) -> Checks:
-    """Check that the axes and the point of a modified table agree with the standard table."""
+    """Check that a modified DH table gives the same joint axes and tool point as the standard table."""
     chain = numeric.chain
     standard_axes, written_axes = numeric.frames[:, : chain.n, :3, 2], numeric.convention_frames[:, 1:, :3, 2]
     point = convention_of(chain).point
@@ -121,7 +121,7 @@ def _check_modified_table(numeric: NumericReference) -> Checks:
 
 
 def _check_axes(numeric: NumericReference) -> Checks:
-    """Check directions, points on axes and P at home against 4 x 4 products at zero joint variables."""
+    """Check the stated directions of the axes, points on them, and P at home, against the frames at home."""
     axes, point = axes_of(numeric.chain)
     z, origins = numeric.home[:, :-1, :3, 2], numeric.home[:, :-1, :3, 3]
     directions = np.stack([numeric.numbers(axis.direction) for axis in axes], axis=1)
@@ -147,7 +147,7 @@ An arm in a convention without a check can't be certified."""
 
 
 def _check_readable(numeric: NumericReference, part: Part) -> Check:
-    """Check that every text of the reference can be parsed, and that it contains only symbols of the problem."""
+    """Check that every formula of the reference can be parsed, and that it contains only symbols of the problem."""
     name, usable = f"{part.name}: readable", set(numeric.known)
     if part.answer.is_a_set:  # a set contains joints and lengths only
         usable = {symbol.name for symbol in (*numeric.chain.q, *numeric.chain.parameters)}

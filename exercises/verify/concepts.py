@@ -18,7 +18,7 @@ ROUNDED = 0.0006
 
 
 def _check_size(numeric: NumericReference, part: Part) -> Checks:
-    """Check the size of J, and that none of the rows of the task is always zero."""
+    """Check the number of rows and columns of J, and that no row of the task is always zero."""
     task = part.about(ForTask).task
     task_rows = numeric.differenced_jacobian[:, [TASK_ROWS.index(row) for row in task]]
     expected = np.array([[float(task_rows.shape[1])], [float(task_rows.shape[2])]])
@@ -57,7 +57,7 @@ def _difference_velocity(sample: Sample, joint: int) -> np.ndarray:
 
 
 def _check_use(numeric: NumericReference, part: Part) -> Checks:
-    """Check whether J is regular, singular, redundant or has too few columns, by its size and rank."""
+    """Check the answer on whether J is regular, singular, redundant or has too few columns, by its size and rank."""
     answer, asked = part.of(Choice), part.about(ForUse)
     jacobian = exponential_at(numeric, asked.place)[[TASK_ROWS.index(row) for row in asked.task]]
     rank, is_clear = rank_of(jacobian)

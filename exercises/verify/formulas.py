@@ -13,11 +13,11 @@ from qdot.exercises.questions.recursion import FromFrameToFrame
 from qdot.exercises.verify.numeric_reference import Check, Checks, NumericReference
 
 EXACT, DIFFERENCED = 1e-9, 1e-7
-"""Relative error allowed against products of matrices, and against finite differences of them."""
+"""Relative error allowed when a reference is compared with products of matrices, and with finite differences."""
 
 
 def agree(name: str, values: np.ndarray, expected: np.ndarray, allowed: float) -> Check:
-    """Return the check that values agree with the expected ones, both (…, rows, columns)."""
+    """Check that values agree with the expected values within a relative error; both are (…, rows, columns)."""
     if values.shape != expected.shape:
         shapes = [" x ".join(map(str, array.shape[1:])) for array in (values, expected)]
         return Check(name, False, f"the reference is {shapes[0]}, expected {shapes[1]}")
@@ -33,12 +33,13 @@ def agree(name: str, values: np.ndarray, expected: np.ndarray, allowed: float) -
 
 
 Expected = dict[str, tuple[np.ndarray, float]]
-"""The expected values by the name of each method that computes them, with the allowed error."""
+"""By the name of each independent method: the values that it computes, and the relative error allowed."""
 PartCheck = Callable[[NumericReference, Part], Checks]
+"""A function that checks the reference answer of a part against the numeric arm."""
 
 
 def formula_check(expected: Callable[[NumericReference, Part], Expected]) -> PartCheck:
-    """Return the check that a symbolic reference has the expected values, by each method that computes them."""
+    """Return a function that compares a symbolic reference with the values that each independent method computes."""
 
     def check(numeric: NumericReference, part: Part) -> Checks:
         claimed = numeric.read(part.answer.as_matrix())
@@ -49,7 +50,7 @@ def formula_check(expected: Callable[[NumericReference, Part], Expected]) -> Par
 
 
 def expect_by_each_route(numeric: NumericReference, take: Callable[[np.ndarray], np.ndarray]) -> Expected:
-    """Return `take` of the 6 x n Jacobian by three methods: propagation, finite differences and exponentials."""
+    """Apply a function to the 6 x n Jacobian from each of three methods: frames, differences and exponentials."""
     return {
         "frames": (take(numeric.jacobian), EXACT),
         "finite differences": (take(numeric.differenced_jacobian), DIFFERENCED),
@@ -174,7 +175,7 @@ def _check_block_determinants(numeric: NumericReference, part: Part) -> Checks:
 
 
 def _joint_torques(numeric: NumericReference, part: Part) -> Expected:
-    """Return the joint torques: the power of the force for each joint's unit rate."""
+    """Return the joint torques: the power of the force if one joint moves at unit rate."""
     force = np.stack([numeric.values[name] for name in part.symbols], axis=1)
     return expect_by_each_route(
         numeric, lambda jacobian: np.einsum("pij,pi->pj", jacobian[:, numeric.task], force)[:, :, None]

@@ -25,8 +25,10 @@ from qdot.exercises.problem.problem import Problem
 from qdot.exercises.questions.inversion import Configuration
 
 ARMS, POSES = 3, 4
+"""Number of choices of the symbolic lengths, and number of configurations for each choice."""
 
 _H = 1e-5
+"""Step of the finite differences, in radians or metres."""
 
 
 class Check(NamedTuple):
@@ -38,6 +40,7 @@ class Check(NamedTuple):
 
 
 Checks = Iterator[Check]
+"""What a test function yields: the checks of one part."""
 
 
 class NumericReference:
@@ -48,8 +51,8 @@ class NumericReference:
     - `frames`: the frames of the standard table, (…, n + 1, 4, 4)
     - `convention_frames`: the frames that students see, (…, n + 1, 4, 4)
     - `point`: the tool point, (…, 3)
-    - `jacobian`: the Jacobian by z x p, (…, 6, n)
-    - `exponential_jacobian`: the same by the product of exponentials
+    - `jacobian`: the geometric Jacobian with columns (z x p, z), (…, 6, n)
+    - `exponential_jacobian`: the same matrix from the product of exponentials
     - `carried`: the velocities of each frame's origin and link for each joint's unit rate, (…, n, n + 1, 6)
     - `moved`: the velocities of the point for each joint's unit rate, (…, n, 3)
     - `home`, `point_at_home`: frames and point at zero joint variables
@@ -92,7 +95,7 @@ class NumericReference:
 
     def _sample_values(self, poses: list[np.ndarray]) -> dict[str, np.ndarray]:
         values = {
-            q.name: np.concatenate([configurations[:, i] for configurations in poses])
+            q.name: np.concatenate([arm_configurations[:, i] for arm_configurations in poses])
             for i, q in enumerate(self.chain.q)
         }
         for name in (*(rate.name for rate in self.chain.rates), *TASK_ROWS):
@@ -178,21 +181,21 @@ def random_lengths(chain: Chain, stream: Stream) -> dict[str, float]:
 
 
 def sample_distinct_lengths(chain: Chain, sample: Callable[[], dict[str, float]]) -> dict[str, float]:
-    """Return sampled symbolic lengths so that no sum or difference, also with fixed lengths, nearly vanishes.
+    """Sample the symbolic lengths until no two or three lengths, fixed ones included, nearly cancel each other.
 
-    Lengths that cancel each other would make a special arm.
+    Lengths that cancel each other would make a special arm. The last sample is returned if every attempt fails.
     """
     roles = domain_of(chain).roles
     fixed = [joint.a for joint in chain.joints] + [joint.d for joint in chain.joints if joint.kind == "R"]
     fixed_lengths = [abs(float(value)) for value in (*fixed, *chain.point.offset) if value.is_number and value != 0]
     values = sample()
     for _ in range(TRIES):
-        open_lengths = [value for name, value in values.items() if roles[name] == "length"]
+        symbolic_lengths = [value for name, value in values.items() if roles[name] == "length"]
         subsets = (
             subset
             for subset_size in (2, 3)
-            for subset in combinations([*open_lengths, *fixed_lengths], subset_size)
-            if subset[0] in open_lengths
+            for subset in combinations([*symbolic_lengths, *fixed_lengths], subset_size)
+            if subset[0] in symbolic_lengths
         )
         if not any(map(_nearly_cancel, subsets)):
             break
@@ -276,9 +279,9 @@ def _velocities(ahead: np.ndarray, behind: np.ndarray, frames: np.ndarray) -> np
 def samples_where(numeric: NumericReference, condition: sp.Expr, *, arms: int, each: int) -> list[Sample]:
     """Return configurations at which a condition holds; try more arms if it has real roots for few lengths only."""
     samples: list[Sample] = []
-    for arm_count in (arms, 4 * arms, 16 * arms):
+    for tried_arms in (arms, 4 * arms, 16 * arms):
         samples = samples_on(
-            numeric.chain, f"{condition} = 0", f"verify/{numeric.problem.id}", arms=arm_count, each=each
+            numeric.chain, f"{condition} = 0", f"verify/{numeric.problem.id}", arms=tried_arms, each=each
         )
         if samples:
             break
@@ -315,7 +318,8 @@ def exponential_jacobian(arm: NumericChain, q: np.ndarray) -> np.ndarray:
     The screws are computed from the table once, at home (all joint variables zero). There, joint i has the unit screw
     S_i = (v, w). For a revolute joint, w = z and v = o x z, where z is the axis and o a point on it. For a prismatic
     joint, it is (z, 0). The pose of the body is exp(S_1 q_1) ... exp(S_n q_n) M. Column i of the spatial Jacobian is
-    S_i transformed by the exponentials before it. World frame; linear part first, as in (6.6).
+    S_i transformed by the exponentials before it. The result is in the world frame, with the linear part first, as in
+    the chapter's equation (6.6).
     """
     home = arm.frames(np.zeros(q.shape[-1]))
     z, origins, point = home[:-1, :3, 2], home[:-1, :3, 3], arm.point_of(home)

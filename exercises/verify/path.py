@@ -1,6 +1,7 @@
-"""Check rates along a path.
+"""Check the joint rates while the tool point moves along a straight line.
 
-The line is followed independently, with 4 x 4 products, and the joint values on it are differenced.
+The line is followed numerically with products of 4 x 4 matrices. Finite differences of the joint values along it give
+the joint rates by a second method.
 """
 
 import numpy as np
@@ -14,14 +15,17 @@ from qdot.exercises.verify.numbers import NUMBERS, WELL_CONDITIONED, check_three
 from qdot.exercises.verify.numeric_reference import Check, Checks, NumericReference
 
 STATIONS = 60
-"""Number of stations along a line at which it is tested."""
+"""Number of points along a line at which the joint values are computed."""
 
 NEAR, NUDGE = 0.02, 1e-4
-"""Minimum sigma_min/sigma_max on a line towards a singularity; step for the finite differences along a line (m)."""
+"""Minimum sigma_min/sigma_max of J on a line that approaches a singularity, and step of the finite differences (m)."""
 
 
 class LineFollower:
-    """Follows a line in floating point; the joint values at each station start from those at the previous one."""
+    """Follows a straight line in floating point; Newton's method starts from the joint values at the previous point.
+
+    `first` are the joint values at the start, and `unit` is the direction of the line in the task's rows.
+    """
 
     def __init__(self, numeric: NumericReference, seam: Seam) -> None:
         self.arm = NumericChain(numeric.chain, {symbol.name: float(value) for symbol, value in seam.lengths.items()})
@@ -91,9 +95,9 @@ def _check_path_rates(numeric: NumericReference, part: Part) -> Checks:
 
 
 def _check_one_branch(line: LineFollower, joints: np.ndarray, s: float, least: float) -> Check:
-    """Check that the joints stay on one branch of the inverse kinematics.
+    """Check that the joint values stay on one branch of the inverse kinematics.
 
-    With four times the stations, they have to end at the same values and move in small steps.
+    If the line is followed in steps a quarter as long, the joint values must change in small steps and end the same.
     """
     finer = line.joints(np.linspace(0, s, 4 * STATIONS))
     gap, jump = float(np.abs(finer[-1] - joints[-1]).max()), float(np.abs(np.diff(finer, axis=0)).max())

@@ -1,6 +1,7 @@
-"""Check short questions: the correct option passes the checks of the question it answers, and the others fail them.
+"""Check short questions: only the correct options may be true on the numeric arm.
 
-Options are compared with the numeric arm in the same way as references. No two options may be the same.
+An option that is a formula is checked like the reference answer of the question that it answers. No two options may be
+the same.
 """
 
 from collections.abc import Mapping, Sequence
@@ -48,7 +49,7 @@ APART = 1e-5
 
 
 def _as_answer(numeric: NumericReference, subject: Subject, option: sp.Matrix) -> Part:
-    """Return the question that options answer, with one option inserted into the whole answer."""
+    """Return the underlying question as a part whose answer contains one option, in its entry, column or as a whole."""
     answer, details = QUESTIONS[subject.base].ask(numeric.chain, Stream("quiz"))
     part = Part(subject.base, subject.base, answer, details=details)
     if answer.shape is None:
@@ -104,7 +105,7 @@ def _check_set_choice(numeric: NumericReference, part: Part) -> Checks:
 
 
 def _ranks(numeric: NumericReference, part: Part) -> list[tuple[int, bool]]:
-    """Return the rank of J at each configuration, by the product of exponentials, and whether it is clear."""
+    """Return the rank of J at each offered configuration, and whether every singular value is clearly zero or not."""
     details = part.about(Places)
     configurations = [
         replace(configuration, lengths={**details.lengths, **configuration.lengths}) for configuration in details.places
@@ -185,13 +186,13 @@ def _check_columns(numeric: NumericReference, part: Part) -> Checks:
     offered = _offered_options(part)
     jacobian = numeric.exponential_jacobian[:, numeric.task]
     option_values = [numeric.read(sp.Matrix(option.shown)) for option in offered]
-    effects = []
+    matched = []
     for joint in range(numeric.chain.n):
         matches = [
             k for k, value in enumerate(option_values) if agree("", value, jacobian[:, :, [joint]], EXACT).passed
         ]
-        effects.append(matches[0] if len(matches) == 1 else -1)
-    yield Check("columns", tuple(effects) == answer.correct, f"options of the joints, from 0: {effects}")
+        matched.append(matches[0] if len(matches) == 1 else -1)
+    yield Check("columns", tuple(matched) == answer.correct, f"options of the joints, from 0: {matched}")
     yield _check_different(numeric, [sp.Matrix(option.shown) for option in offered])
 
 

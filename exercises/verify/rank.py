@@ -47,14 +47,14 @@ samples."""
 
 
 def rank_of(jacobian: np.ndarray) -> tuple[int, bool]:
-    """Return the rank of a matrix, and whether each singular value is clearly zero or clearly not zero."""
+    """Return the rank of a matrix, and whether every singular value is either clearly zero or clearly not zero."""
     sigma = np.linalg.svd(jacobian, compute_uv=False)
     share = sigma / max(float(sigma[0]), 1e-12)
     return int(np.sum(share > GONE)), not bool(np.any((share > GONE) & (share < THERE)))
 
 
 def _check_rank(numeric: NumericReference, part: Part) -> Checks:
-    """Check a rank by singular values, which also have to be clearly zero or clearly not zero."""
+    """Check a rank by the singular values of J; each must be either clearly zero or clearly not zero."""
     part.of(Number)
     rank, is_clear = rank_of(exponential_at(numeric, part.about(AtPose).place)[numeric.task])
     yield agree("rank", reference_numbers(part), np.array([[[float(rank)]]]), EXACT)
@@ -65,7 +65,7 @@ def _check_rank(numeric: NumericReference, part: Part) -> Checks:
 
 
 def _check_direction(numeric: NumericReference, part: Part) -> Checks:
-    """Check a lost direction u, in formulas or as a numeric unit vector, by u J = 0."""
+    """Check that a lost direction u, given by formulas or as a numeric unit vector, satisfies u^T J = 0."""
     answer = part.of(Direction)
     m = len(numeric.task)
     if answer.reference.shape != (m, 1):
@@ -94,7 +94,7 @@ def _check_written_form(part: Part) -> Check:
 
 
 def _check_formula(numeric: NumericReference, part: Part, lost: LostAt) -> Checks:
-    """Check that u J = 0 for a formula of the lost direction, with the joint values substituted at random samples."""
+    """Check that a formula for the lost direction u satisfies u^T J = 0 at random singular configurations."""
     fixed = {q for q, _ in lost.values}
     remaining = part.answer.as_matrix().free_symbols & fixed
     yield Check(
@@ -106,15 +106,15 @@ def _check_formula(numeric: NumericReference, part: Part, lost: LostAt) -> Check
     for index, (arm, lengths) in enumerate(zip(numeric.arms, numeric.lengths, strict=True)):
         rows = slice(index * POSES, (index + 1) * POSES)
         q = np.stack([numeric.values[symbol.name][rows] for symbol in numeric.chain.q], axis=1)
-        numbers = {sp.Symbol(name): sp.Float(value) for name, value in lengths.items()}
+        substitutions = {sp.Symbol(name): sp.Float(value) for name, value in lengths.items()}
         for symbol, value in lost.values:
-            q[:, numeric.chain.q.index(symbol)] = float(sp.N(value.xreplace(numbers)))
+            q[:, numeric.chain.q.index(symbol)] = float(sp.N(value.xreplace(substitutions)))
         jacobians.append(exponential_jacobian(arm, q)[:, numeric.task])
     yield _check_perpendicular(numeric.read(part.answer.as_matrix()), np.concatenate(jacobians))
 
 
 def _check_perpendicular(vectors: np.ndarray, jacobians: np.ndarray) -> Check:
-    """Check that u J = 0, that the vector is not zero, and that the rank of J is exactly one less than full."""
+    """Check that u^T J = 0, that u is not zero, and that J has exactly one less than full rank."""
     norms = np.linalg.norm(vectors, axis=1, keepdims=True)
     ranks = {rank_of(jacobian)[0] for jacobian in jacobians}
     if np.any(norms < 1e-9) or not np.all(np.isfinite(vectors)) or np.iscomplexobj(vectors):
@@ -131,9 +131,9 @@ def _check_perpendicular(vectors: np.ndarray, jacobians: np.ndarray) -> Check:
 def samples_at(
     numeric: NumericReference, values: Sequence[tuple[sp.Symbol, sp.Expr]], condition: sp.Expr | None, each: int = 2
 ) -> list[Sample]:
-    """Return configurations for several choices of lengths, `each` for one choice.
+    """Return configurations that have the given joint values or, if there is a condition, satisfy the condition.
 
-    They have the given joint values or, if there is a condition, satisfy it.
+    There are `each` configurations for each of several choices of the symbolic lengths.
     """
     if condition is not None:
         return samples_where(numeric, condition, arms=4, each=each)
@@ -141,8 +141,8 @@ def samples_at(
     for arm_index, (arm, lengths) in enumerate(_more_arms(numeric)):
         if arm_index >= ARMS_TRIED and samples:
             break
-        numbers = {sp.Symbol(name): sp.Float(value) for name, value in lengths.items()}
-        fixed_values = {numeric.chain.q.index(q): complex(sp.N(value.xreplace(numbers))) for q, value in values}
+        substitutions = {sp.Symbol(name): sp.Float(value) for name, value in lengths.items()}
+        fixed_values = {numeric.chain.q.index(q): complex(sp.N(value.xreplace(substitutions))) for q, value in values}
         if any(abs(value.imag) > 1e-12 for value in fixed_values.values()):
             continue
         for q in random_poses(numeric.chain, numeric.stream, each):
@@ -156,6 +156,7 @@ ARMS_TRIED, MOST_TRIED = 6, 100
 
 
 def _more_arms(numeric: NumericReference) -> Iterator[tuple[NumericChain, Mapping[str, float]]]:
+    """Yield the numeric arms of the reference with their lengths, and then arms with other lengths."""
     yield from zip(numeric.arms, numeric.lengths, strict=True)
     for _ in range(MOST_TRIED):
         lengths = sample_distinct_lengths(
@@ -168,9 +169,9 @@ def _more_arms(numeric: NumericReference) -> Iterator[tuple[NumericChain, Mappin
 
 
 def _check_motion(numeric: NumericReference, part: Part) -> Checks:
-    """Check that the correct line is the only one along which no velocity is possible.
+    """Check that no possible velocity has a component along the correct line.
 
-    Along each of the other lines, some possible velocity has a component.
+    Along each of the other lines, some possible velocity must have a component.
     """
     answer, asked = part.of(Choice), part.about(OfMotion).asked
     texts = tuple(line.words for line in asked.lines)
@@ -199,7 +200,7 @@ def _check_motion(numeric: NumericReference, part: Part) -> Checks:
 def _possible_velocities(sample: Sample, task: Sequence[int], moving: str, held: bool) -> np.ndarray:
     """Return a basis (3 x k) of the possible linear velocities of P or angular velocities of the link.
 
-    If `held`, the task's rows of the other kind stay zero.
+    If `held`, only velocities are possible that keep the task's other rows (angular or linear) at zero.
     """
     jacobian = exponential_jacobian(sample.arm, sample.q[None])[0]
     moving_rows, held_rows = (
@@ -216,7 +217,7 @@ def _possible_velocities(sample: Sample, task: Sequence[int], moving: str, held:
 
 
 def _check_meaning(numeric: NumericReference, part: Part) -> Checks:
-    """Check that only the correct statement on the geometric cause of a singularity holds."""
+    """Check that, of the offered statements on the geometric cause of a singularity, only the correct one is true."""
     answer, asked = part.of(Choice), part.about(OfMeaning).asked
     samples = samples_at(numeric, asked.values, asked.condition)
     correct = answer.correct
@@ -227,7 +228,8 @@ def _check_meaning(numeric: NumericReference, part: Part) -> Checks:
     ]
     kinds = set(map(str, kinds_at(numeric.chain, samples)))
     holds = [
-        t and (kind is None or kinds == {kind}) for t, (_, kind) in zip(statement_holds, asked.offered, strict=True)
+        is_true and (kind is None or kinds == {kind})
+        for is_true, (_, kind) in zip(statement_holds, asked.offered, strict=True)
     ]
     expected = [index == correct for index in range(len(holds))]
     detail = f"{', '.join(sorted(kinds))} at {len(samples)} configurations; options that hold: {holds}"
@@ -243,7 +245,7 @@ _OF_AXES = {"in line", "parallel", "one plane", "square"}
 
 
 def _holds(meaning: Meaning, sample: Sample) -> bool:
-    """Return whether a statement holds at a sample, by moving joints and comparing distances and lines."""
+    """Return whether a geometric statement is true at a configuration, by moving joints and comparing lines."""
     first, last = meaning.joints[0] - 1, meaning.joints[-1] - 1
     frames = sample.arm.frames(sample.q)
     if meaning.kind == "on axis":
@@ -278,8 +280,8 @@ def _holds(meaning: Meaning, sample: Sample) -> bool:
         return bool(
             abs(np.sin(angle) if meaning.kind == "along" else np.cos(angle)) < 1e-6 and abs(projected[2, 0]) < 1e-6
         )
-    others = sample.q + np.linspace(-2.9, 3.2, 60)[:, None] * np.eye(len(sample.q))[last]
-    distances = distances_from_axis(sample, sample.arm.point(np.vstack([sample.q, others])), first)
+    moved_configurations = sample.q + np.linspace(-2.9, 3.2, 60)[:, None] * np.eye(len(sample.q))[last]
+    distances = distances_from_axis(sample, sample.arm.point(np.vstack([sample.q, moved_configurations])), first)
     best = distances.max() if meaning.kind == "far" else distances.min()
     return bool(abs(distances[0] - best) < 1e-9)
 

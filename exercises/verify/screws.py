@@ -1,9 +1,9 @@
-"""Check the questions of `questions.screws`: screws by frames at home, the others by exponentials of the axes.
+"""Check the questions on screws, twists and the space and body Jacobians (`questions.screws`).
 
-The screws at home are computed from 4 x 4 products of the table at zero joint variables, by z and o x z. Everything
-else comes from the axes in the problem statement, which `certify` compares with those products, too. Each joint is an
-axis in the space frame at home, and the arm is the product of the joints' exponentials. No link frame is used there. If
-link frames give an additional method, it is tested as well.
+The screws at home are checked with the link frames at zero joint variables: the axis z, and o x z for its origin o.
+Everything else is checked with the product of exponentials of the axes in the problem statement, which uses no link
+frame. `certify` separately compares these axes with the link frames. If link frames give an additional method, it is
+used as well.
 
 Twists and adjoints have the arm's order: (omega, v) as in Lynch and Park, or (v, omega) as in Murray, Li and Sastry.
 Each order has its own adjoint.
@@ -23,12 +23,12 @@ from qdot.exercises.verify.numeric_reference import Check, Checks, NumericRefere
 
 
 def _is_linear_first(numeric: NumericReference) -> bool:
-    """Return whether twists of an arm are (v, omega)."""
+    """Return whether an arm's twists have the order (v, omega)."""
     return numeric.chain.twist_order == "v-omega"
 
 
 def _twist(numeric: NumericReference, omega: np.ndarray, v: np.ndarray, axis: int = -1) -> np.ndarray:
-    """Return the twist of an angular and a linear velocity, in the arm's order."""
+    """Join an angular and a linear velocity to a twist, in the arm's order."""
     return np.concatenate([v, omega] if _is_linear_first(numeric) else [omega, v], axis=axis)
 
 
@@ -45,9 +45,9 @@ def _adjoint(numeric: NumericReference, pose: np.ndarray) -> np.ndarray:
 
 
 class _Axes:
-    """The numeric arm by the axes in its problem statement, at the samples of a numeric reference.
+    """The numeric arm as a product of exponentials of the axes in the problem statement, at random samples.
 
-    It has the pose (…, 4, 4), and the space and body Jacobians (…, 6, n).
+    `pose` is the pose of the body frame, (…, 4, 4); `space` and `body` are the space and body Jacobians, (…, 6, n).
     """
 
     def __init__(self, numeric: NumericReference) -> None:
@@ -66,7 +66,7 @@ class _Axes:
 
     @staticmethod
     def _screw(numeric: NumericReference, axis: Axis) -> tuple[np.ndarray, np.ndarray]:
-        """Return omega and v of a joint at home, (…, 3) each."""
+        """Return omega and v of the unit screw of a joint at home, (…, 3) each."""
         u, o = numeric.numbers(axis.direction), numeric.numbers(axis.point)
         return (u, np.cross(o, u)) if axis.kind == "R" else (0 * u, u)
 
@@ -85,7 +85,7 @@ def _pose(numeric: NumericReference, _: Part) -> Expected:
 
 
 def _conjugate(numeric: NumericReference, pose: np.ndarray, twists: np.ndarray) -> np.ndarray:
-    """Return twists (…, 6, k) in another frame, T [V] T^-1, by 4 x 4 matrices of twists."""
+    """Transform twists (…, 6, k) to another frame by their 4 x 4 matrices: T [V] T^-1."""
     columns = []
     for k in range(twists.shape[-1]):
         upper, lower = twists[..., :3, k], twists[..., 3:, k]
@@ -158,11 +158,11 @@ def _body_jacobian(numeric: NumericReference) -> Expected:
 
 
 def _check_twist(jacobian_by_route: Callable[[NumericReference], Expected]) -> PartCheck:
-    """Return the check of a twist: the Jacobian by each method times the joint rates."""
+    """Return a function that checks a twist, which is the Jacobian of each method times the joint rates."""
 
     def twist(numeric: NumericReference, _: Part) -> Expected:
-        routes = jacobian_by_route(numeric).items()
-        return {name: (jacobian @ numeric.rates, allowed) for name, (jacobian, allowed) in routes}
+        methods = jacobian_by_route(numeric).items()
+        return {name: (jacobian @ numeric.rates, tolerance) for name, (jacobian, tolerance) in methods}
 
     return formula_check(twist)
 

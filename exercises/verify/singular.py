@@ -1,6 +1,7 @@
-"""Check singular sets in both directions, and the type of a singularity.
+"""Check singular sets, and the type of a singularity.
 
-The type is determined again for other lengths.
+A singular set is checked in both directions: J loses rank everywhere on it, and it contains every singular
+configuration that a numerical search finds. The type of a singularity is determined again for other lengths.
 """
 
 from collections.abc import Sequence
@@ -40,12 +41,12 @@ from qdot.exercises.verify.numeric_reference import (
 )
 
 STARTS, STARTS_REDUNDANT, STEPS, SINGULAR = 30, 150, 40, 1e-9
-"""Number of searches on each arm (more for a redundant one), steps of each, and sigma_min/sigma_max of a result.
+"""Searches on each arm, on each redundant arm, steps of a search, and maximum sigma_min/sigma_max at its end.
 
-A redundant arm has singular components of fewer dimensions, which fewer of the searches reach."""
+A redundant arm has singular components of lower dimension, which fewer of the searches reach."""
 
 STILL_SINGULAR = 1e-8
-"""Maximum sigma_min/sigma_max of a result on the same arm with other joint offsets, which change the rounding."""
+"""The same maximum for the arm with other joint offsets, which change the rounding."""
 
 STILL = 1e-12
 """Size of a step below which the iteration stops."""
@@ -91,9 +92,9 @@ def _ratios_on(numeric: NumericReference, piece: Any, lengths: dict[str, float],
 
 
 def _ratios_elsewhere(numeric: NumericReference, piece: Any, joints: list[str]) -> list[float]:
-    """Return sigma_min/sigma_max of J at configurations on a piece, for the first of further arms that has some.
+    """Return sigma_min/sigma_max of J at configurations on a piece, for other lengths.
 
-    A piece such as theta3 = acos(-a2/a3) exists only if the lengths allow it.
+    A piece such as theta3 = acos(-a2/a3) exists only for some lengths. The first arm on which it exists is used.
     """
     for _ in range(FURTHER_ARMS):
         ratios = _ratios_on(numeric, piece, random_lengths(numeric.chain, numeric.stream), joints)
@@ -103,7 +104,7 @@ def _ratios_elsewhere(numeric: NumericReference, piece: Any, joints: list[str]) 
 
 
 def _ratios(jacobians: np.ndarray) -> np.ndarray:
-    """Return sigma_min/sigma_max of Jacobians; it is negligible if J itself is (rank zero)."""
+    """Return sigma_min/sigma_max of Jacobians; for a Jacobian that is nearly zero, the result is nearly zero, too."""
     sigma = np.linalg.svd(jacobians, compute_uv=False)
     return np.asarray(sigma[..., -1] / np.maximum(sigma[..., 0], 1e-6))
 
@@ -111,8 +112,8 @@ def _ratios(jacobians: np.ndarray) -> np.ndarray:
 def _check_completeness(numeric: NumericReference, claimed: list[Any], joints: list[str]) -> Check:
     """Check that the claimed set contains the singular configurations that a search from random starts finds.
 
-    The search runs on the normalized arm, once for all arms that share it. A first test checks that its results are
-    singular for this arm, too.
+    The search runs on the normalized arm, once for all arms that share it. Therefore its results are first
+    checked to be singular for this arm, too.
     """
     count, chain = 0, numeric.chain
     for sampled_lengths, at_zero in _search_on_each_arm(normalize_arm(chain)):
