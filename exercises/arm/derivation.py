@@ -292,7 +292,7 @@ class Derivation:
         simplified.
         """
         filled = matrix.applyfunc(self.fill)
-        if convention_of(self.chain).has_frames:
+        if convention_of(self.chain).shows_table:
             return filled
         return filled.applyfunc(without_arctangents).applyfunc(without_brackets)
 

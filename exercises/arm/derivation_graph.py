@@ -256,7 +256,7 @@ def _axes(w: Working) -> np.ndarray:
 
 def _origins_on_axes(w: Working) -> np.ndarray:
     """Return the origins of the frames on the joint axes and the one after them, (n + 1, 3, …)."""
-    if not convention_of(w.chain).has_frames_of_joints:
+    if not convention_of(w.chain).is_proximal:
         return np.asarray(w["origins"])
     offsets = [row.d * rotation[:, 2] for row, rotation in zip(w["table"].rows, w["rotations"], strict=False)]
     origins = w["origins"][: w.n] + _values(w, offsets)
@@ -270,7 +270,7 @@ def _arms(w: Working) -> np.ndarray:
 def convention_rotation(w: Working, frame: int) -> np.ndarray:
     """Return the rotation of a frame (from 0) of the arm's convention, (3, 3, …)."""
     rotation = w["rotations"][frame]
-    if convention_of(w.chain).has_frames_of_joints and frame:
+    if convention_of(w.chain).is_proximal and frame:
         rotation = product(rotation, turn_x(w, -w["table"].rows[frame - 1].alpha))
     return np.asarray(w.arithmetic.value(rotation))
 

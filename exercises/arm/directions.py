@@ -203,7 +203,7 @@ class Line:
 def lines_of(chain: Chain) -> list[Line]:
     """Return the lines of an arm that may describe a direction; the easiest to see come first."""
     n, first = chain.n, convention_of(chain).frame_on_axis(1)
-    if not convention_of(chain).has_frames:
+    if not convention_of(chain).frame_numbers:
         return [
             *(Line("omega" if joint.kind == "R" else "v", i) for i, joint in enumerate(chain.joints, 1)),
             *(Line("space", i) for i in range(3)),

@@ -24,7 +24,7 @@ def robot_text(robot: Robot, convention: str) -> str:
     """
     chain = robot.chain
     described = REGISTRY[convention](chain)
-    top, joints = _table_entries(described) if described.has_frames else _screw_entries(chain)
+    top, joints = _screw_entries(chain) if "axis" in described.joint_keys else _table_entries(described)
     top_entries = [("name", toml_text(chain.title or chain.name))]
     top_entries += [("source", toml_text(robot.source))] if robot.source else []
     top_entries += [("convention", toml_text(convention))] if convention != CONVENTIONS[0] else []

@@ -96,7 +96,7 @@ def _is_movable(bones: Skeleton, i: int) -> bool:
 
 def _has_room(chain: Chain) -> bool:
     """Return whether all x axes are drawn even if many start at one point, as for a wrist in modified DH."""
-    return convention_of(chain).has_frames_of_joints and chain.n <= FEW
+    return convention_of(chain).is_proximal and chain.n <= FEW
 
 
 def _crowded_frames(origins: np.ndarray) -> frozenset[int]:
@@ -258,14 +258,14 @@ def draw_joint_angle(scene: Scene, i: int) -> Drawing:
     """Return the arc of theta_i from x_{i-1} to x_i about z_{i-1}, with dashed lines for axes that are not drawn."""
     table, bones, view = scene.chain.joints[i - 1], scene.bones, scene.view
     convention = convention_of(scene.chain)
-    if table.kind != "R" or not convention.has_frames:  # without x axes, no angle is shown
+    if table.kind != "R" or convention.is_drawn_at_home:  # without x axes, no angle is shown
         return Drawing()
     angle = float(np.arctan2(np.sin(bones.entries[i - 1]), np.cos(bones.entries[i - 1])))
     x, y, center = bones.frames[i - 1, :3, 0], bones.frames[i - 1, :3, 1], scene.places[i - 1]
     label = with_offset(scene.chain.q[i - 1], scene.offsets[i - 1], angle=True)
     dashed = []
     is_apart = bool(np.linalg.norm(center - bones.origins[i - 1]) > 1e-9)
-    if is_apart or i - 1 in scene.without_x or convention.has_frames_of_joints:
+    if is_apart or i - 1 in scene.without_x or convention.is_proximal:
         dashed.append(x)
     if np.linalg.norm(bones.corners[i - 1] - center) > 1e-9 or table.a == 0:
         dashed.append(direction_at(x, y, angle))
@@ -293,7 +293,7 @@ def draw_arc(
 
 def draw_slide(scene: Scene, i: int) -> Drawing:
     """Return the dimension line of d_i of a prismatic joint, from O_{i-1} along z_{i-1}."""
-    if scene.chain.joints[i - 1].kind != "P" or not convention_of(scene.chain).has_frames:
+    if scene.chain.joints[i - 1].kind != "P" or convention_of(scene.chain).is_drawn_at_home:
         return Drawing()
     start, end = scene.bones.origins[i - 1], scene.bones.corners[i - 1]
     is_glyph_apart = np.linalg.norm(scene.places[i - 1] - start) > 1e-9  # then another joint's arc is at O_{i-1}

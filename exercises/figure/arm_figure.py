@@ -91,7 +91,7 @@ def arm_figure(chain: Chain, pose: Mapping[str, float] | None = None) -> Figure:
 def figure_pose(chain: Chain) -> dict[str, float]:
     """Return the joint variables by name (rad, m) in the default pose of `figure_svg`."""
     zero = {q.name: 0.0 for q in chain.q}
-    if not convention_of(chain).has_frames:
+    if convention_of(chain).is_drawn_at_home:
         return zero
     entries, offsets = _draw_with_labels(chain, None)[1], entries_of_pose(chain, zero)
     return {name: round(float(entry - offset), 9) for name, entry, offset in zip(zero, entries, offsets, strict=True)}
@@ -157,7 +157,7 @@ def figure_svg(chain: Chain, name: str = "arm", pose: Mapping[str, float] | None
 
     An arm described by its axes is drawn in its home position, unless a pose is given.
     """
-    if pose is None and not convention_of(chain).has_frames:
+    if pose is None and convention_of(chain).is_drawn_at_home:
         pose = {q.name: 0.0 for q in chain.q}
     return _render_svg(chain, name, None if pose is None else tuple(pose.items()))
 
@@ -329,7 +329,7 @@ def _compose(
 def _draw_parts(chain: Chain, bones: Skeleton, sparse: bool, view: View) -> Drawing:
     """Return all parts from back to front."""
     stage = make_scene(chain, bones, view, sparse)
-    on_top = not convention_of(chain).has_frames  # because at home, a link may run along an axis of the space frame
+    on_top = convention_of(chain).is_drawn_at_home  # because at home, a link may run along an axis of the space frame
     world_underneath, world_on_top = (
         (Drawing(), frames.draw_world(stage)) if on_top else (frames.draw_world(stage), Drawing())
     )

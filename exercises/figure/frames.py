@@ -37,7 +37,7 @@ maximum cost.
 
 def draw_axes(scene: Scene) -> Drawing:
     """Return the axes of frames 0 ... n; axes that coincide are drawn once, with all their names."""
-    if not convention_of(scene.chain).has_frames:
+    if not convention_of(scene.chain).frame_numbers:
         return _joint_axes(scene)
     view, flat = scene.view, scene.is_planar
     base = convention_of(scene.chain).base
@@ -104,7 +104,7 @@ def draw_body_frame(scene: Scene) -> Drawing:
 
 def has_body_frame(scene: Scene) -> bool:
     """Return whether the body frame is drawn or named: at home, if P is on the last link."""
-    return not convention_of(scene.chain).has_frames and scene.is_home and scene.chain.point.frame == scene.chain.n
+    return convention_of(scene.chain).is_drawn_at_home and scene.is_home and scene.chain.point.frame == scene.chain.n
 
 
 def _is_at_world(scene: Scene) -> bool:
@@ -115,7 +115,7 @@ def draw_origins(scene: Scene) -> Drawing:
     """Return the names of the origins O_0 ... O_n and of P; coincident points share a label."""
     names: list[tuple[np.ndarray, tuple[TextRun, ...]]] = []
     point = scene.bones.path[-1]
-    origins = list(enumerate(scene.frames[:, :3, 3])) if convention_of(scene.chain).has_frames else []
+    origins = [(i, scene.frames[i, :3, 3]) for i in convention_of(scene.chain).frame_numbers]
     body = roman(", {b}") if has_body_frame(scene) else ()
     marks = [(point, (*symbol("P"), *body))] + [(o, symbol("O", str(i))) for i, o in origins]
     for position, pieces in marks:
@@ -173,10 +173,10 @@ def page_normals(scene: Scene) -> Drawing:
     """Return the names of z axes seen end-on, if not all z axes of a flat drawing point towards the reader."""
     view, n = scene.view, scene.chain.n
     signs = [view.toward(frame[:3, 2]) for frame in scene.frames]
-    if not scene.is_planar or min(signs) > 0.9 or not convention_of(scene.chain).has_frames:
+    if not scene.is_planar or min(signs) > 0.9 or not convention_of(scene.chain).frame_numbers:
         return Drawing()
     labels, labelled = [], range(n) if min(map(abs, signs)) > 0.9 else range(n + 1)
-    if convention_of(scene.chain).has_frames_of_joints:
+    if convention_of(scene.chain).is_proximal:
         labelled = range(1, n + 1)
     for i in labelled:
         if abs(signs[i]) > 0.9:
@@ -188,11 +188,10 @@ def page_normals(scene: Scene) -> Drawing:
 
 def draw_world(scene: Scene) -> Drawing:
     """Return the world frame, the base's position as dashed lines, and the base's yaw; nothing if the frames agree."""
-    view, base = scene.view, convention_of(scene.chain).base
-    is_given_by_axes = not convention_of(scene.chain).has_frames
-    if base.is_world and not is_given_by_axes:
+    view, convention = scene.view, convention_of(scene.chain)
+    base, name = convention.base, convention.fixed_frame
+    if base.is_world and convention.frame_numbers:
         return _first_length(scene)
-    name = "s" if is_given_by_axes else "w"
     base_origin = scene.frames[0, :3, 3]
     is_apart = float(np.linalg.norm(base_origin)) * view.scale > 1.0
     length = AXIS[scene.is_planar] + (0.0 if is_apart else 18.0)
@@ -214,7 +213,7 @@ def draw_world(scene: Scene) -> Drawing:
         pixel = view.px(np.zeros(3))
         anchors = ((pixel, (-0.7, 0.7)), (pixel, (0.7, 0.7)))
         part += Drawing((), (Request(symbol("O", name), anchors, gap=6.0, rank=3, kind="origin"),))
-    return part if is_given_by_axes else part + _yaw(scene, is_apart)
+    return part + _yaw(scene, is_apart) if convention.frame_numbers else part
 
 
 def _first_length(scene: Scene) -> Drawing:

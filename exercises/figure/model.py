@@ -57,7 +57,7 @@ class Model:
 
 def model_of(chain: Chain) -> Model:
     """Return the model of an arm. An arm described by its axes is its own model, because it is drawn at home."""
-    if not convention_of(chain).has_frames:
+    if convention_of(chain).is_drawn_at_home:
         return Model(chain, chain, {}, 1.0)
     letters: dict[tuple[TextRun, ...], tuple[TextRun, ...]] = {}
     length, longer = _model_lengths(chain, letters)

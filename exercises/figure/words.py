@@ -39,7 +39,7 @@ def alt_text(chain: Chain, posed: bool = False) -> str:
     normal_axis = plane(chain)
     view_clause = f"drawn flat {SEEN[normal_axis]}" if normal_axis else "drawn in space"
     arm = f"A {'planar' if normal_axis else 'spatial'} arm with {joints} in series, {view_clause}"
-    if not convention_of(chain).has_frames:
+    if convention_of(chain).is_drawn_at_home:
         arm = arm.replace("_w", "_s")
         home = ", not at home. At home, in the space frame s:" if posed else ", at home, in the space frame s."
         return " ".join([f"{arm}{home}", *_axes(chain), "Lengths are not to scale."])
@@ -87,7 +87,7 @@ def _base(chain: Chain) -> str:
 
 
 def _joint(chain: Chain, i: int) -> str:
-    if convention_of(chain).has_frames_of_joints:
+    if convention_of(chain).is_proximal:
         return _joint_of_frame(chain, i)
     row, is_revolute = chain.joints[i - 1], chain.joints[i - 1].kind == "R"
     motion = _moves(chain, i)

@@ -230,14 +230,14 @@ def _drop_point_offset(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
 
 def _move_to_last_origin(w: Working, table: Table) -> Table:
     """Return the table with P at the origin of its frame (in a modified table, before the length of the link)."""
-    if convention_of(w.chain).has_frames_of_joints and w.chain.point.frame:
+    if convention_of(w.chain).is_proximal and w.chain.point.frame:
         table = table.with_row(w.chain.point.frame - 1, a=table.rows[w.chain.point.frame - 1].a * 0)
     return replace(table, offset=table.offset * 0)
 
 
 def _use_other_origin(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
     """Yield the variant with the last origin instead of P, or with the one before it if P is at the last origin."""
-    if convention_of(chain).has_frames_of_joints:
+    if convention_of(chain).is_proximal:
         if chain.point.frame == chain.n > 1:
             yield MistakeVariant({"table": _move_to_earlier_origin}, {"frame": chain.n - 1})
         return

@@ -87,7 +87,7 @@ def _notebook(
 
     own_claims = claims(kind, key, student, problems)
     notebook = new_notebook(metadata={"kernelspec": KERNEL, "language_info": {"name": "python"}, "qdot": own_claims})
-    has_tables = any(convention_of(problem.chain).has_frames for _, problem in problems)
+    has_tables = any(convention_of(problem.chain).shows_table for _, problem in problems)
     opening = render("notebook/title.md.j2", title=title, key=key, student=student, kind=kind, has_tables=has_tables)
     notebook.cells = [_markdown("title", opening), _code("setup", setup_cell(problems))]
     if checks := function_cell(problems):

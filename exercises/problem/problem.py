@@ -292,7 +292,7 @@ class Problem:
         for symbol in self.chain.parameters:
             is_angle = symbol.name.startswith(("alpha", "beta"))
             known[symbol.name] = SymbolInfo("angle" if is_angle else "length", "rad" if is_angle else "m")
-        for number, joint in enumerate(self.chain.joints if convention_of(self.chain).has_frames else (), 1):
+        for number, joint in enumerate(self.chain.joints if convention_of(self.chain).shows_table else (), 1):
             for letter, value in (("a", joint.a), ("d", joint.d if joint.kind == "R" else sp.S.Zero)):
                 if value.is_number and value != 0:
                     known.setdefault(f"{letter}{number}", SymbolInfo("length", "m", value))

@@ -468,7 +468,7 @@ def text_stages(chain: Chain, robot: Robot | None = None) -> Stages:
     w, steps = Wording(chain), solution_steps(chain)
     description = _describe_arm(robot)
     shows_same = description is not None and not description.base and description.rows == w.rows
-    if shows_same or not w.convention.has_frames:
+    if shows_same or not w.convention.shows_table:
         description = None  # the standard text below shows the same
     rounded = ROUNDED if robot is not None and robot.rounded else ""
     yield Ready(

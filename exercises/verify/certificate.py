@@ -78,7 +78,7 @@ def _check_symbols(chain: Chain) -> Check:
     reserved = {symbol.name for symbol in (*chain.q, *chain.rates)} | set(TASK_ROWS)
     ambiguous = sorted(symbol.name for symbol in chain.parameters if symbol.name in reserved)
     for symbol in (
-        chain.parameters if convention_of(chain).has_frames else ()
+        chain.parameters if convention_of(chain).shows_table else ()
     ):  # an arm described by its axes at home shows no table
         match = re.fullmatch(r"([ad])([1-9]\d*)", symbol.name)
         if match and int(match.group(2)) <= chain.n:

@@ -88,7 +88,7 @@ class NumericReference:
 
         They are multiplied out from the elementary transformations.
         """
-        if not convention_of(self.chain).has_frames_of_joints:
+        if not convention_of(self.chain).is_proximal:
             return self.frames
         pairs = zip(self.lengths, self._poses, strict=True)
         return np.concatenate([modified_frames(self.chain, lengths, q) for lengths, q in pairs])
@@ -120,7 +120,7 @@ class NumericReference:
     @property
     def convention_velocities(self) -> np.ndarray:
         """`carried` for the frames that students see."""
-        if not convention_of(self.chain).has_frames_of_joints:
+        if not convention_of(self.chain).is_proximal:
             return self.carried
         velocities = []
         for lengths, q in zip(self.lengths, self._poses, strict=True):

@@ -143,7 +143,7 @@ class HintContext:
 
         Also None for an arm that is described by its axes, because it has no frame 1.
         """
-        if objection_unless_partitioned(self.chain) is not None or not convention_of(self.chain).has_frames:
+        if objection_unless_partitioned(self.chain) is not None or not convention_of(self.chain).frame_numbers:
             return None
         partition = blocks(self.chain)
         return None if partition.arm_seen == partition.arm else partition.arm_seen

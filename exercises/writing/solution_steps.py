@@ -184,7 +184,7 @@ class SolutionSteps:
     @property
     def is_standard(self) -> bool:
         """Whether the arm is described by a standard table; everything is derived in the frames of that table."""
-        return self.convention.has_frames and not self.convention.has_frames_of_joints
+        return bool(self.convention.frame_numbers) and not self.convention.is_proximal
 
     @property
     def _home(self) -> dict[sp.Symbol, sp.Expr]:

@@ -144,8 +144,8 @@ def compare(
 
 def _features_of_convention(chains: Sequence[Chain]) -> Mapping[str, Callable[[Chain], str]]:
     """Return the features that depend on how arms are described; none if some arms have frames and others don't."""
-    have_frames = {convention_of(chain).has_frames for chain in chains}
-    return {} if len(have_frames) != 1 else OF_TABLES if have_frames == {True} else OF_AXES
+    show_tables = {convention_of(chain).shows_table for chain in chains}
+    return {} if len(show_tables) != 1 else OF_TABLES if show_tables == {True} else OF_AXES
 
 
 def correct_for_number(comparisons: Sequence[Comparison]) -> list[Comparison]:

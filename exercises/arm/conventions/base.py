@@ -45,6 +45,12 @@ class Convention:
     """The possible orders of omega and v in a twist, the default first; empty if there is no choice."""
     joint_keys: ClassVar[tuple[str, ...]] = ("kind", "theta", "d", "a", "alpha")
     """The keys of a joint in a ROBOT.toml."""
+    shows_table: ClassVar[bool] = True
+    """Whether students see the table from which everything is derived."""
+    is_drawn_at_home: ClassVar[bool] = False
+    """Whether the figure shows the arm with all joint variables zero, and the joint axes there."""
+    fixed_frame: ClassVar[str] = "w"
+    """The letter of the frame that doesn't move."""
     misreadings: ClassVar[frozenset[str]] = frozenset()
     """Mistakes that can only happen in this convention."""
     caption: ClassVar[str] = "Denavit–Hartenberg parameters"
@@ -64,9 +70,9 @@ class Convention:
         self.chain = chain
 
     @property
-    def has_frames(self) -> bool:
-        """Whether the links have frames."""
-        return FRAMES in self.has
+    def frame_numbers(self) -> range:
+        """The numbers of the frames on the base and the links."""
+        return range(self.chain.n + 1)
 
     @property
     def is_omega_first(self) -> bool:
@@ -74,7 +80,7 @@ class Convention:
         return False
 
     @property
-    def has_frames_of_joints(self) -> bool:
+    def is_proximal(self) -> bool:
         """Whether the z axis of frame i is the axis of joint i, which is not so in the standard table."""
         return FRAMES_OF_JOINTS in self.has
 

@@ -21,8 +21,14 @@ class Screws(Convention):
     has = frozenset({SCREWS})
     twist_orders: ClassVar[tuple[str, ...]] = ("omega-v", "v-omega")  # of Lynch and Park, and of Murray, Li and Sastry
     joint_keys = ("kind", "axis", "point")  # a prismatic joint has no point
+    shows_table, is_drawn_at_home, fixed_frame = False, True, "s"
     caption = "Joint axes at home"
-    frame_index = ""
+    frame_index = twisted_about = ""
+
+    @property
+    def frame_numbers(self) -> range:
+        """No numbers, because the links have no frames."""
+        return range(0)
 
     @property
     def is_omega_first(self) -> bool:

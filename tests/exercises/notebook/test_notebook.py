@@ -290,11 +290,11 @@ def _sabotaged(problem: Problem) -> Iterator[tuple[str, str, Any]]:
         assert isinstance(answer, (Expression, Matrix))
         wrong = sp.Matrix([answer.reference])
         compared = [at for at in np.ndindex(*wrong.shape) if at[1] == 0 or "first column of" not in relation.question]
-        if "linear rows" in relation.question and not convention_of(problem.chain).has_frames:
+        if "linear rows" in relation.question and not convention_of(problem.chain).frame_numbers:
             compared = [at for at in compared if at[0] > 2]
         row, column = next(at for at in compared if wrong[at] != 0)
         if "angular" in relation.question:
-            wrong[0 if not convention_of(problem.chain).has_frames else 3, 0] += sp.Rational(1, 10)
+            wrong[0 if convention_of(problem.chain).is_omega_first else 3, 0] += sp.Rational(1, 10)
         else:
             wrong[row, column] *= sp.Rational(-9, 10)
         yield relation.question, name, wrong
