@@ -32,7 +32,7 @@ def _joint_in_tool_frame(structure: Chain, i: int) -> tuple[sp.Matrix, sp.Matrix
     convention = convention_of(structure)
     joints = convention.first_joints(structure.n).joints
     rest = frame_behind(joints[i:])  # frame n in the coordinates of the frame at the end of link i
-    z, along = _tidy(rest.rotation.T * Z), joints[i].d if convention.is_proximal else 0
+    z, along = _tidy(rest.rotation.T * Z), convention.distance_along_axis(joints[i])
     p_star = _tidy(rest.rotation.T * rest.origin - along * z + sp.Matrix(convention.point.offset))
     return z, p_star, _tidy(z.cross(p_star))
 

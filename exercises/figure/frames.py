@@ -175,10 +175,8 @@ def page_normals(scene: Scene) -> Drawing:
     signs = [view.toward(frame[:3, 2]) for frame in scene.frames]
     if not scene.is_planar or min(signs) > 0.9 or not convention_of(scene.chain).frame_numbers:
         return Drawing()
-    labels, labelled = [], range(n) if min(map(abs, signs)) > 0.9 else range(n + 1)
-    if convention_of(scene.chain).is_proximal:
-        labelled = range(1, n + 1)
-    for i in labelled:
+    labels, first = [], convention_of(scene.chain).frame_on_axis(1)
+    for i in range(first, first + n) if min(map(abs, signs)) > 0.9 else range(first, n + 1):
         if abs(signs[i]) > 0.9:
             pixel = view.px(scene.frames[i, :3, 3])
             anchors = tuple((pixel, direction) for direction in ((-0.7, -0.7), (0.7, 0.7), (-0.7, 0.7), (0.7, -0.7)))

@@ -182,11 +182,6 @@ class SolutionSteps:
         return bool(place.free_symbols & set(self.chain.q))
 
     @property
-    def is_standard(self) -> bool:
-        """Whether the arm is described by a standard table; everything is derived in the frames of that table."""
-        return bool(self.convention.frame_numbers) and not self.convention.is_proximal
-
-    @property
     def _home(self) -> dict[sp.Symbol, sp.Expr]:
         return dict.fromkeys(self.chain.q, sp.S.Zero)
 

@@ -84,6 +84,11 @@ class Convention:
         """Whether the z axis of frame i is the axis of joint i, which is not so in the standard table."""
         return FRAMES_OF_JOINTS in self.has
 
+    @property
+    def has_standard_frames(self) -> bool:
+        """Whether its frames are those of the standard table."""
+        return bool(self.frame_numbers) and not self.is_proximal
+
     # --- table and frames ---
 
     @property
@@ -120,6 +125,11 @@ class Convention:
     def link_vector(self, row: "Joint") -> sp.Matrix:
         """Return r_i, from O_{i-1} to O_i in frame i-1 (below 6.13; 3 x 1, m)."""
         return sp.Matrix([row.a * sp.cos(row.theta), row.a * sp.sin(row.theta), row.d])
+
+    @staticmethod
+    def distance_along_axis(row: "Joint | Row") -> sp.Expr:
+        """Return the distance (m) along the axis of a joint from its standard origin to the frame on the axis."""
+        return sp.S.Zero
 
     def frame_on_axis(self, joint: int) -> int:
         """Return the number of the frame whose z axis is the axis of a joint (counted from 1)."""
