@@ -126,8 +126,7 @@ class Convention:
         """Return r_i, from O_{i-1} to O_i in frame i-1 (below 6.13; 3 x 1, m)."""
         return sp.Matrix([row.a * sp.cos(row.theta), row.a * sp.sin(row.theta), row.d])
 
-    @staticmethod
-    def distance_along_axis(row: "Joint | Row") -> sp.Expr:
+    def distance_along_axis(self, row: "Joint | Row") -> sp.Expr:
         """Return the distance (m) along the axis of a joint from its standard origin to the frame on the axis."""
         return sp.S.Zero
 

@@ -79,8 +79,7 @@ class ModifiedDh(Convention):
         """Return r_i, from O_{i-1} to O_i in frame i-1 (3 x 1, m)."""
         return sp.Matrix([row.a, -row.d * sp.sin(row.alpha), row.d * sp.cos(row.alpha)])
 
-    @staticmethod
-    def distance_along_axis(row: "Joint | Row") -> sp.Expr:
+    def distance_along_axis(self, row: "Joint | Row") -> sp.Expr:
         """Return d (m), because the frame of a joint comes after it."""
         return row.d
 
