@@ -1,4 +1,4 @@
-"""Tab completion of names from a registry. If no name fits, the shell completes file names."""
+"""Complete names from a registry when a user presses Tab. If no name fits, the shell completes file names."""
 
 from collections.abc import Callable, Iterable
 
@@ -6,10 +6,10 @@ from collections.abc import Callable, Iterable
 def complete_names(
     *registries: Iterable[str] | Callable[[], Iterable[str]], between: str = "", behind: str = ""
 ) -> Callable[[str], list[str]]:
-    """Return a function that lists the names that a partly typed value may be completed to.
+    """Return a function that lists the possible completions of a partly typed value.
 
-    If `between` separates several names, the last one is completed. `behind` is appended to each name.
-    A registry may be a function, which is called only when a shell asks for completions.
+    If `between` is given, the value is a list of names with this separator, and the last name is completed. `behind` is
+    appended to each name. A registry may be a function, which is called only when a shell asks for completions.
 
     >>> complete_names(["position", "jacobian"], between=",")("rank,ja"), complete_names(["scara"], behind="/1")("s")
     (['rank,jacobian'], ['scara/1'])

@@ -1,4 +1,4 @@
-"""Output shared by all commands: results on standard output, notes and progress on standard error."""
+"""Print the output of commands: results on standard output, notes and progress on standard error."""
 
 import re
 import sys
@@ -53,7 +53,7 @@ def note(text: str) -> None:
 
 
 EVERY = 60.0
-"""Seconds between two lines of progress if standard error is not a terminal."""
+"""Number of seconds between two lines of progress if standard error is not a terminal."""
 
 
 @contextmanager
@@ -86,7 +86,7 @@ def progress(title: str, total: int) -> Iterator["Counter"]:
 
 @contextmanager
 def show_work(title: str) -> Iterator[None]:
-    """Show on a terminal what the block works on, and erase it afterwards."""
+    """Show a title on a terminal while the block runs, and erase it afterwards."""
     if not sys.stderr.isatty():
         yield
         return

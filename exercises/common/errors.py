@@ -1,4 +1,4 @@
-"""The one exception whose message is for the user."""
+"""Define `QdotError`, the one exception whose message is for the user, and build common messages."""
 
 import errno
 
@@ -11,7 +11,7 @@ class QdotError(Exception):
 
 
 def of_machine(error: BaseException) -> QdotError | None:
-    """Return the message for an error caused by this machine's limit of open files; None for any other error.
+    """Return the error to show if this machine's limit of open files was reached; None for any other error.
 
     >>> print(of_machine(OSError(errno.EMFILE, "Too many open files")))
     this process may open no more files; allow more, as with 'ulimit -n 1024', and run the same command again

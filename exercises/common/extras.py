@@ -1,4 +1,4 @@
-"""How to install qdot, and which libraries are optional: the extras of pyproject.toml.
+"""Check that optional libraries are installed (the extras of pyproject.toml), and say how to install qdot.
 
 Code that uses an optional library calls `need` first. So users get the same message for every missing library, before
 any work is done.
@@ -36,7 +36,7 @@ def install_words(extra: str = "") -> str:
 
 
 def explain_missing(extra: str, what: str, module: str = "") -> str:
-    """Return the message that `what` needs an extra (or one `module` of it); "" if the extra is installed."""
+    """Return the message that a feature needs an extra, or one module of it; "" if that is installed."""
     missing = [name for name in EXTRAS[extra] if module in ("", name) and find_spec(name) is None]
     if not missing:
         return ""

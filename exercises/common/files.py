@@ -1,4 +1,4 @@
-"""Atomic writing of files: a reader sees the old content or the new, never a part of it."""
+"""Write files atomically: a reader sees either the old content or the new, never a part of it."""
 
 import contextlib
 import os
@@ -23,7 +23,7 @@ _DEVICE = re.compile(r"(con|prn|aux|nul|conin\$|conout\$|(com|lpt)[0-9¹²³]) *
 
 
 def is_changed_by_windows(name: str) -> bool:
-    """Return whether Windows can't use this file name: it names a device, or Windows strips its last character."""
+    """Return whether Windows would change a file name: the name of a device, or one that ends with a dot or a space."""
     return name.endswith((".", " ")) or _DEVICE.fullmatch(name) is not None
 
 
@@ -61,7 +61,7 @@ def write_atomically(path: Path, content: str | bytes, mode: int = 0o644, *, las
 
 
 def _is_in_place(path: Path) -> bool:
-    """Return whether a path is a device, a pipe, a socket, or a process's open file (/dev/fd/1)."""
+    """Return whether a path can't be replaced: a device, a pipe, a socket, or a process's open file (/dev/fd/1)."""
     try:
         kind = path.stat().st_mode
     except FileNotFoundError:
@@ -83,7 +83,7 @@ def _write_and_rename(path: Path, data: bytes, mode: int, lasting: bool) -> None
                 os.fsync(file.fileno())
             Path(name).chmod(mode)
             if IS_POSIX:
-                Path(name).replace(path)  # while locked, so that no other process removes it as left behind
+                Path(name).replace(path)  # while it is locked, so that no other process removes it as a leftover
         if not IS_POSIX:
             Path(name).replace(path)
         if lasting:
@@ -167,7 +167,7 @@ def _lock_on_windows(handle: int, wait: bool) -> None:
 
 @contextlib.contextmanager
 def clean_up_after(paths: Iterable[Path]) -> Iterator[None]:
-    """Remove temporary files of these paths: before the block those of earlier runs, after it those of dead workers."""
+    """Remove leftover temporary files of these paths before the block (earlier runs) and after it (killed workers)."""
     path_list = list(paths)
     remove_left_behind(path_list)
     try:

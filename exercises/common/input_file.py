@@ -1,7 +1,7 @@
-"""Reads files that people write; error messages name the place of what is wrong.
+"""Read TOML and CSV files that people write, with error messages that name the file, the line and the key.
 
 Every message has one form, FILE: line N: joint 2: alpha = "90 deg": what is wrong, and what is expected. The line is
-omitted if it is unknown, the value if it is long.
+omitted if it is unknown, and the value if it is long.
 """
 
 import codecs
@@ -36,7 +36,7 @@ _HINTS = (
     ("array declaration", "; a header has nothing but a name in it, as in [[joint]]"),
     ("unescaped '\\'", '; formulas have no backslash, as in "pi/2", and paths have /'),
 )
-"""Messages of Python's TOML parser, each with a hint at its usual cause."""
+"""Parts of the messages of Python's TOML parser, each with a hint at the usual cause."""
 
 
 def read_text(path: Path, missing: str = "") -> str:
@@ -96,14 +96,14 @@ class TomlFile:
 
     @contextmanager
     def at(self, *place: str | int) -> Iterator[None]:
-        """Put the place before the message of any QdotError raised in the block."""
+        """Prefix the message of a QdotError raised in the block with the file, the line and the key."""
         try:
             yield
         except QdotError as error:
             raise QdotError(f"{self.place(*place)}: {error}") from None
 
     def place(self, *place: str | int) -> str:
-        """Return the text for a place in a message, with its value if that is short."""
+        """Return the file, the line, the key and, if it is short, the value of an entry, for a message."""
         value: Any = self.content
         for key in place:
             has_key = key in value if isinstance(value, dict) else isinstance(value, list)
@@ -114,7 +114,7 @@ class TomlFile:
         return f"{where} = {text}" if text and len(text) <= _SHORT else where
 
     def place_of_key(self, *place: str | int) -> str:
-        """Return the text for a table in a message, with the line of the last key in `place`, which is wrong."""
+        """Return the file, the line of a wrong key, and the table that contains it, for a message."""
         return self._describe_place(place[:-1], place)
 
     def _describe_place(self, place: Place, key: Place) -> str:
@@ -131,9 +131,10 @@ class TomlFile:
     def check_keys(
         self, place: Place, known: Sequence[str], needed: Sequence[str] = (), above: Sequence[str] = ()
     ) -> None:
-        """Raise QdotError if the table at a place has an unknown key or, after that, lacks a needed key.
+        """Raise QdotError if a table has an unknown key, or else if it lacks a required key.
 
-        `above` are the top-level keys of the file: in TOML, a key below a [[header]] belongs to that table.
+        `above` are the top-level keys of the file. If one of them is written below a [[header]], TOML makes it a key of
+        that table, and the message says so.
         """
         table: Any = self.content
         for key in place:
@@ -183,7 +184,7 @@ def _holds_tables(value: object) -> bool:
 
 
 def read_toml(path: Path, missing: str = "", decimals: Callable[[str], Any] = Decimal) -> TomlFile:
-    """Return a parsed TOML file; `decimals` converts decimal numbers such as 0.5. Raises QdotError with the line."""
+    """Parse a TOML file; `decimals` converts decimal numbers such as 0.5. Raises QdotError with the line."""
     text = read_text(path, missing)
     try:
         return TomlFile(path, text, tomllib.loads(text, parse_float=decimals))
@@ -247,7 +248,7 @@ def read_table(
 
 
 def _rows(path: Path, missing: str) -> list[tuple[int, list[str]]]:
-    """Return the rows that are not empty, each with the line on which it begins. Raises QdotError."""
+    """Return the rows of a CSV file that are not empty, each with the line on which it begins. Raises QdotError."""
     text = read_table_text(path, missing)
     begins: list[int] = []
     try:

@@ -1,4 +1,4 @@
-"""Frozen dataclasses as JSON and back, with types checked when a file is read."""
+"""Convert frozen dataclasses to JSON and back; types are checked when JSON is read."""
 
 import json
 from collections.abc import Callable, Mapping
@@ -16,7 +16,7 @@ OPTIONAL = {"is_optional": True}
 
 
 def as_json(value: Any) -> Any:
-    """Return a value in a form for `json.dumps`: a dataclass becomes a dictionary with its fields, in their order.
+    """Convert a value for `json.dumps`: a dataclass becomes a dictionary of its fields, in their order.
 
     >>> from qdot.exercises.formula.identity import Certificate
     >>> as_json((Certificate("exact", 1),))
@@ -35,7 +35,7 @@ def as_json(value: Any) -> Any:
 
 
 def from_json(kind: type[Kind], text: str | bytes) -> Kind:
-    """Return the dataclass in a JSON text, ignoring unknown keys. Raises ValueError if the text doesn't fit."""
+    """Return a dataclass from its JSON text, ignoring unknown keys. Raises ValueError if a type is wrong."""
     instance: Kind = _reader(kind).validate_python(json.loads(text))  # pydantic's own parser rejects lone surrogates
     return instance
 

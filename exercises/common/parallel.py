@@ -1,7 +1,7 @@
-"""Applies a function to many items on several processes, with results in order; a stop ends all processes at once.
+"""Apply a function to many items on several processes, with the results in order; Ctrl-C ends all processes at once.
 
-If it is safe (on Linux, with a single thread), processes are forked from this one, with everything that it has loaded.
-Otherwise they come from a process that loads everything again.
+If it is safe (on Linux, with a single thread), the processes are forked from this one, with everything that it has
+loaded. Otherwise they load everything again.
 """
 
 import functools
@@ -30,14 +30,14 @@ Made = TypeVar("Made")
 
 METHODS = multiprocessing.get_all_start_methods()
 HAS_SERVER = "forkserver" in METHODS
-"""Whether processes can be forked from a server that has loaded what they need; on Windows, each loads it itself."""
+"""Whether processes can be forked from a server that has loaded everything; on Windows, each process loads it again."""
 CAN_FORK = sys.platform == "linux" and "fork" in METHODS
 """Whether this process may be forked. On macOS, system libraries fail after a fork. A fork of a process with threads
 would also copy the half-finished state of those threads, such as a progress bar's."""
 OF_GROUP = {getattr(signal, name) for name in ("SIGINT", "SIGHUP") if hasattr(signal, name)}
 """Signals that a terminal sends to all processes at once: Ctrl-C, and the end of the terminal (not on Windows)."""
 MASKS = hasattr(signal, "pthread_sigmask")
-"""Whether a process can be started with signals blocked. On Windows, no signal can reach it that early."""
+"""Whether a process can be started with signals blocked; on Windows, no signal can reach it that early."""
 if HAS_SERVER:
     from multiprocessing import forkserver
 
@@ -58,10 +58,9 @@ def ordered_map(
     Each process creates its state once by `setup(*arguments)`, and calls the state's `close` at the end, if it has one.
     Close the generator (`contextlib.closing`) so that a stop ends the processes.
 
-    If a process dies, the finished results have been yielded, and QdotError is raised. With `lost`, the items that may
-    have been in progress are repeated instead, each in a process of its own. If an item kills two processes,
-    `lost(item)` is its result. So `work` must be safe to repeat. With one job and without `lost`, everything runs in
-    this process.
+    If a process dies, QdotError is raised after the finished results. With `lost`, the items that may have been in
+    progress are repeated instead, each in a process of its own. If an item kills two processes, `lost(item)` is its
+    result. So `work` must be safe to repeat. With one job and without `lost`, everything runs in this process.
     """
     jobs = min(jobs, len(items))
     if jobs < 1 or (jobs == 1 and lost is None):
@@ -150,7 +149,7 @@ def _run_pool(
 
 @contextmanager
 def _defer_stop() -> Iterator[None]:
-    """Delay a stop until after the block; processes started in the block have signals to the whole group blocked."""
+    """Delay signals to stop until the block ends; processes started in it have the terminal's signals blocked."""
     if threading.current_thread() is not threading.main_thread():
         yield
         return

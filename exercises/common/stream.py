@@ -1,7 +1,7 @@
-"""The random stream behind every problem: SHAKE-256 of a text, the same on every machine permanently.
+"""Generate the random numbers behind every problem: SHAKE-256 of a text, the same on every machine permanently.
 
-`random` and `numpy.random` guarantee the same numbers only for some methods and releases; a hash is
-a standard. A stream is always passed as an argument, never stored globally.
+`random` and `numpy.random` guarantee the same numbers only for some methods and releases, but a hash is a standard. A
+stream is always passed as an argument and never stored globally.
 """
 
 import hashlib
@@ -15,7 +15,7 @@ _BLOCK = 1024
 
 
 class Stream:
-    """Samples integers, choices and uniform numbers that depend only on `seed` (a text).
+    """A random number generator whose numbers depend only on the text `seed`.
 
     >>> Stream("planar-2r/7").below(1000)
     424
@@ -72,9 +72,9 @@ class Stream:
 
 
 def derive_seed(secret: str, *parts: str) -> int:
-    """Return the 63-bit seed for `parts`, which can't be computed without `secret` (HMAC-SHA-256).
+    """Return a 63-bit seed from some names, which can't be computed without the secret (HMAC-SHA-256).
 
-    Parts are joined by a null byte, which no name may contain, so that ("a", "bc") and ("ab", "c") differ.
+    The names are joined by a null byte, which no name may contain, so that ("a", "bc") and ("ab", "c") differ.
     """
     digest = hmac.new(secret.encode(), "\x00".join(parts).encode(), hashlib.sha256).digest()
     return int.from_bytes(digest[:8], "big") >> 1

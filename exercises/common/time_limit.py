@@ -1,6 +1,6 @@
-"""A limit of processor time for work that has no stopping points of its own, such as SymPy's.
+"""Limit the processor time of work that can't be interrupted otherwise, such as SymPy's.
 
-Only this process's processor time (user and system) in the block counts, not the time in which it waits.
+Only this process's processor time (user and system) counts, not the time in which it waits.
 """
 
 import ctypes
@@ -18,11 +18,11 @@ DEFAULT, LEAST, MOST = 60.0, 0.1, 1e8
 """Seconds of processor time for a derivation: the default, the minimum and the maximum."""
 
 AGAIN = 0.2
-"""Seconds after which a stop is sent again, because it may get lost, for example in a destructor."""
+"""Seconds after which the exception is raised again, because it may get lost, for example in a destructor."""
 
 
 class OutOfTime(BaseException):
-    """The time is over. It is not an `Exception`, so that code that catches every `Exception` doesn't catch it."""
+    """Raised if the time is over; not an `Exception`, so that code that catches every `Exception` lets it pass."""
 
 
 def seconds_of(text: str) -> float:
@@ -56,7 +56,7 @@ def time_limit(seconds: float) -> Iterator[None]:
 
 
 def stop_watch(watch: "Watch", kind: type[BaseException]) -> None:
-    """End the watch, even if a stop of this kind arrives meanwhile."""
+    """End the watch, even if its exception is raised meanwhile."""
     while True:
         try:
             watch.end()
@@ -90,7 +90,7 @@ class Watch:
         ctypes.pythonapi.PyThreadState_SetAsyncExc(ctypes.c_ulong(self._thread), what)
 
     def end(self) -> None:
-        """Send no more stops, and withdraw one that is pending."""
+        """Stop watching, and cancel an exception that is pending."""
         with self._lock:
             if not self._ended.is_set():
                 self._ended.set()

@@ -1,6 +1,7 @@
-"""Variation: how much the arms of a class may differ from the chapter's arm, by named axes and steps.
+"""Name how much the arms of a class may differ from the chapter's arm: axes of variation, and steps.
 
-An axis changes one property of an arm. A step is a set of axes; each step includes the axes of the step before.
+An axis of variation is one property that may differ, such as the lengths; it is not a joint axis. A step is a set of
+such axes, and each step includes the axes of the step before.
 """
 
 from collections.abc import Sequence
@@ -8,7 +9,7 @@ from collections.abc import Sequence
 from qdot.exercises.common.errors import QdotError, unknown
 
 AXES = ("lengths", "zeros", "senses", "base", "tool", "task")
-"""The properties that may vary, in the order in which they are sampled. `Family.axes` are those of a family."""
+"""The properties that may vary, in the order in which they are sampled. A family has some of them (`families.base`)."""
 
 STEPS: dict[str, tuple[str, ...]] = {
     "chapter": (),
@@ -17,14 +18,14 @@ STEPS: dict[str, tuple[str, ...]] = {
     "frames": ("lengths", "zeros", "senses", "base"),
     "full": AXES,
 }
-"""The steps, from the chapter's own arm to an arm on which everything varies."""
+"""The steps with their axes of variation, from the chapter's own arm to an arm on which everything varies."""
 
 DEFAULT = "zeros"
 """The default step: each student gets other lengths and joint zeros; everything else is as in the chapter."""
 
 
 def axes_of(variation: str) -> tuple[str, ...]:
-    """Return the axes of a step, or the axes in a text such as "lengths+base". Raises QdotError for unknown names.
+    """Return the axes of variation of a step, or of a text such as "lengths+base". Raises QdotError for unknown names.
 
     If a step and an axis have the same name, the name alone means the step, and with a + before it the axis.
 

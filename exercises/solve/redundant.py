@@ -23,6 +23,7 @@ MOST_SHOWN = 700
 MOST_READ = 40
 """Maximum number of terms of an equation that a person would read."""
 _LOOKED_AT = 20
+"""Approximate number of samples from which the appearance of a component's configurations is described."""
 
 
 @dataclass(frozen=True)
@@ -46,10 +47,11 @@ class RemainingMatrix:
 
 @dataclass(frozen=True)
 class Redundant:
-    """The singular set of a redundant arm with its own numbers: the elimination, its results, and the numerical check.
+    """The singular set of a redundant arm: the elimination, its results, and the numerical check.
 
+    `rests` are the matrices that remain after the elimination. `always` says that every configuration is singular.
     Conditions that failed the check are `doubtful`; those for which it found no configuration are `undecided`. Neither
-    are reported as singular. `ranks` has for each component the index of the matrix (in `rests`) whose minors are its
+    are reported as singular. `ranks` has for each component the index of the matrix in `rests` whose minors are its
     conditions, or None.
     """
 
@@ -93,9 +95,9 @@ class Redundant:
 
 
 def redundant_stages(chain: Chain) -> Iterator[str | Redundant]:
-    """Yield descriptions of the next step, then the result without descriptions of its configurations, then with them.
+    """Yield descriptions of the next step, and the singular set twice: before and after its description.
 
-    Raises TooLong.
+    The description says what the singular configurations look like. Raises TooLong.
     """
     yield f"where the rank of J is below {len(chain.task)}, by elimination"
     plain, values = plain_chain(chain)

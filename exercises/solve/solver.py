@@ -88,17 +88,17 @@ class Solution:
 
 
 MEANING, TESTED, SPECIAL = "meaning", "tested", "special_lengths"
-"""The results that are still missing if only the conditions of a singular set are known, in this order."""
+"""Names of the results that follow the conditions of a singular set, in this order: description, test, lengths."""
 WHERE = "singular"
-"""The name of the singular set itself, if only the functions whose zeros form it are known."""
+"""Name of the result that is missing if only the functions whose zeros form the singular set are known."""
 
 
 @dataclass(frozen=True)
 class Singularities:
     """The determinant and the singular set, None as in a Solution, with remarks.
 
-    `remarks` are about the set itself. `lengths` states which conditions can hold simultaneously for special lengths
-    only. `left` lists which of MEANING, TESTED and SPECIAL have not been computed yet.
+    `remarks` are about the set itself. `lengths` states which conditions can hold simultaneously only for special
+    lengths. `special` holds what differs for such lengths. `left` lists the results that have not been computed yet.
     """
 
     determinant: sp.Expr | None
@@ -135,7 +135,7 @@ def solve(chain: Chain) -> Solution:
 
 @dataclass(frozen=True)
 class PartialResult:
-    """What is known about the singular set so far, and which results are missing (`left`).
+    """The results on the singular set so far, and the names of those that are missing (`left`).
 
     If the derivation stops here, `block` returns the known results in Markdown, and `data` returns them as plain data.
     """
@@ -197,7 +197,7 @@ def _solve_by_minors(chain: Chain) -> SingularStages:
 
 
 def _solve_special_lengths(chain: Chain, singularities: Singularities) -> Iterator[str | Singularities]:
-    """Yield descriptions of what is examined, then the results with what differs for related symbolic lengths."""
+    """Yield descriptions of the next step, then the results, completed by what differs for special lengths."""
     yield "lengths of a special relation to each other"
     sentences = [f"{need}." for need in length_needs(chain, singularities.singular or ())]
     if singularities.redundant is None:
@@ -459,7 +459,7 @@ class Ready:
 
 
 Stages = Iterator[str | PartialResult | Ready]
-"""An iterator of descriptions of the next step, results that are ready, and partial results."""
+"""Yields, in any order, descriptions of the next step, results that are ready, and partial results."""
 
 
 def text_stages(chain: Chain, robot: Robot | None = None) -> Stages:
@@ -574,7 +574,7 @@ def data_stages(chain: Chain) -> Stages:
 
 @dataclass(frozen=True)
 class _ArmDescription:
-    """The arm as described in its file, for the template: convention, cells of its rows, and its base in words."""
+    """The arm as its file describes it, for the template: convention, cells of its rows, and its base in words."""
 
     convention: type[Convention]
     rows: list[list[str]]

@@ -1,9 +1,8 @@
 """Find singular configurations that exist, or change their kind, only for special relations between lengths.
 
 Results for symbolic lengths hold for generic lengths. For example, a planar arm of two links that is folded back is at
-the boundary of its workspace, but not if the links are equally long. The relations examined are lengths at which a
-condition begins to hold, lengths that are equal to each other or to a fixed one, and a length that is the sum of two
-others.
+the boundary of its workspace, but not if the links are equally long. Three kinds of relations are examined: a length at
+which a condition begins to have solutions, a length equal to another one, and a length that is the sum of two others.
 """
 
 from collections.abc import Iterator
@@ -44,7 +43,7 @@ class Special:
 
 
 def length_needs(chain: Chain, general: tuple[SingularComponent, ...]) -> list[Need]:
-    """Return what symbolic lengths must satisfy so that the conditions of a singular set hold anywhere."""
+    """Return what the symbolic lengths must satisfy so that the conditions of a singular set have solutions."""
     candidates = (need_of(condition, chain) for component in general for condition in component.conditions)
     return [need for need in candidates if need is not None]
 
@@ -54,7 +53,7 @@ def _slides(chain: Chain) -> set[sp.Symbol]:
 
 
 def _threshold_relation(need: Need) -> tuple[sp.Symbol, sp.Expr] | None:
-    """Return the value of a length at which a condition begins to hold; None if no length can be isolated."""
+    """Return a length and its value at which a condition begins to have solutions; None if none can be isolated."""
     for term in sp.Add.make_args(need.least):
         if term.is_Symbol and term not in (need.most + need.least - term).free_symbols:
             return term, need.most - (need.least - term)
@@ -89,7 +88,7 @@ def relations(chain: Chain, general: tuple[SingularComponent, ...] = ()) -> list
 
 
 def special_lengths(chain: Chain, general: tuple[SingularComponent, ...]) -> Iterator[str | Special]:
-    """Yield descriptions of what is examined, and each relation whose result differs from the generic one."""
+    """Yield descriptions of the next step, and each special length whose singular set differs from the generic one."""
     for length, value in relations(chain, general):
         yield f"whether anything differs where {length} = {value}"
         special_chain = with_lengths(chain, {length: value})
@@ -113,7 +112,7 @@ def _components(chain: Chain) -> tuple[SingularComponent, ...]:
 
 
 def _is_known(component: SingularComponent, known: list[SingularComponent], there: Chain) -> bool:
-    """Return whether a component for special lengths is a generic one with these lengths substituted.
+    """Return whether a component for special lengths is already known from the generic singular set.
 
     Elimination may state the same component by different conditions; then sampled configurations are compared.
     """
@@ -127,7 +126,7 @@ def _is_known(component: SingularComponent, known: list[SingularComponent], ther
 
 
 def _adds_nothing(component: SingularComponent, general: SingularComponent, chain: Chain) -> bool:
-    """Return whether a component has the generic kind; a component of both kinds agrees with either."""
+    """Return whether a component has the same kind as the generic one; a generic one of mixed kind agrees with any."""
     if not kind_is_sure(chain):
         return True
     for at, kind in _kinds(component, chain).items():

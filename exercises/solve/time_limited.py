@@ -1,4 +1,4 @@
-"""Run `qdot solve` within a time limit: print results as they become ready, and finally what is missing."""
+"""Run `qdot solve` within a time limit: print each result when it is ready, and finally list what is missing."""
 
 import itertools
 from collections.abc import Callable
@@ -37,7 +37,7 @@ ShowProgress = Callable[[str], AbstractContextManager[object]]
 
 @dataclass
 class _Progress:
-    """The results that are ready, by name and in order, and what is being derived now."""
+    """The results that are ready, by name and in order, and a description of the current step."""
 
     ready: dict[str, Any] = field(default_factory=dict)
     now: str = "the arm itself"

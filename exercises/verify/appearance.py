@@ -197,7 +197,7 @@ def _are_collinear(claim: _Claim) -> bool:
 
 
 def _is_extreme(claim: _Claim) -> bool:
-    """Return whether one joint, moved through its range, brings the subject no farther from (or no nearer to) an axis."""
+    """Return whether moving one joint cannot bring the subject farther from (or nearer to) an axis."""
     sample = claim.sample
     configurations = _poses_by_joint(sample, int(claim.match["by"]) - 1)
     distances = distances_from_axis(
