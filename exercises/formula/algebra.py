@@ -9,7 +9,7 @@ Matrix = Sequence[Sequence[Node]]
 
 
 def number(value: int | Fraction) -> Node:
-    """Return a number."""
+    """Return a node for a number."""
     return Node("number", value=Fraction(value))
 
 
@@ -17,7 +17,7 @@ ZERO, ONE, TWO = number(0), number(1), number(2)
 
 
 def plus(a: Node, b: Node) -> Node:
-    """Return a + b, without zeros.
+    """Return a + b, simplified if one of them is 0.
 
     >>> plus(ZERO, ONE) == ONE
     True
@@ -26,34 +26,34 @@ def plus(a: Node, b: Node) -> Node:
 
 
 def negative(a: Node) -> Node:
-    """Return -a."""
+    """Return -a, simplified if a is 0 or is itself negated."""
     return a if a == ZERO else a.args[0] if a.kind == "neg" else Node("neg", (a,))
 
 
 def minus(a: Node, b: Node) -> Node:
-    """Return a - b, without zeros."""
+    """Return a - b, simplified if one of them is 0."""
     return a if b == ZERO else negative(b) if a == ZERO else Node("-", (a, b))
 
 
 def times(a: Node, b: Node) -> Node:
-    """Return a b, simplified if a factor is 0 or 1."""
+    """Return the product a b, simplified if a factor is 0 or 1."""
     if ZERO in (a, b):
         return ZERO
     return b if a == ONE else a if b == ONE else Node("*", (a, b))
 
 
 def over(a: Node, b: Node) -> Node:
-    """Return a / b."""
+    """Return a / b, simplified if a is 0 or b is 1."""
     return ZERO if a == ZERO else a if b == ONE else Node("/", (a, b))
 
 
 def power(a: Node, b: Node) -> Node:
-    """Return a ^ b."""
+    """Return a ^ b, simplified if b is 0 or 1."""
     return ONE if b == ZERO else a if b == ONE else Node("^", (a, b))
 
 
 def call(function: str, a: Node) -> Node:
-    """Return a function of a."""
+    """Return the node for a function applied to a, as in sin(a)."""
     return Node("call", (a,), function)
 
 
@@ -62,9 +62,9 @@ def addends(total: Node) -> list[Node]:
     if total.kind == "+":
         return addends(total.args[0]) + addends(total.args[1])
     if total.kind == "-":
-        return addends(total.args[0]) + [negative(part) for part in addends(total.args[1])]
+        return addends(total.args[0]) + [negative(term) for term in addends(total.args[1])]
     if total.kind == "neg":
-        return [negative(part) for part in addends(total.args[0])]
+        return [negative(term) for term in addends(total.args[0])]
     return [total]
 
 
@@ -73,20 +73,22 @@ def terms_of(node: Node, most: int) -> list[Node] | None:
     if node.kind not in ("+", "-", "*", "neg"):
         return [node]
     arg_terms = [terms_of(arg, most) for arg in node.args]
-    known = [terms for terms in arg_terms if terms is not None]
-    if len(known) < len(arg_terms):
+    known_terms = [terms for terms in arg_terms if terms is not None]
+    if len(known_terms) < len(arg_terms):
         return None
     if node.kind == "*":
-        terms = [times(left, right) for left in known[0] for right in known[1]]
+        terms = [times(first, second) for first in known_terms[0] for second in known_terms[1]]
     elif node.kind == "neg":
-        terms = [negative(term) for term in known[0]]
+        terms = [negative(term) for term in known_terms[0]]
     else:
-        terms = known[0] + (known[1] if node.kind == "+" else [negative(term) for term in known[1]])
+        terms = known_terms[0] + (known_terms[1] if node.kind == "+" else [negative(term) for term in known_terms[1]])
     return terms if len(terms) <= most else None
 
 
 def factors(node: Node) -> list[Node]:
-    """Return the factors of a product without factoring sums; a denominator b gives 1/b, a power its repeated base.
+    """Return the factors of a product; sums are not factored.
+
+    A denominator b becomes the factor 1/b. A power becomes its base, repeated.
 
     >>> x, y = Node("name", value="x"), Node("name", value="y")
     >>> factors(negative(times(power(x, TWO), y))) == [x, x, y, number(-1)]
@@ -104,7 +106,7 @@ def factors(node: Node) -> list[Node]:
 
 
 MOST_POWER = 6
-"""The highest power that is split into factors."""
+"""The highest exponent of a power that is split into repeated factors."""
 
 # --- derivatives ---
 
@@ -139,13 +141,13 @@ def derivative(node: Node, name: str) -> Node | None:
         return ZERO
     if node.kind == "name":
         return ONE if node.value == name else ZERO
-    slopes = [derivative(arg, name) for arg in node.args]
-    known = [slope for slope in slopes if slope is not None]
-    if len(known) < len(slopes):
+    arg_derivatives = [derivative(arg, name) for arg in node.args]
+    known_derivatives = [term for term in arg_derivatives if term is not None]
+    if len(known_derivatives) < len(arg_derivatives):
         return None
-    if all(slope == ZERO for slope in known):
+    if all(term == ZERO for term in known_derivatives):
         return ZERO
-    return _differentiate_node(node, known)
+    return _differentiate_node(node, known_derivatives)
 
 
 def _differentiate_node(node: Node, slopes: Sequence[Node]) -> Node | None:
@@ -163,8 +165,8 @@ def _differentiate_node(node: Node, slopes: Sequence[Node]) -> Node | None:
     if node.kind == "/":
         return over(minus(times(da, b), times(a, db)), power(b, TWO)) if db != ZERO else over(da, b)
     if node.kind == "^" and db == ZERO:
-        lower = number(b.value - 1) if b.kind == "number" else minus(b, ONE)
-        return times(times(b, power(a, lower)), da)
+        reduced_exponent = number(b.value - 1) if b.kind == "number" else minus(b, ONE)
+        return times(times(b, power(a, reduced_exponent)), da)
     if node.kind == "^":  # a^b = exp(b log a)
         return times(node, plus(times(db, call("log", a)), over(times(b, da), a)))
     return None

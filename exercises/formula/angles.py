@@ -10,7 +10,7 @@ from qdot.exercises.formula.program import Step, compile_program
 from qdot.exercises.formula.trees import Node
 
 PARTS = 8
-"""An angle's w is exp(i theta / PARTS), so that halves, quarters and eighths of it give integer powers."""
+"""An angle theta is represented by w = exp(i theta / PARTS), so that theta/2, theta/4 and theta/8 are powers of w."""
 
 Angle = dict[str, Fraction]
 """A sum of names and of pi, as a map from each name to its rational factor; "" is the key of the constant term."""
@@ -23,25 +23,31 @@ MOST_BITS = 10_000
 
 @dataclass(frozen=True)
 class Phase:
-    """The value exp(i angle) as a product of powers of the w and of the root of unity."""
+    """The value exp(i angle) as a product of powers of each name's w and of the root of unity.
+
+    `powers` has pairs (name, exponent of its w); `turn` is the exponent of the root of unity.
+    """
 
     powers: tuple[tuple[str, int], ...]
     turn: int
 
 
 def phase_of(angle: Angle) -> Phase | None:
-    """Return exp(i angle); None if a factor is no multiple of 1/8, or the constant no multiple of half a degree."""
-    powers, turn = [], Fraction(0)
+    """Return exp(i angle).
+
+    Return None if a factor is not a multiple of 1/8, or the constant is not a multiple of half a degree.
+    """
+    powers, root_exponent = [], Fraction(0)
     for name, factor in angle.items():
         if name == "pi":
-            turn = factor * ORDER / 2
+            root_exponent = factor * ORDER / 2
         elif name == "" and factor:
             return None
         elif name and factor:
             powers.append((name, factor * PARTS))
-    if turn.denominator != 1 or any(power.denominator != 1 for _, power in powers):
+    if root_exponent.denominator != 1 or any(power.denominator != 1 for _, power in powers):
         return None
-    return Phase(tuple((name, int(power)) for name, power in powers), int(turn) % ORDER)
+    return Phase(tuple((name, int(power)) for name, power in powers), int(root_exponent) % ORDER)
 
 
 def find_angles(steps: Sequence[Step]) -> list[FoundAngle | None]:

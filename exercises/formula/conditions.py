@@ -19,23 +19,25 @@ from qdot.exercises.formula.set_parser import Atom, Piece, is_tied
 from qdot.exercises.formula.trees import Node, names
 
 SAMPLES = 50
+"""The number of random configurations that are tried on each piece."""
 ROUNDED = Rounding(absolute=5e-3)
 """A joint value within this distance of an expected one counts as that value rounded."""
 TYPED = 1e-9
 """Tolerance for configurations that were typed as joint values."""
 MEMBER = 1e-7
-"""Tolerance for configurations found by a search; at a double zero, as of |cos| = 1, rounding shifts them by 2e-8."""
+"""Tolerance for configurations found by a search; at a double zero, as of |cos| - 1, rounding shifts them by 2e-8."""
 
 _STILL, _ARRIVED, _VANISHED = 1e-10, 1e-5, 1e-9
-"""The step below which a search stops, the largest last step of a converged search, and its largest residual."""
+"""A search stops below the first step size; it has converged if its last step and its residual are below the others."""
 
 _POLISHED = 1e-8
-"""The largest last step of a converged search for a zero of the derivative."""
+"""A search for a zero of the derivative has converged if its last step is below this."""
 
 _MOST_STEPS = 120
 _NEAR_MISS = 1e-3
+"""Relative residual below which conditions may have a zero, although the search did not find one."""
 _VALUES = 5_000_000
-"""Maximum count of values stored at once in a random search: with more than 1,250 steps it has fewer points."""
+"""Maximum number of values stored at once: programs of more than 1,250 steps are evaluated at fewer random points."""
 
 
 @dataclass
@@ -48,7 +50,7 @@ class _Search:
 
 
 def _prepare(piece: Piece, joints: Sequence[str]) -> _Search:
-    """Compile a piece: constant joint values come first, then those that depend on other joints.
+    """Compile a piece; it assigns constant joint values first, then those that depend on other joints.
 
     A tied value can't be assigned. Its difference from the joint is one more expression that vanishes.
     """
@@ -125,17 +127,17 @@ class Space:
 
     def names_of(self, sets: Sequence[Sequence[Piece]]) -> set[str]:
         """Return the joints and every other name in the sets."""
-        atoms = (atom for pieces_ in sets for piece in pieces_ for atom in piece)
+        atoms = (atom for pieces in sets for piece in pieces for atom in piece)
         return set(self.joints).union(*(names(atom.zero) for atom in atoms))
 
     def on_piece(self, piece: Piece, used: set[str], stream: Stream, count: int = SAMPLES) -> dict[str, np.ndarray]:
         """Return up to `count` random configurations that satisfy the piece, with values of the other symbols."""
         values = self.domain.sample(used, count, stream)
-        search = _prepare(piece, self.joints)
-        is_valid = self._assign(search, values, count)
-        if search.zeros.outputs:
-            is_valid &= self._project(search, values, count)
-            is_valid &= self._assign(search, values, count)
+        compiled = _prepare(piece, self.joints)
+        is_valid = self._assign(compiled, values, count)
+        if compiled.zeros.outputs:
+            is_valid &= self._project(compiled, values, count)
+            is_valid &= self._assign(compiled, values, count)
         return {name: column[is_valid] for name, column in values.items()}
 
     def _assign(self, search: _Search, values: dict[str, np.ndarray], count: int) -> np.ndarray:
@@ -149,8 +151,8 @@ class Space:
     def _project(self, search: _Search, values: dict[str, np.ndarray], count: int) -> np.ndarray:
         """Move the free joints onto the zeros by minimum-norm Gauss-Newton steps; return which points converged.
 
-        The search stops when the steps, not the residuals, are tiny: near a double zero, as of sin(theta)^2, a
-        residual of 1e-14 is still 1e-7 away. A zero like that of sqrt(s1^2 + s2^2) is found by squaring the residual.
+        The search stops when the steps, not the residuals, are tiny: near the double zero of sin(theta)^2, a residual
+        of 1e-14 is still 1e-7 away. If no search converges, the residual is squared, as for sqrt(s1^2 + s2^2).
         """
         start_values = {joint: values[joint].copy() for joint in search.free}
         is_converged = self._descend(search, values, count, squared=False)
@@ -173,8 +175,8 @@ class Space:
             is_finite = np.isfinite(derivatives).all(axis=(1, 2)) & np.isfinite(residual).all(axis=0)
             derivatives[~is_finite] = 0.0
             steps = _least_steps(derivatives, np.where(is_finite, residual, 0.0))
-            longest = np.maximum(np.abs(steps).max(axis=1, keepdims=True), 1e-300)
-            steps *= np.minimum(1.0, 0.7 / longest)
+            largest_change = np.maximum(np.abs(steps).max(axis=1, keepdims=True), 1e-300)
+            steps *= np.minimum(1.0, 0.7 / largest_change)
             last_steps = np.where(is_finite, np.abs(steps).max(axis=1), np.inf)
             for k, joint in enumerate(search.free):
                 values[joint] = values[joint] - steps[:, k]
@@ -188,9 +190,10 @@ class Space:
     def _polish(self, search: _Search, values: dict[str, np.ndarray], count: int, typical: np.ndarray) -> np.ndarray:
         """Move configurations near a double zero, as of det(J J^T), to a zero of the gradient; return the last steps.
 
-        Near a double zero the expression itself determines the configuration to half the digits only. Its gradient, by
-        complex steps, determines it to almost all. Expressions with branches have no such gradient and are not
-        changed. Configurations that don't improve are restored: large terms that cancel can make a gradient look small.
+        Near a double zero the expression itself determines only half of the configuration's digits. Its gradient,
+        computed by complex steps, determines almost all of them. Expressions with branches have no such gradient; their
+        configurations are not moved. Configurations that don't improve are restored, because large terms that cancel
+        can make a gradient look small.
         """
         last_steps = np.full(count, np.inf)
         if len(search.zeros.outputs) != 1 or search.zeros.branches or not search.free:
@@ -240,7 +243,7 @@ class Space:
     ) -> np.ndarray:
         """Return derivatives of the expressions (count, expressions, joints) by central differences of the free joints.
 
-        If `squared`, they are those of the squares: at its zero sqrt(x^2) has no derivative, but x^2 has one.
+        If `squared`, the expressions are squared first: at its zero sqrt(x^2) has no derivative, but x^2 has one.
         """
         step, joints = 1e-6, len(search.free)
         shifted_values = _nudge(values, count, [(joint, side * step) for side in (1, -1) for joint in search.free])
@@ -253,11 +256,11 @@ class Space:
 
         It is large if the conditions have no zero at all.
         """
-        search = _prepare(piece, self.joints)
-        if not search.free:
+        compiled = _prepare(piece, self.joints)
+        if not compiled.free:
             return float("inf")
-        count = min(4000, max(SAMPLES, _VALUES // len(search.zeros.steps)))
-        residuals, size = evaluate(search.zeros, self.domain.sample(used, count, stream), count)
+        count = min(4000, max(SAMPLES, _VALUES // len(compiled.zeros.steps)))
+        residuals, size = evaluate(compiled.zeros, self.domain.sample(used, count, stream), count)
         with np.errstate(all="ignore"):
             nearness = np.max(np.abs(residuals) / np.maximum(size, 1e-300), axis=0)
         return float(_ignore_undefined(np.nanmin, nearness[None])[0, 0])
@@ -267,7 +270,7 @@ class Space:
         return np.where(np.abs(zeros.imag) < MEMBER, zeros.real, np.nan), size
 
     def round_value(self, name: str, value: float) -> float:
-        """Return a value rounded to six digits, an angle between -pi and pi; 0 for the residue of a search for zero."""
+        """Return a value rounded to six digits, an angle between -pi and pi; 0 for a mere rounding error."""
         if self.domain.roles.get(name) == "angle":
             value = float(np.angle(np.exp(1j * value)))
         return float(f"{value:.6g}") if abs(value) > TYPED else 0.0
@@ -290,10 +293,10 @@ class Space:
         if atom.joint is None:
             return self._vanishes(atom, values, count, tolerance)
         residuals = evaluate(compile_program([atom.zero]), values, count)[0][0]
-        gap = values[atom.joint] - residuals.real
+        difference = values[atom.joint] - residuals.real
         if self.domain.roles.get(atom.joint) == "angle":
-            gap = np.angle(np.exp(1j * np.where(np.isfinite(gap), gap, np.nan)))
-        return np.asarray((np.abs(gap) <= tolerance) & (np.abs(residuals.imag) <= tolerance))
+            difference = np.angle(np.exp(1j * np.where(np.isfinite(difference), difference, np.nan)))
+        return np.asarray((np.abs(difference) <= tolerance) & (np.abs(residuals.imag) <= tolerance))
 
     def holds_exactly(self, piece: Piece, outer: Sequence[Piece], symbols: Mapping[str, Any]) -> bool:
         """Return whether the numbers typed in `piece` satisfy a piece of `outer` to the precision of doubles.
@@ -329,13 +332,13 @@ class Space:
 
         At a multiple zero the gradient vanishes, too; there |f| itself must be as small as a rounding error.
         """
-        search = _prepare((atom,), self.joints)
-        residual = self._zeros(search, values, count)[0][0]
+        compiled = _prepare((atom,), self.joints)
+        residual = self._zeros(compiled, values, count)[0][0]
         gradient_norm = (
-            np.linalg.norm(self._slopes(search, values, count)[:, 0], axis=1) if search.free else np.zeros(count)
+            np.linalg.norm(self._slopes(compiled, values, count)[:, 0], axis=1) if compiled.free else np.zeros(count)
         )
         with np.errstate(all="ignore"):
-            rounding = 1e-14 * self._typical(search, values, count) if search.free else 0.0
+            rounding = 1e-14 * self._typical(compiled, values, count) if compiled.free else 0.0
             return np.asarray((np.abs(residual) <= tolerance * gradient_norm) | (np.abs(residual) <= rounding))
 
 
@@ -398,10 +401,10 @@ def compare_sets(claimed: Sequence[Piece], reference: Sequence[Piece], space: Sp
 
     sound, surplus = inclusion(claimed, reference, "claimed")
     for index, (piece, is_contained) in enumerate(zip(claimed, sound, strict=True)):
-        # No configuration was found on it, although its conditions come close to zero: don't accept it as sound.
+        # No configuration was found on the piece, although its conditions come close to zero: don't accept it as sound.
         if is_contained is None and space.nearest_miss(piece, used, Stream(f"{seed}/miss/{index}")) < _NEAR_MISS:
             sound[index] = False
-    real = [piece for piece, is_contained in zip(claimed, sound, strict=True) if is_contained is not None]
-    covered, missing = inclusion(reference, real, "reference")
-    least = min(filter(None, counts), default=0)
-    return SetComparison(tuple(covered), tuple(sound), missing, surplus, sum(counts), least, rounded)
+    nonempty_pieces = [piece for piece, is_contained in zip(claimed, sound, strict=True) if is_contained is not None]
+    covered, missing = inclusion(reference, nonempty_pieces, "reference")
+    fewest = min(filter(None, counts), default=0)
+    return SetComparison(tuple(covered), tuple(sound), missing, surplus, sum(counts), fewest, rounded)

@@ -13,11 +13,11 @@ values can still agree in two cases:
   - The prime ideal of p that belongs to the root divides a nonzero coefficient of N. The coefficient is an algebraic
     integer of norm at most 2^(384 height), where height is the binary logarithm of the sum of the sizes of all
     coefficients. At most 384 height / 80 of the 384 PRIMES ideals divide it.
-  - The point is a zero of N modulo p. At most a share degree / (p - 1) of all points are zeros (Schwartz, Zippel).
+  - The point is a zero of N modulo p. At most the fraction degree / (p - 1) of all points are zeros (Schwartz, Zippel).
 
 The sum of the two bounds the chance of accepting a wrong answer; points are added until it is below 1e-15. Degree and
 height are computed from both texts as typed, without expanding anything. A bare angle and pi are algebraically
-independent of the w, so that they are symbols like any other.
+independent of the w, so that they are treated like any other symbol.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -79,14 +79,14 @@ class ModularProgram:
     outputs: tuple[int, ...]
 
     def size(self, entry: int) -> Size | None:
-        """Return the size of a result; None unless its text shows that it is a rational function."""
+        """Return the size of a result, or None if its text doesn't show that it is a rational function."""
         step = self.steps[self.outputs[entry]]
         return None if step is None else step[1]
 
 
 _NO_SIZE: Size = (0.0, 0.0, 0.0, 0.0)
 _LARGEST = 1e15
-"""Degree or height beyond which nothing is evaluated."""
+"""Maximum degree and height; functions beyond them are not evaluated."""
 
 
 def modular_program(program: Program, fixed: Mapping[str, Fraction | None]) -> ModularProgram:
@@ -151,10 +151,10 @@ def _trigonometric_op(op: str, angle: FoundAngle | None) -> tuple[Op, Size] | No
     phase = phase_of(angle[0])
     if phase is None:
         return None
-    turns = sum(abs(power) for _, power in phase.powers)
-    if turns > _LARGEST:  # it may be too large for a double
+    exponent_sum = sum(abs(power) for _, power in phase.powers)
+    if exponent_sum > _LARGEST:  # it may be too large for a double
         return None
-    degree = float(turns)
+    degree = float(exponent_sum)
     exponential, sine = (degree, 0.0, degree, 0.0), (2 * degree, 1.0, degree, 1.0)
     size = {"exp": exponential, "sin": sine, "cos": sine, "sec": _invert_size(sine), "csc": _invert_size(sine)}.get(op)
     return (op, (), phase), size or (2 * degree, 1.0, 2 * degree, 1.0)
@@ -170,13 +170,13 @@ def _root_op(angle: FoundAngle | None) -> tuple[Op, Size] | None:
         return None
     number = angle[0].get("", Fraction(0))
     product = abs(number.numerator) * number.denominator
-    roots = tuple(prime for prime in (2, 3, 5) if product and multiplicity(prime, product) % 2)
-    integer_root = isqrt(product // prod(roots))
-    if integer_root * integer_root * prod(roots) != product:
+    odd_primes = tuple(prime for prime in (2, 3, 5) if product and multiplicity(prime, product) % 2)
+    integer_root = isqrt(product // prod(odd_primes))
+    if integer_root * integer_root * prod(odd_primes) != product:
         return None
     factor = Fraction(integer_root, number.denominator)
-    size = (0.0, _log(factor.numerator) + 3.0 * len(roots), 0.0, _log(factor.denominator))
-    return ("root", (), (factor, roots, ORDER // 4 if number < 0 else 0)), size
+    size = (0.0, _log(factor.numerator) + 3.0 * len(odd_primes), 0.0, _log(factor.denominator))
+    return ("root", (), (factor, odd_primes, ORDER // 4 if number < 0 else 0)), size
 
 
 # --- evaluation ---
@@ -273,9 +273,9 @@ def _trigonometric_value(op: str, phase: int, field: Field) -> int:
 # --- comparison ---
 
 WANTED = 1e-15
-"""Every bound that is reported is below this."""
+"""Maximum chance of accepting a wrong answer; points are added until the bound is below this."""
 TRIES = 6
-"""Points tried before a result is called undefined everywhere, or a bound too large."""
+"""Maximum number of points; after these, a result is undefined everywhere, or the comparison stays undecided."""
 
 
 @dataclass(frozen=True)
@@ -326,7 +326,7 @@ def compare(
 
 
 class _Entry:
-    """One result of both programs, and its comparison at the points so far."""
+    """The comparison of one result of both programs, at the points tried so far."""
 
     def __init__(self, student_size: Size | None, reference_size: Size | None) -> None:
         self.sizes = student_size and reference_size and (student_size, reference_size)
@@ -355,7 +355,7 @@ class _Entry:
         return Exact(True, self.same, self.bound) if self.bound <= WANTED else Exact(None, self.tried)
 
 
-# --- the same function, known again ---
+# --- fingerprints of functions ---
 
 PLACES = 2
 """Number of points for a fingerprint: two different functions agree at both with a chance of about 1 in 10^40."""

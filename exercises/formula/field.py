@@ -1,4 +1,4 @@
-"""Choose a random prime field with a root of unity, in which formulas are evaluated exactly."""
+"""Choose random prime fields that contain a root of unity; formulas are evaluated exactly in them."""
 
 import secrets
 from dataclasses import dataclass
@@ -57,13 +57,13 @@ def draw_field(stream: Stream) -> Field:
 
 
 ANSWERS = 64
-"""The number of comparisons that share a field, because finding a prime takes longer than most of them."""
+"""The number of comparisons that share a field, because finding a prime takes longer than most comparisons."""
 
 
 class SharedField:
     """A field chosen by the system's random generator, and replaced after ANSWERS comparisons.
 
-    The probability that a verdict depends on the choice is at most the verdict's bound.
+    The bound that comes with a verdict includes the chance that the verdict is wrong because of this choice.
     """
 
     def __init__(self) -> None:

@@ -129,8 +129,8 @@ class EntryDifference:
     """A point where an entry (counted from 0) differs: the symbols' values in rad and m, and both values there.
 
     A value is a text if it is not a finite real number, or if more digits are needed to show the difference. `expected`
-    is None if it is withheld. For a vector that counts up to a factor, it is scaled to match the answer's entry
-    `pivot`.
+    is None if it is withheld. If only the direction of a vector counts, `expected` is scaled to match the answer's
+    entry `pivot`.
     """
 
     entry: int
@@ -217,14 +217,14 @@ def chance_of_missing(points: int, share: float = SHARE) -> float:
 
 
 def _count(theirs: Program, certain: Sequence[bool]) -> int:
-    """Return the number of points: few for a counterexample alone, many if a function with branches occurs."""
+    """Return the number of points: few if only a counterexample is missing, many for functions with branches."""
     if all(certain):
         return READABLE
     return max(POINTS, min(POINTS_BRANCHING, _VALUES // len(theirs.steps))) if theirs.branches else POINTS
 
 
 def allowed_for_decimals(node: Node) -> float:
-    """Return the relative error allowed because a formula's decimals are doubles; 0 if they are not."""
+    """Return the relative error allowed for a formula whose decimals are printed doubles; 0 for any other formula."""
     return FLOATS if digits_of_decimals(node) >= PRINTED else 0.0
 
 
@@ -249,7 +249,7 @@ difference relative to rounding."""
 
 
 class _Trial:
-    """Two programs at the same points, evaluated in double precision, and with many digits if that can't decide."""
+    """The comparison of two programs at the same points: in double precision, and with many digits if necessary."""
 
     def __init__(
         self,
@@ -285,7 +285,7 @@ class _Trial:
         return int(np.isfinite(self.expected).sum(axis=1).min())
 
     def equal(self, entry: int) -> bool:
-        """Return whether an entry is correct, and store the point at which it differs."""
+        """Return whether an entry is correct; if not, store a point at which it differs."""
         if self._is_clear(entry).any():
             return False
         precise_results = [self._is_same(entry, int(point)) for point in self._to_look_at(entry)]
@@ -393,7 +393,7 @@ def _round(value: float) -> float:
 
 
 def tell_apart(yours: Any, expected: Any) -> tuple[float | str, float | str]:
-    """Return two values with enough digits to show that they differ."""
+    """Return two different values, written with enough digits to show the difference."""
     shown = number(complex(yours)), number(complex(expected))
     if shown[0] != shown[1]:
         return shown

@@ -1,4 +1,4 @@
-"""Parse qdot's own LaTeX into a layout: that of printers/latex, of the templates, and of decimals in each language.
+"""Parse the LaTeX that qdot itself writes (in printers/latex, in templates, with each language's decimals) as a layout.
 
 Any other LaTeX is refused by name, so that a test over all families notices what a printer can't express. LaTeX typed
 by students is an answer, and is parsed for its meaning (`notation`).
@@ -65,7 +65,7 @@ class _Reader:
         return self.tokens.pop()
 
     def row(self, ends: tuple[str, ...]) -> Layout:
-        """Return the row of all pieces up to any of `ends`, or up to the formula's end."""
+        """Return the row of all pieces up to a token that begins with one of `ends`, or up to the formula's end."""
         pieces: list[Layout] = []
         tokens = self.tokens
         while tokens and not tokens[-1].startswith(ends or ("}",)):
@@ -78,10 +78,10 @@ class _Reader:
     def script(self, base: Layout) -> Layout:
         subscript, superscript, primes = EMPTY, EMPTY, 0
         while self.tokens and self.tokens[-1] in _SCRIPTS:
-            mark = self.take()
-            if mark == "'":
+            sign = self.take()
+            if sign == "'":
                 primes += 1
-            elif mark == "_":
+            elif sign == "_":
                 subscript = self.argument()
             else:
                 superscript = self.argument()
@@ -102,9 +102,9 @@ class _Reader:
     def piece(self) -> Layout:
         sign = self.take()
         if sign == "{":
-            inside = self.row(("}",))
+            inner_row = self.row(("}",))
             self.take("}")
-            return inside
+            return inner_row
         if sign[0] == "\\":
             return self.command(sign[1:])
         if sign in _NOT_ALONE:
@@ -139,12 +139,12 @@ class _Reader:
         kind, text = ("matrix", "[]") if name == "bmatrix" else ("aligned", "")
         while True:
             rows[-1].append(self.row(("&", "\\\\", r"\end")))
-            mark = self.take()
-            if mark.startswith("\\\\"):
+            separator = self.take()
+            if separator.startswith("\\\\"):
                 rows.append([])
-                text = "apart" if mark.endswith("]") else text
-            elif mark != "&":
+                text = "apart" if separator.endswith("]") else text
+            elif separator != "&":
                 break
-        if mark != rf"\end{{{name}}}":
-            raise self.unknown(mark)
+        if separator != rf"\end{{{name}}}":
+            raise self.unknown(separator)
         return Layout(kind, text, tuple(Layout("row", "", tuple(cells)) for cells in rows))

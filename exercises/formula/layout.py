@@ -94,13 +94,13 @@ def parts(piece: Layout) -> Pieces:
 
 
 def join(between: Sequence[Layout], listed: Iterable[Sequence[Layout]]) -> Pieces:
-    """Return all listed pieces in one row, with `between` as the separator."""
-    parts = [piece for item in listed for piece in (*between, *item)]
-    return tuple(parts[len(between) :])
+    """Return several sequences of pieces as one, with the pieces `between` as the separator."""
+    joined = [piece for item in listed for piece in (*between, *item)]
+    return tuple(joined[len(between) :])
 
 
 def bracket(inside: Sequence[Layout], tall: frozenset[str]) -> Pieces:
-    """Return pieces in brackets, which grow only if they contain a piece whose kind or text is in `tall`."""
+    """Return pieces in brackets; the brackets grow if they contain a piece whose kind or text is in `tall`."""
     if _has(inside, tall):
         return (fence("()", inside),)
     return (Layout("sign", "("), *inside, Layout("sign", ")"))

@@ -37,7 +37,10 @@ class NamePart:
 
 @lru_cache(maxsize=4096)
 def plain_name(name: str) -> str:
-    """Return a name as in the symbol tables: without module, Greek letters, and underscores before digits."""
+    """Return a name as in the symbol tables.
+
+    Modules and underscores before digits are removed, and Greek letters are spelled out.
+    """
     for module in VOCABULARY["modules"]:
         name = name.removeprefix(module)
     return re.sub("_(?=[0-9])", "", unicodedata.normalize("NFKC", name).translate(_LETTERS))

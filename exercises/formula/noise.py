@@ -16,7 +16,7 @@ BOUNDED = ("sin", "cos")
 
 @dataclass(frozen=True)
 class _Term:
-    """A tree, the size of its coefficient (nan if it is unknown), and its value if it is a number."""
+    """A tree, the absolute value of its coefficient (nan if it is unknown), and its value if it is a number."""
 
     tree: Node
     size: float
@@ -41,7 +41,7 @@ def remove_noise(tree: Node) -> Node:
 
 
 def _combine_terms(node: Node, args: Sequence[_Term]) -> _Term:
-    """Return a node with the terms that remain of its arguments."""
+    """Return a node, as a term, from the terms of its arguments without noise."""
     if node.kind in ("number", "decimal"):
         value = _number_or_nan(lambda: float(node.value))
         return _Term(node, abs(value), value)
@@ -73,7 +73,7 @@ _OPERATIONS: dict[str, Callable[[list[float]], float]] = {
 
 
 def _number_or_nan(value: Callable[[], float]) -> float:
-    """Return a number, or nan if it is undefined or too large."""
+    """Return the result of a computation, or nan if it is undefined or too large."""
     try:
         return value()
     except (OverflowError, ZeroDivisionError, TypeError):

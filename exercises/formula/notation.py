@@ -78,10 +78,10 @@ _RATES, _VECTORS = pattern("rate_as_derivative"), pattern("entry_of_vector")
 
 
 def _of_joints(text: str, known: AbstractSet[str]) -> str:
-    """Return the text with names for rates typed as derivatives, and for entries of a joint vector, q[0] or q(1).
+    """Return the text with names instead of rates typed as derivatives and of entries of a joint vector, q[0] or q(1).
 
-    In brackets the first joint has the index 0, as in Python. It has the index 1, as in Maple, if the last index would
-    otherwise exceed the problem's joints. In parentheses it has the index 1, as in Matlab.
+    In square brackets the first joint has the index 0, as in Python. It has the index 1, as in Maple, if 0 is unused
+    and the last index would otherwise exceed the problem's joints. In parentheses it has the index 1, as in Matlab.
     """
     if "'" in text or ("/" in text and "t" in text):
         text = _RATES.sub(lambda match: f" qd{next(filter(None, match.groups()))} ", text)
@@ -108,7 +108,7 @@ _NUMBER_IN_UNIT = re.compile(
 
 
 def without_units(text: str, known: AbstractSet[str]) -> str:
-    """Return the text with the units of its numbers converted, as in 0.5 rad/s, 30 cm; the grammar handles m."""
+    """Return the text with numbers such as 0.5 rad/s and 30 cm converted to SI units; the grammar handles m."""
 
     def replace_unit(match: re.Match[str]) -> str:
         unit = _unit(match.group(2))
@@ -124,7 +124,7 @@ _LENGTH_WITH_COMMA = re.compile(
 
 
 def with_points_of_lengths(text: str) -> str:
-    """Return the text with decimal points in lengths such as 0,2 m, whose comma can't separate two values.
+    """Return the text with decimal points in lengths such as 0,2 m, because their comma can't separate two values.
 
     >>> with_points_of_lengths("d3 = 0,2 m oder 20,5 cm, theta2 = 0,180°")
     'd3 = 0.2 m oder 20.5 cm, theta2 = 0,180°'

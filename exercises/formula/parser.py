@@ -46,7 +46,9 @@ MAX_DIAGONAL = LIMITS["diagonal"]
 _CONTAINERS: dict[str, str] = VOCABULARY["containers"]
 """The meaning of each SymPy, NumPy or Python call that is not a function of numbers."""
 _PAIRS = ("eq", "in", "/", "^")
+"""Meanings of calls that need exactly two arguments."""
 _BOUND: dict[str, str] = VOCABULARY["bound"]
+"""Calls with a variable of their own, such as Derivative and Lambda."""
 _WORDS: list[str] = VOCABULARY["words"]
 """Names that connect two conditions, and so are not factors of a product."""
 
@@ -66,32 +68,32 @@ _DEEPER = {"(": 1, "[": 1, "{": 1, ")": -1, "]": -1, "}": -1}
 
 def _tokens(text: str) -> list[tuple[str, str, int]]:
     tokens: list[tuple[str, str, int]] = []
-    at, depth = 0, 0
+    position, depth = 0, 0
     for match in _TOKEN.finditer(text):
         start, end = match.span()
-        if start != at:
+        if start != position:
             break
         kind = match.lastgroup
         if kind != "space":
-            token = text[at:end]
-            tokens.append((str(kind), token, at))
+            token = text[position:end]
+            tokens.append((str(kind), token, position))
             if token in _DEEPER:
                 depth += _DEEPER[token]
                 if depth > MAX_DEPTH:  # checked here, so that later tokens cost no time
-                    raise ReadError(f"brackets nest more than {MAX_DEPTH} deep {_where(text, at)}")
-        at = end
-    if at < len(text):
+                    raise ReadError(f"brackets nest more than {MAX_DEPTH} deep {_where(text, position)}")
+        position = end
+    if position < len(text):
         example = "write a formula as a1*cos(theta1), a matrix as [[a, b], [c, d]], a condition as theta2 = 0"
-        raise ReadError(f"cannot read {text[at]!r} {_where(text, at)}; {example}")
-    tokens.append(("end", "", at))
+        raise ReadError(f"cannot read {text[position]!r} {_where(text, position)}; {example}")
+    tokens.append(("end", "", position))
     return tokens
 
 
 def _where(text: str, at: int) -> str:
     start = max(0, at - 15)
     nearby = (" " if ch.isspace() else ch for ch in text[start : at + 15])
-    shown = "".join(ch if ch.isprintable() else "\N{REPLACEMENT CHARACTER}" for ch in nearby)
-    return f"at character {at + 1}, near '{shown}'"
+    printable = "".join(ch if ch.isprintable() else "\N{REPLACEMENT CHARACTER}" for ch in nearby)
+    return f"at character {at + 1}, near '{printable}'"
 
 
 class _Parser:
@@ -109,7 +111,7 @@ class _Parser:
         self.in_bars = False
         """Whether the next bar ends an absolute value."""
         self.braces_are_lists = False
-        """Whether functions have square brackets, as in Mathematica, where {a, b} is a list."""
+        """Whether a function had square brackets, as in Mathematica, where {a, b} is a list."""
 
     def translate_words(self, tokens: list[tuple[str, str, int]]) -> list[tuple[str, str, int]]:
         """Return the tokens with words of other languages replaced, such as the German word for "or"."""
@@ -223,11 +225,11 @@ class _Parser:
         start = self.at
         terms = list(first.args) if first.kind == "and" else [first]
         while self.is_comma_and():
-            before = self.at
+            position = self.at
             self.at += 2
             term = self.parse_relation()
             if not self.is_condition(term):
-                self.at = before
+                self.at = position
                 break
             terms.append(term)
         if self.at == start:
@@ -305,11 +307,11 @@ class _Parser:
         """Parse the right side of an equation: one value, or several, as in theta2 = 0 or pi."""
         alternatives = [self.parse_modulo(self.parse_sum())]
         while self.peek() in ("or", "and", "|", "&"):
-            before = self.at
+            position = self.at
             self.at += 1
             alternative = self.parse_modulo(self.parse_sum()) if self.tokens[self.at][0] != "end" else None
             if alternative is None or self.peek() in ("=", "==", "in", ":") or not _is_value(alternative):
-                self.at = before  # another condition begins there
+                self.at = position  # another condition begins there
                 break
             alternatives.append(alternative)
         return alternatives[0] if len(alternatives) == 1 else Node("set", tuple(alternatives))
@@ -572,7 +574,10 @@ class _Parser:
         return text == "(" or (piece is not None and (piece.kind == "sum" or _is_angle(piece.parts[0])))
 
     def parse_shorthand(self, name: str) -> Node:
-        """Parse c or s as the cosine or sine of the argument that follows; S(1) is SymPy's number 1, not a sine."""
+        """Parse c or s as the cosine or sine of the angle that follows.
+
+        Raises ReadError for an argument that is not an angle, such as S(1), which is SymPy's number 1.
+        """
         start, function = self.at, SHORTHAND[name]
         call = self.parse_function(function)
         if not any(map(_is_angle, names(call))):
@@ -601,7 +606,10 @@ class _Parser:
         return product
 
     def parse_bound(self, name: str, of: Node | None) -> Node:
-        """Parse Derivative(theta1(t), t) as the rate qd1, and the _n of Lambda(_n, …) as any whole number."""
+        """Parse Derivative(theta1(t), t) as the rate qd1, and Lambda(_n, …) with any whole number as _n.
+
+        `of` is the first argument if it was typed before the name, as in theta1.diff(t).
+        """
         self.at += 1
         args = ((of,) if of is not None else ()) + self.parse_bracket(")", "args").args
         is_rate = _BOUND[name] == "rate"
@@ -751,8 +759,8 @@ def _container(name: str, args: tuple[Node, ...], parser: _Parser) -> Node:
         return Node("-", (args[0], Node("*", (_ANY_WHOLE_NUMBER, args[1]))))
     if len(args) == 1:
         return args[0]
-    if meaning == "matrix" and len(args) == 3 and (filled := _fill_matrix(*args)) is not None:
-        return filled
+    if meaning == "matrix" and len(args) == 3 and (matrix := _fill_matrix(*args)) is not None:
+        return matrix
     if meaning == "diagonal" and len(args) <= MAX_DIAGONAL:
         return list_of_rows([arg if i == j else ZERO for j in range(len(args))] for i, arg in enumerate(args))
     if meaning == "list":

@@ -38,14 +38,14 @@ class Program:
 def compile_program(nodes: Sequence[Node]) -> Program:
     """Return one program for several scalar trees. Raises ReadError if a tree contains a list, set or equation."""
     steps: list[Step] = []
-    known: dict[Any, int] = {}
+    step_indices: dict[Any, int] = {}
 
     def add(step: Step) -> int:
         op, _, value = step
         key = (op, value.numerator, value.denominator) if op == "number" else step  # hashing a fraction is slow
-        index = known.get(key)
+        index = step_indices.get(key)
         if index is None:
-            index = known[key] = len(steps)
+            index = step_indices[key] = len(steps)
             steps.append(step)
         return index
 
@@ -148,13 +148,13 @@ def evaluate_each(nodes: Sequence[Node], values: Mapping[str, np.ndarray], point
 
     This is faster than a program for many variants of one tree that differ in a single node.
     """
-    known: dict[int, np.ndarray] = {}
+    known_values: dict[int, np.ndarray] = {}
 
     def value_of(node: Node) -> np.ndarray:
-        value = known.get(id(node))
+        value = known_values.get(id(node))
         if value is None:
             step = _total((0, 1), (1, 1 if node.kind == "+" else -1)) if node.kind in ("+", "-") else _step(node, ())
-            value = known[id(node)] = _value(step, [value_of(arg) for arg in node.args], values, points)
+            value = known_values[id(node)] = _value(step, [value_of(arg) for arg in node.args], values, points)
         return value
 
     with np.errstate(all="ignore"):

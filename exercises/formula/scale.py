@@ -1,9 +1,9 @@
 """Decide whether an answer is correct except for signs and a constant factor, and which of these are wrong.
 
-It is if, after a sign change of single entries, it is k > 0 times the reference at every configuration. Let s_i and r_i
-be the entries of answer and reference (with these signs), s'_i and r'_i the same at another configuration with the same
-constants, and r_p a nonzero entry. Then the condition is s_i r'_p = r_i s'_p for all i. It is tested as exactly as a
-correct answer.
+Some entries of the reference may change their sign. The answer must then be k times the reference at every
+configuration, with a constant k > 0. Let s_i and r_i be the entries of answer and reference (with these signs), and
+s'_i and r'_i the same at another configuration with the same constants. Let r_p be a nonzero entry. The condition is
+s_i r'_p = r_i s'_p for all i. It is tested like the equality of an answer and its reference (`identity`).
 """
 
 from collections.abc import Sequence

@@ -22,14 +22,17 @@ _MOST_PIECES = 500
 _MOST_NODES, _MOST_STEPS = 100_000, 6000
 """Maximum number of nodes in all cases of whole numbers, and of steps in searches for zeros (some seconds each)."""
 _PIECE = 10
-"""Fixed cost of a case in addition to its nodes, and of a piece in addition to its steps."""
+"""Fixed cost that is added to the number of nodes of a case, and to the number of steps of a piece."""
 _TOO_LONG = "the conditions are too long, or there are too many whole numbers in them"
 _NO_JOINT = "a value stands there without a joint; write it as in theta1 = pi/3"
 
 
 @dataclass(frozen=True)
 class Atom:
-    """One condition: `zero` vanishes (joint is None), or `joint` has the value `zero` (modulo 2 pi for an angle)."""
+    """One condition: the expression `zero` vanishes (if `joint` is None), or it is the value of `joint`.
+
+    The value of an angle counts modulo 2 pi.
+    """
 
     zero: Node
     joint: str | None = None
@@ -78,8 +81,8 @@ def _refuse_two_values(union: list[Piece]) -> list[Piece]:
 def _joint_with_two_values(piece: Piece) -> str | None:
     """Return a joint to which a piece gives two different values, or None."""
     values: dict[str, object] = {}
-    turns = ((atom.joint, turns_of(atom.zero)) for atom in piece if atom.joint is not None)
-    return next((j for j, turn in turns if turn is not None and values.setdefault(j, turn) != turn), None)
+    multiples = ((atom.joint, turns_of(atom.zero)) for atom in piece if atom.joint is not None)
+    return next((j for j, k in multiples if k is not None and values.setdefault(j, k) != k), None)
 
 
 def _alternatives(node: Node, joints: Sequence[str]) -> list[Piece]:
@@ -121,7 +124,7 @@ def _joint_of(node: Node, joints: Sequence[str]) -> Node | None:
 
 def _intersect(sets: Sequence[Sequence[Piece]]) -> list[Piece]:
     """Return the pieces of the intersection: every combination of one piece from each set."""
-    count = math.prod(len(pieces_) for pieces_ in sets)
+    count = math.prod(len(pieces) for pieces in sets)
     if count > _MOST_PIECES:
         raise ReadError(f"the conditions make {count} cases; more than {_MOST_PIECES} are not read")
     return [sum(combination, ()) for combination in product(*sets)]
@@ -164,8 +167,8 @@ def _whole_number_cases(node: Node) -> list[Node]:
     whole_numbers = [name for name in WHOLE_NUMBERS if name in names(node)]
     combinations = product(WHOLE, repeat=len(whole_numbers))
     cases = [replace_names(node, dict(zip(whole_numbers, values, strict=True))) for values in combinations]
-    turns = [turns_of(case) for case in cases]
-    return list({(turn, index if turn is None else 0): cases[index] for index, turn in enumerate(turns)}.values())
+    multiples = [turns_of(case) for case in cases]
+    return list({(k, i if k is None else 0): cases[i] for i, k in enumerate(multiples)}.values())
 
 
 def is_tied(atom: Atom, piece: Piece, joints: Sequence[str]) -> bool:

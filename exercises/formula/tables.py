@@ -1,4 +1,4 @@
-r"""Parse vectors and matrices in lines, in columns with tabs or gaps, as Matlab's [a b; c d], or as 0,5; 1,25.
+r"""Parse tables: entries in lines, in columns with tabs or gaps, as in Matlab's [a b; c d], or as in 0,5; 1,25.
 
 These separators may have another meaning (a sum continues in the next line, a space is a product). So a table is tried
 only if a text does not have the expected shape, and accepted only if every row has the expected number of entries.
@@ -61,7 +61,7 @@ def _tables(text: str, rows: int, columns: int) -> Iterator[_Cells]:
         rows_of_text = [row for row in re.split(separator, inner) if row.strip(SPACES)]
         for split in (_alone, *_SPLITS) if columns == 1 else _SPLITS:
             cells = [_entries(row, split) for row in rows_of_text]
-            # a row counts as the expected column; commas without spaces already make a list
+            # a single row is accepted as the expected column; commas without spaces already make a list
             yield (
                 [[cell] for cell in cells[0]] if columns == 1 and len(cells) == 1 and split is not _by_comma else cells
             )
@@ -99,12 +99,12 @@ def numbers_text(text: str, count: int) -> str | None:
     """
     if count < 2 or len(text) > MOST:
         return None
-    inner = without_units(text, frozenset()).strip(SPACES)
-    if inner[:1] + inner[-1:] in ("()", "[]") or (inner[:1] + inner[-1:] == "{}" and ";" in inner):
-        inner = inner[1:-1]
-    if assignments := _named_numbers(inner):
+    content = without_units(text, frozenset()).strip(SPACES)
+    if content[:1] + content[-1:] in ("()", "[]") or (content[:1] + content[-1:] == "{}" and ";" in content):
+        content = content[1:-1]
+    if assignments := _named_numbers(content):
         return f"[{', '.join(assignments)}]" if len(assignments) == count else None
-    entries = [entry.strip(SPACES) for entry in _BETWEEN.split(inner)]
+    entries = [entry.strip(SPACES) for entry in _BETWEEN.split(content)]
     if len(entries) == count and all(map(_is_number, entries)):
         return f"[{', '.join(entry.replace(',', '.') for entry in entries)}]"
     return table_text(text, (count, 1))
@@ -112,13 +112,13 @@ def numbers_text(text: str, count: int) -> str | None:
 
 def _named_numbers(text: str) -> list[str]:
     """Return named numbers, as in x = 0,5 and y = 1; an empty list if the text contains anything else."""
-    numbers, at = list[str](), 0
-    while at < len(text):
-        match = _NAMED.match(text, at)
+    numbers, position = list[str](), 0
+    while position < len(text):
+        match = _NAMED.match(text, position)
         if match is None:
             return []
         numbers.append(f"{match.group(1)} = {match.group(2).replace(',', '.')}")
-        at = match.end()
+        position = match.end()
     return numbers
 
 

@@ -15,14 +15,14 @@ Result = TypeVar("Result")
 
 
 class ReadError(ValueError):
-    """Raised for a text that can't be parsed; says what was found, where, and what to write instead."""
+    """Raised for a text that can't be parsed; the message says what was found, where, and what to write instead."""
 
 
 @dataclass(frozen=True, slots=True)
 class Node:
     """A node of an expression: `kind` and `args`; `value` holds a number (Fraction) or a name.
 
-    Kinds: number, decimal, name, blank, call, neg, + - * / ^, list, set, dict, pair, eq, in, and (`CHAIN`), or.
+    Kinds: number, decimal, name, blank, call, neg, + - * / ^, list, set, dict, pair, eq, in, and, or.
     """
 
     kind: str
@@ -31,8 +31,8 @@ class Node:
 
     def with_args(self, args: Sequence["Node"]) -> "Node":
         """Return the node with other arguments, or itself if they are the same objects."""
-        is_same = len(args) == len(self.args) and all(map(is_, args, self.args))
-        return self if is_same else Node(self.kind, tuple(args), self.value)
+        has_same_args = len(args) == len(self.args) and all(map(is_, args, self.args))
+        return self if has_same_args else Node(self.kind, tuple(args), self.value)
 
 
 CHAIN = "="

@@ -68,9 +68,9 @@ class AngleNames:
 
 
 def angle_names(angles: Iterable[sp.Expr], *matrices: sp.Matrix) -> AngleNames:
-    r"""Name angles in their order, and then those in the sines and cosines of `matrices` that have no name yet.
+    r"""Return names for the angles in their order, and then for other angles in the sines and cosines of `matrices`.
 
-    SymPy writes cos(theta1 - 2 pi/3) as -cos(theta1 + pi/3). If the former has a link's angle, that angle is named.
+    SymPy writes cos(theta1 - 2 pi/3) as -cos(theta1 + pi/3). The former is named if its angle is that of a link.
 
     >>> t1, (a1, phi) = sp.Symbol("theta1"), sp.symbols(r"a1 \varphi_{1}")
     >>> names = angle_names([t1 - 2 * sp.pi / 3])

@@ -19,11 +19,11 @@ OPERATORS = {"=": 1.05, "+": 0.95, "−": 0.95, "×": 0.95, "≠": 1.05, "≈": 
 LETTERS = {**dict.fromkeys("mwMWOθωφψ", 0.8), **dict.fromkeys("ijlt.'|()[]", 0.33), ",": 0.45}
 LETTER, SIGN, SCRIPT, COLUMN = 0.54, 0.4, 0.71, 0.85
 WIDER = 1.2
-"""A formula this many times as wide as the room is not broken inside brackets, because letters can be smaller."""
+"""A formula up to this many times as wide as the line is not broken inside brackets: its letters become smaller."""
 DEEPEST = 4
 """Maximum depth of nested brackets in which a sum may be broken."""
 WHOLE = 0.6
-"""Maximum share of a line's width for a piece that can't be broken."""
+"""Maximum width of a piece that can't be broken, as a fraction of the line's width."""
 _CROSS, _OPEN, _CLOSE = (Layout("sign", sign) for sign in "×()")
 
 
@@ -123,9 +123,9 @@ def _break_equation(left: Pieces, right: Pieces, room: float) -> Rows:
     sign = right[:1] if right[:1] == (layout.EQUALS,) else ()
     space = room - 2.0 if sign else room - 1.0
     lines: Rows = []
-    for number, part in enumerate(layout.split(right[1:], layout.EQUALS) if sign else [right]):
+    for index, part in enumerate(layout.split(right[1:], layout.EQUALS) if sign else [right]):
         broken_lines = _break_side(part, space)
-        lines.append((() if number else left, (*sign, *broken_lines[0])))
+        lines.append((() if index else left, (*sign, *broken_lines[0])))
         lines += [((), (layout.QUAD, *line)) for line in broken_lines[1:]]
     return lines
 
@@ -177,12 +177,12 @@ def _split_wide_terms(terms: Sequence[Pieces], room: float) -> list[Pieces]:
     """Return terms; a term that is too wide is replaced by the terms of the sums in its brackets, and so on."""
     narrow_terms: list[Pieces] = []
     for term in terms:
-        opened, parts = term, [term]
+        pieces, parts = term, [term]
         for depth in range(1, DEEPEST + 1):
             if all(_total_width(part) <= WIDER * room for part in parts):
                 break
-            opened = _open_brackets(opened, room)
-            parts = layout.terms(opened, depth)
+            pieces = _open_brackets(pieces, room)
+            parts = layout.terms(pieces, depth)
         narrow_terms += parts
     return narrow_terms
 

@@ -6,7 +6,7 @@ for languages other than English.
 
 A problem also contains English words: titles, descriptions of configurations, the sentence on a mistake. These are
 messages because they are registered, or because `translatable_phrases` has a pattern for them. In a pattern, braces
-mark the parts that are taken over: "row {n}".
+mark the parts that are copied to the translation: "row {n}".
 """
 
 import io
@@ -92,7 +92,7 @@ class Catalogue:
         return self._of(QUESTION, title)
 
     def arm_title(self, name: str) -> str:
-        """Return the heading for an arm with this name of its own."""
+        """Return the heading for an arm that has a name, or the general heading if `name` is empty."""
         return _first(self._arms(ARM), name or "arm")
 
     def arm_shown(self, name: str) -> str:
@@ -163,7 +163,10 @@ class Catalogue:
 
 
 def _first(rows: Iterable[Row], text: str, inner: Callable[[str], str] = str) -> str:
-    """Translate a text by the first row that matches, applying `inner` to the words taken over; else return it."""
+    """Translate a text by the first row that matches it, or return it unchanged.
+
+    `inner` is applied to the words that are copied to the translation.
+    """
     for regex, translation in rows:
         match = regex.fullmatch(text)
         if match is not None:

@@ -28,7 +28,7 @@ _FUNCTIONS = {
 _TALL = frozenset(("frac", "root"))
 """Kinds of pieces around which brackets grow; a small fraction fits into brackets of normal height."""
 _MOST_BELOW = 10**6
-"""Maximum denominator of a fraction before a root; other numbers are shown as decimals there, too."""
+"""Maximum denominator of a fraction before a root; with a larger one, decimals are shown before a root, too."""
 _NAMED = re.compile(r"(theta|alpha|beta|qd|[a-zA-Z])(\d*)")
 
 
@@ -69,7 +69,7 @@ def _sum(signed: Sequence[_Signed]) -> Pieces:
 
 
 class _Setter:
-    """Lay out SymPy expressions; a term is a sign and an absolute value, so that signs can move out of brackets."""
+    """Lays out SymPy expressions; a term is a sign and an absolute value, so that signs can move out of brackets."""
 
     def __init__(self, prismatic: tuple[str, ...], lengths: tuple[sp.Rational, ...] = ()) -> None:
         self.prismatic, self.lengths = prismatic, lengths
@@ -89,9 +89,9 @@ class _Setter:
         coefficient, rest = expression.as_coeff_Mul()
         if rest == 1:
             return self.number(coefficient)
-        laid_out = order.product(expression)
-        upper_factors, lower_factors, flips = laid_out.above, laid_out.below, laid_out.flips
-        upper_number, lower_number = self.coefficient(laid_out.number, rest, bool(lower_factors))
+        ordered = order.product(expression)
+        upper_factors, lower_factors, flips = ordered.above, ordered.below, ordered.flips
+        upper_number, lower_number = self.coefficient(ordered.number, rest, bool(lower_factors))
         numerator = upper_number + self.factors(
             upper_factors,
             flips,
@@ -102,17 +102,17 @@ class _Setter:
         )
         numerator_or_one = numerator or number("1")
         if not denominator:
-            return _Signed(laid_out.negative, numerator_or_one)
-        return _Signed(laid_out.negative, (layout.fraction(numerator_or_one, denominator, rest.is_number),))
+            return _Signed(ordered.negative, numerator_or_one)
+        return _Signed(ordered.negative, (layout.fraction(numerator_or_one, denominator, rest.is_number),))
 
     def factors(self, factors: Sequence[sp.Expr], flips: frozenset[sp.Expr], alone: bool) -> Pieces:
         """Return the factors side by side; a sum is bracketed unless it is the whole numerator or denominator."""
-        laid_out: list[Layout] = []
+        pieces: list[Layout] = []
         for k, factor in enumerate(factors):
-            if k and _ends_in_angle(laid_out) and any(map(moves, factor.free_symbols)):
-                laid_out.append(layout.THIN)  # \cos\varphi_1 \dot\theta_1 is not the cosine of a product
-            laid_out += self.factor(factor, factor in flips, alone)
-        return tuple(laid_out)
+            if k and _ends_in_angle(pieces) and any(map(moves, factor.free_symbols)):
+                pieces.append(layout.THIN)  # \cos\varphi_1 \dot\theta_1 is not the cosine of a product
+            pieces += self.factor(factor, factor in flips, alone)
+        return tuple(pieces)
 
     def factor(self, factor: sp.Expr, flip: bool = False, alone: bool = False) -> Pieces:
         if factor.is_Add:
@@ -182,7 +182,10 @@ class _Setter:
         return _Signed(negative, (layout.fraction(number(str(size.p)), number(str(size.q)), small=True),))
 
     def coefficient(self, value: sp.Expr, rest: sp.Expr, is_fraction: bool) -> tuple[Pieces, Pieces]:
-        """Return what a number adds to numerator and denominator: 0.35 for 7/20; 20/7 puts it in the denominator."""
+        """Return the pieces that a number adds to numerator and denominator.
+
+        7/20 adds 0.35 to the numerator; 20/7 adds 0.35 to the denominator.
+        """
         if value == 1:
             return (), ()
         if not value.is_Rational:
@@ -342,10 +345,10 @@ def _with_numbers_of_the_table(value: sp.Expr) -> sp.Expr:
         numbers += [] if rest == 1 else [number]
     if len(numbers) == len(terms) or not all(number.is_Integer for number, _ in terms):
         return value
-    shared = sp.Integer(math.gcd(*map(int, numbers)))
-    if any(decimal(number / shared) is None for number, _ in terms):
+    common_factor = sp.Integer(math.gcd(*map(int, numbers)))
+    if any(decimal(number / common_factor) is None for number, _ in terms):
         return value
-    return value / bracket * shared * sp.Add(*(number / shared * rest for number, rest in terms))
+    return value / bracket * common_factor * sp.Add(*(number / common_factor * rest for number, rest in terms))
 
 
 def tex_angle(value: sp.Expr) -> str:

@@ -61,10 +61,11 @@ def _parser() -> "MarkdownIt":
 def to_html(
     text: str, formula: Callable[[str, bool], str] | None = None, share: float = 1.0, whole: bool = False
 ) -> str:
-    """Return HTML with formulas as MathML; raw HTML in the text is kept. The text may take a `share` of a page's width.
+    """Return HTML with formulas as MathML; raw HTML in the text is kept.
 
-    If `formula` is given, it converts each formula from LaTeX and whether it is displayed. MathML and, if `whole`,
-    other inline formulas are put in a span of class "whole" with their adjacent punctuation. Pages do not break it.
+    `share` is the fraction of a page's width that the text may take. If `formula` is given, it converts each formula:
+    its arguments are the LaTeX and whether the formula is displayed. Inline MathML is put in a span of class "whole"
+    with the adjacent punctuation, which pages do not break. If `whole`, so are inline formulas that `formula` converts.
     """
     tokens, formulas = parse_markdown(text)
     parser = _parser()
@@ -76,9 +77,9 @@ def to_html(
     def with_signs(match: re.Match[str]) -> str:
         prefix, number, suffix = match.groups()
         latex, block = formulas[int(number)]
-        shown = f"{prefix}{made(latex, block)}{suffix}"
+        html = f"{prefix}{made(latex, block)}{suffix}"
         is_whole = (prefix or suffix) and (formula is None or whole) and not block and len(_split_equations(latex)) == 1
-        return f'<span class="whole">{shown}</span>' if is_whole else shown
+        return f'<span class="whole">{html}</span>' if is_whole else html
 
     return _WITH_SIGNS.sub(with_signs, str(page))
 
@@ -175,7 +176,7 @@ def latex_escaped(text: str) -> str:
 def to_latex(text: str, share: float = 1.0) -> str:
     """Return the body of a LaTeX document, which needs amsmath, booktabs and graphicx; raw HTML is omitted.
 
-    The text may take a `share` of a page's width.
+    `share` is the fraction of a page's width that the text may take.
     """
     tokens, formulas = parse_markdown(text)
     room = share * PAPER
@@ -219,7 +220,7 @@ def _has_many_lines(formula: Layout) -> bool:
 
 
 Special = Mapping[str, "Callable[[Sequence[Token], int], str]"]
-"""Functions that write a token, by its type; their arguments are all tokens and the token's index."""
+"""For each type of token, a function that writes it; its arguments are all tokens and the token's index."""
 
 
 def write_tokens(tokens: "Sequence[Token]", fixed: Mapping[str, str], special: Special) -> str:

@@ -26,7 +26,7 @@ def statement(problem: Problem, title: str, figure: str = "", typed: bool = True
 
     If no answer is a formula, `typed` can be false: then the text doesn't explain how to type symbols.
     """
-    chain, words = problem.chain, catalogue(language)
+    chain, messages = problem.chain, catalogue(language)
     text = (
         environment(language)
         .get_template("writing/statement.md.j2")
@@ -34,44 +34,44 @@ def statement(problem: Problem, title: str, figure: str = "", typed: bool = True
             chain=chain,
             title=title,
             figure=figure,
-            w=Wording(chain, words),
-            arm=words.arm_shown(chain.title),
+            w=Wording(chain, messages),
+            arm=messages.arm_shown(chain.title),
             typed=typed,
         )
     )
-    return words.with_decimals(_tidy(text))
+    return messages.with_decimals(_tidy(text))
 
 
 def prompt(problem: Problem, part: Part, language: str = ENGLISH) -> str:
     """Return the question with its frame, its units and the form of the answer, without revealing the answer."""
-    words = catalogue(language)
-    text = str(_macros(part, language).prompt(part, problem.chain, Wording(problem.chain, words)))
+    messages = catalogue(language)
+    text = str(_macros(part, language).prompt(part, problem.chain, Wording(problem.chain, messages)))
     if part.rounding is not None and part.answer.is_exact:
-        accepted = words.gettext("Decimals are accepted %(how)s.", how=words.phrase(part.rounding.words))
+        accepted = messages.gettext("Decimals are accepted %(how)s.", how=messages.phrase(part.rounding.words))
         text += f"\n\n{accepted}"
-    return words.with_decimals(_tidy(text))
+    return messages.with_decimals(_tidy(text))
 
 
 def option_text(problem: Problem, part: Part, index: int, language: str = ENGLISH) -> str:
     """Return the text of an option in Markdown on one line: a formula, a set, a configuration, or words."""
-    details, chain, words = part.details, problem.chain, catalogue(language)
+    details, chain, messages = part.details, problem.chain, catalogue(language)
     macros: Any = environment(language)
     if isinstance(details, Options):
         text = str(macros.get_template("questions/options.md.j2").module.formula(details.offered[index], chain))
-        return words.with_decimals(text)
+        return messages.with_decimals(text)
     if isinstance(details, Places):
         option = macros.get_template("questions/rank.md.j2").module.option
-        return words.with_decimals(str(option(details, details.places[index], chain)))
-    line = re.search(rf"^- \*\*{LETTERS[index]}\.\*\* (.*)$", prompt(problem, part, language), re.MULTILINE)
-    return line[1] if line is not None else words.phrase(part.answer.offered[index])
+        return messages.with_decimals(str(option(details, details.places[index], chain)))
+    option_line = re.search(rf"^- \*\*{LETTERS[index]}\.\*\* (.*)$", prompt(problem, part, language), re.MULTILINE)
+    return option_line[1] if option_line is not None else messages.phrase(part.answer.offered[index])
 
 
 def hints(problem: Problem, part: Part, language: str = ENGLISH) -> tuple[str, str, str]:
     """Return three hints for this particular arm, from vague to detailed; none of them contains the answer."""
-    chain, steps, words = problem.chain, solution_steps(problem.chain), catalogue(language)
-    text = _macros(part, language).hints(part, chain, derive(chain), Wording(chain, words), steps)
+    chain, steps, messages = problem.chain, solution_steps(problem.chain), catalogue(language)
+    text = _macros(part, language).hints(part, chain, derive(chain), Wording(chain, messages), steps)
     vague, plan, detailed = (
-        words.with_decimals(with_meanings(steps, hint, language))
+        messages.with_decimals(with_meanings(steps, hint, language))
         for hint in re.split(r"^---$", text, flags=re.MULTILINE)
     )
     return vague, plan, detailed
@@ -142,7 +142,7 @@ def _legend(steps: SolutionSteps, text: str) -> list[tuple[str, str]]:
 
 
 def _with_legend(names: list[tuple[str, str]], text: str, language: str, first_of_several: bool = False) -> str:
-    """Return a text preceded by a legend, which is for all following texts if it is the `first_of_several`."""
+    """Return a text preceded by a legend; if it is the `first_of_several`, the legend is for all of them."""
     template = environment(language).get_template("writing/solution.md.j2")
     return _tidy(template.render(solution=text, names=names, first_of_all=first_of_several))
 

@@ -84,10 +84,10 @@ def environment(language: str = ENGLISH) -> jinja2.Environment:
     )
     templates.filters.update(tex=tex, tex_lines=tex_lines, tex_length=tex_length, tex_angle=tex_angle)
     templates.filters.update(tex_value=tex_value, tex_zero=tex_zero)
-    words = catalogue(language)
-    templates.install_gettext_translations(words.translations, newstyle=True)  # type: ignore[attr-defined]  # by the extension
-    templates.filters["phrase"] = words.phrase
-    templates.filters["mistake"] = lambda blame: words.mistake_inside(blame.mistake, blame.title)
+    messages = catalogue(language)
+    templates.install_gettext_translations(messages.translations, newstyle=True)  # type: ignore[attr-defined]  # by the extension
+    templates.filters["phrase"] = messages.phrase
+    templates.filters["mistake"] = lambda blame: messages.mistake_inside(blame.mistake, blame.title)
     templates.filters["plain"] = plain
     templates.filters["json"] = lambda value: json.dumps(value, ensure_ascii=False)
     return templates

@@ -50,7 +50,7 @@ from qdot.exercises.writing.latex import tex
 
 @dataclass(frozen=True)
 class Column:
-    """The effect of joint `number` (6.12): its axis z, its vector p*, and z x p*; `carries` if the joint moves P."""
+    """The effect of joint `number` (6.12): its axis z, its vector p*, and z x p*; `carries`: whether it can move P."""
 
     number: int
     kind: str
@@ -160,7 +160,7 @@ class SolutionSteps:
 
     @property
     def last_fixed_origin(self) -> int:
-        """The last of the origins O_0 ... O_k that no joint moves."""
+        """The index of the last of the origins O_0 ... O_k that no joint moves."""
         is_moved = [self._moves(origin) for origin in self.origins]
         return is_moved.index(True) - 1 if any(is_moved) else len(is_moved) - 1
 
@@ -217,7 +217,7 @@ class SolutionSteps:
         return home_screws(self.chain)[joint - 1]
 
     def screw_carried(self, joint: int) -> Screw:
-        """Return a joint with its axis and its screw after the joints before it have moved them."""
+        """Return a joint with its axis and its screw as moved by the joints before it."""
         return carried_screws(self.chain)[joint - 1]
 
     def jacobian_of(self, frame: str) -> sp.Matrix:
@@ -242,8 +242,8 @@ class SolutionSteps:
         positions: list[tuple[int, sp.Matrix]] = []
         previous = self.d.position.xreplace(self._home)
         for joint in range(self.chain.point.frame, 0, -1):
-            home = dict.fromkeys(self.chain.q[: joint - 1], sp.S.Zero)
-            position = self.d.position.xreplace(home)
+            earlier_joints_at_zero = dict.fromkeys(self.chain.q[: joint - 1], sp.S.Zero)
+            position = self.d.position.xreplace(earlier_joints_at_zero)
             if position != previous:
                 positions.append((joint, position.applyfunc(without_brackets)))
             previous = position
@@ -359,7 +359,7 @@ class SolutionSteps:
 
     @property
     def jacobian_at_joint_1(self) -> sp.Matrix | None:
-        """J at that value of joint 1, if it has the same determinant in every configuration."""
+        """J at `joint_1_value`; None if det J depends on joint 1, if J doesn't, or for more than four joints."""
         shortest = jacobian_at_joint_1(self._structure) if 1 < self.chain.n <= 4 else None
         return None if shortest is None else shortest.applyfunc(self.d.fill)
 

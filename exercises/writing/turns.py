@@ -74,8 +74,8 @@ def _trigs_of(turns: tuple[sp.Expr, ...]) -> tuple[dict[sp.Expr, sp.Expr], tuple
 
 def _join_roots(total: sp.Expr, sums: Sequence[_Sum]) -> sp.Expr:
     """Return a sum in which pairs of terms that differ only in their roots are combined by one of `sums`."""
-    for constant in sums:
-        (first, root), (second, second_root) = constant.terms
+    for sum_of_roots in sums:
+        (first, root), (second, second_root) = sum_of_roots.terms
         numbers: dict[sp.Expr, dict[sp.Expr, sp.Expr]] = {}
         terms = []
         for term in sp.Add.make_args(total):
@@ -88,7 +88,7 @@ def _join_roots(total: sp.Expr, sums: Sequence[_Sum]) -> sp.Expr:
                 terms.append(term)
         for other_factors, number_by_root in numbers.items():
             if len(number_by_root) == 2 and number_by_root[root] / first == number_by_root[second_root] / second:
-                terms.append(number_by_root[root] / first * constant.trig * other_factors)
+                terms.append(number_by_root[root] / first * sum_of_roots.trig * other_factors)
             else:
                 terms += [number * root_in_term * other_factors for root_in_term, number in number_by_root.items()]
         total = sp.Add(*terms)

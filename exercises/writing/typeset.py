@@ -86,9 +86,9 @@ class _Setter:
         self.depth += 1
         if self.depth > DEEPEST:
             raise TooDeep(f"the answer nests more than {DEEPEST} deep")
-        laid_out = self.piece(node)
+        typeset_piece = self.piece(node)
         self.depth -= 1
-        return laid_out
+        return typeset_piece
 
     def piece(self, node: Node) -> _Set:
         kind = node.kind

@@ -48,7 +48,7 @@ def typst_escaped(text: str) -> str:
 def to_typst(text: str, share: float = 1.0) -> str:
     """Return Typst markup for the body of a document; raw HTML in the text is omitted.
 
-    The text may take a `share` of a page's width.
+    `share` is the fraction of a page's width that the text may take.
     """
     tokens, formulas = parse_markdown(text)
 

@@ -98,31 +98,31 @@ class Wording:
     @property
     def mover(self) -> str:
         """The body or point whose velocity the task counts."""
-        say = self.words
+        messages = self.words
         return {
             "v": "$P$",
-            "w": say.gettext("the last link"),
-            "vw": say.gettext("$P$ and the last link"),
+            "w": messages.gettext("the last link"),
+            "vw": messages.gettext("$P$ and the last link"),
         }[self.motions]
 
     @property
     def of_mover(self) -> str:
         """The mover in the genitive, as in "of $P$"."""
-        say = self.words
+        messages = self.words
         return {
-            "v": say.gettext("of $P$"),
-            "w": say.gettext("of the last link"),
-            "vw": say.gettext("of $P$ and the last link"),
+            "v": messages.gettext("of $P$"),
+            "w": messages.gettext("of the last link"),
+            "vw": messages.gettext("of $P$ and the last link"),
         }[self.motions]
 
     @property
     def to_mover(self) -> str:
-        """The mover after "to give"; other languages have a separate case for it."""
-        say = self.words
+        """The mover after "to give"; some languages need another grammatical case there."""
+        messages = self.words
         return {
             "v": "$P$",
-            "w": say.pgettext("to whom something is given", "the last link"),
-            "vw": say.pgettext("to whom something is given", "$P$ and the last link"),
+            "w": messages.pgettext("to whom something is given", "the last link"),
+            "vw": messages.pgettext("to whom something is given", "$P$ and the last link"),
         }[self.motions]
 
     @property
@@ -155,15 +155,15 @@ class Wording:
     @property
     def rates_with_units(self) -> str:
         """The joint rates, each with its unit, or all with their common unit."""
-        units, say = self.rate_units, self.words
+        units, messages = self.rate_units, self.words
         if len(units) > 2 and len(set(units)) == 1:
             rates = self.join([f"${rate}$" for rate in self.rates])
-            return say.gettext("%(rates)s, all in %(unit)s", rates=rates, unit=units[0])
+            return messages.gettext("%(rates)s, all in %(unit)s", rates=rates, unit=units[0])
         if len(units) > 3 and units.count("m/s") == 1:
             prismatic_index = units.index("m/s")
-            return say.gettext("$%(rate)s$ in m/s, all others in rad/s", rate=self.rates[prismatic_index])
+            return messages.gettext("$%(rate)s$ in m/s, all others in rad/s", rate=self.rates[prismatic_index])
         pairs = zip(self.rates, units, strict=True)
-        return ", ".join(say.gettext("$%(rate)s$ in %(unit)s", rate=rate, unit=unit) for rate, unit in pairs)
+        return ", ".join(messages.gettext("$%(rate)s$ in %(unit)s", rate=rate, unit=unit) for rate, unit in pairs)
 
     @property
     def count(self) -> str:
@@ -188,8 +188,8 @@ class Wording:
     @property
     def axes_at_home(self) -> list[tuple[str, str, str, str]]:
         """For each joint its kind, the name of its direction, and its direction and point at home."""
-        say = self.words
-        kinds = {"R": say.pgettext("of a joint", "revolute"), "P": say.pgettext("of a joint", "prismatic")}
+        messages = self.words
+        kinds = {"R": messages.pgettext("of a joint", "revolute"), "P": messages.pgettext("of a joint", "prismatic")}
         names = {"R": r"\omega", "P": "v"}
         return [
             (
@@ -251,14 +251,14 @@ class Wording:
     @property
     def base_turn(self) -> str:
         """The orientation of O_0 in the world frame in words; empty if it is not rotated."""
-        base, say = self.base, self.words
+        base, messages = self.base, self.words
         yaw, tilt = tex_angle(base.yaw), tex_angle(base.tilt)
-        yaw_text = say.gettext("turned by $%(yaw)s$ about $z_w$", yaw=yaw) if base.yaw != 0 else ""
+        yaw_text = messages.gettext("turned by $%(yaw)s$ about $z_w$", yaw=yaw) if base.yaw != 0 else ""
         if base.tilt == 0:
             return yaw_text
         if not yaw_text:
-            return say.gettext("turned by $%(tilt)s$ about its own $x$ axis", tilt=tilt)
-        return say.gettext("%(turned)s and then by $%(tilt)s$ about its own $x$ axis", turned=yaw_text, tilt=tilt)
+            return messages.gettext("turned by $%(tilt)s$ about its own $x$ axis", tilt=tilt)
+        return messages.gettext("%(turned)s and then by $%(tilt)s$ about its own $x$ axis", turned=yaw_text, tilt=tilt)
 
     @property
     def base_transform(self) -> str:
@@ -327,13 +327,13 @@ class Wording:
 
     def meaning(self, kind: Kind) -> str:
         """Return a sentence on the geometric meaning and the kind of a set of singular configurations."""
-        say, sentence = self.words, self.sentence(kind.meaning)
+        messages, sentence = self.words, self.sentence(kind.meaning)
         if not self.kinds_are_sure or not kind.kind:
             return sentence
         if not kind.uniform:
             return f"{sentence} {self._both_kinds}"
-        boundary = say.gettext("This is a boundary singularity.")
-        internal = say.gettext("This is an internal singularity.")
+        boundary = messages.gettext("This is a boundary singularity.")
+        internal = messages.gettext("This is an internal singularity.")
         return f"{sentence} {boundary if kind.kind == 'boundary' else internal}"
 
     def cases(self, every: Iterable[tuple[Values, Kind]]) -> str:
@@ -364,8 +364,8 @@ class Wording:
 
     def sentence(self, english: str) -> str:
         """Return a problem's English description as a translated sentence that calls the point P."""
-        words = self.describe(english)
-        return f"{words[0].upper()}{words[1:]}."
+        description = self.describe(english)
+        return f"{description[0].upper()}{description[1:]}."
 
     def describe(self, english: str) -> str:
         """Return a description of configurations in the middle of a sentence, with the arm's own names for points."""
@@ -383,8 +383,8 @@ class Wording:
 def triple(values: Iterable[sp.Expr]) -> str:
     """Return the LaTeX of coordinates in metres, as in (-0.6, 0.9, 0) m; without a unit if any is symbolic."""
     coordinates = ", ".join(tex(sp.sympify(value)) for value in values)
-    numeric = all(sp.sympify(value).is_number for value in values)
-    return f"({coordinates})" + (r"\,\text{m}" if numeric else "")
+    is_numeric = all(sp.sympify(value).is_number for value in values)
+    return f"({coordinates})" + (r"\,\text{m}" if is_numeric else "")
 
 
 def join(words: list[str], last: str = "and") -> str:

@@ -23,13 +23,13 @@ def latex(formula: Layout) -> str:
 
 
 def _row(pieces: Pieces) -> str:
-    text, before, joins = "", None, False  # joins: whether the previous piece is a plus or minus between two terms
+    text, previous, previous_is_binary = "", None, False
     for piece in pieces:
-        joined = piece in (MINUS, PLUS) and is_binary(before)
-        if before is not None and (joined or joins or not _touch(before, piece)):
+        is_binary_sign = piece in (MINUS, PLUS) and is_binary(previous)
+        if previous is not None and (is_binary_sign or previous_is_binary or not _touch(previous, piece)):
             text += " "
         text += _piece(piece)
-        before, joins = piece, joined
+        previous, previous_is_binary = piece, is_binary_sign
     return text
 
 
@@ -38,8 +38,8 @@ def _index(index: Layout) -> str:
     if index.kind != "row":
         return _piece(index)
     text = _piece(index.inner[0])
-    for before, piece in pairwise(index.inner):
-        text += ("" if "sign" in (before.kind, piece.kind) else " ") + _piece(piece)
+    for previous, piece in pairwise(index.inner):
+        text += ("" if "sign" in (previous.kind, piece.kind) else " ") + _piece(piece)
     return f"{{{text}}}"
 
 
@@ -90,7 +90,7 @@ def _script(foot: Layout, below: Layout, above: Layout) -> str:
     primes = PRIMES.find(first.text) + 1 if first.text else 0
     above = row(*others[:-1]) if primes else above
     text = f"{_piece(foot)}{chr(39) * primes}"
-    marks = ("_", below), ("^", above)
-    for mark, part in reversed(marks) if above == _STAR else marks:  # p^*_{1}
+    scripts = ("_", below), ("^", above)
+    for mark, part in reversed(scripts) if above == _STAR else scripts:  # p^*_{1}
         text += f"{mark}{_index(part)}" if part.inner or part.text else ""
     return text

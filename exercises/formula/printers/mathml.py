@@ -72,17 +72,17 @@ class _Writer:
 
     def row(self, pieces: Pieces, opening: Layout = EMPTY) -> str:
         """Return pieces side by side; `opening` is the bracket before them."""
-        shown = [self.piece(piece) for piece in pieces]
+        printed_pieces = [self.piece(piece) for piece in pieces]
         if self.mends and any(piece.kind == "word" or piece in (PLUS, MINUS) for piece in pieces):
-            shown = _mend_row((opening, *pieces, EMPTY), ["", *shown, ""])
-        return "".join(shown)
+            printed_pieces = _mend_row((opening, *pieces, EMPTY), ["", *printed_pieces, ""])
+        return "".join(printed_pieces)
 
     def group(self, piece: Layout) -> str:
         """Return a row or matrix as a single element, any other piece unchanged."""
         if piece.kind not in ("row", "matrix"):
             return self.piece(piece)
-        shown = self.row(piece.inner) if piece.kind == "row" else self.matrix(piece.inner)
-        return f"<mrow>{shown}</mrow>" if shown else "<mrow />"
+        content = self.row(piece.inner) if piece.kind == "row" else self.matrix(piece.inner)
+        return f"<mrow>{content}</mrow>" if content else "<mrow />"
 
     def print(self, piece: Layout) -> str:
         kind, text, inner = piece
@@ -118,15 +118,15 @@ class _Writer:
         return f"<mo>&#x0005B;</mo><mtable>{cells}</mtable><mo>&#x0005D;</mo>"
 
     def aligned(self, table: Layout) -> str:
-        over = "1.1ex" if table.text else "0.5ex"
+        padding = "1.1ex" if table.text else "0.5ex"
         style = ' style="text-align: {}; padding: {} {} {} 0"' if self.mends else ' columnalign="{}"'
-        styles = [style.format(side, over, gap, over) for side, gap in (("right", "0.3em"), ("left", "1.5em"))]
+        styles = [style.format(side, padding, gap, padding) for side, gap in (("right", "0.3em"), ("left", "1.5em"))]
         spaces = " ".join(("0em", "2em") * (max(len(cells.inner) for cells in table.inner) // 2))
-        shown = ""
+        rows = ""
         for line in table.inner:
             cells = ("<mi />" * (k % 2) + self.row(cell.inner) for k, cell in enumerate(line.inner))
-            shown += f"<mtr>{''.join(map(_cell, cycle(styles), cells))}</mtr>"
-        return f'<mtable displaystyle="true" rowspacing="3pt" columnspacing="{spaces}">{shown}</mtable>'
+            rows += f"<mtr>{''.join(map(_cell, cycle(styles), cells))}</mtr>"
+        return f'<mtable displaystyle="true" rowspacing="3pt" columnspacing="{spaces}">{rows}</mtable>'
 
 
 def _print_letters(text: str) -> str:
@@ -150,14 +150,14 @@ _TEMPLATES = {
 
 def _mend_row(pieces: Pieces, shown: Sequence[str]) -> list[str]:
     """Return a row with space around functions, and with a sign at the beginning of a term attached to that term."""
-    mended = list(shown)
+    spaced = list(shown)
     for k, piece in enumerate(pieces):
         if piece in (PLUS, MINUS) and pieces[k - 1] in _BEGINS_A_TERM:
-            mended[k] = shown[k].replace("<mo>", '<mo form="prefix">')
+            spaced[k] = shown[k].replace("<mo>", '<mo form="prefix">')
         elif piece in _SET_APART:
             is_bare = piece in _BARE and shown[k + 1].startswith(_BEHIND) and pieces[k + 1] not in _SET_APART
-            mended[k] = f"{_THIN * shown[k - 1].endswith(_BEFORE)}{shown[k]}{_THIN * is_bare}"
-    return mended
+            spaced[k] = f"{_THIN * shown[k - 1].endswith(_BEFORE)}{shown[k]}{_THIN * is_bare}"
+    return spaced
 
 
 def _cell(style: str, shown: str) -> str:

@@ -40,11 +40,11 @@ class _Code(StrPrinter):
         return self._print_sum(expr)
 
     def _print_sum(self, expr: sp.Expr, flip: bool = False) -> str:
-        shown = ""
-        for minus, term in order.terms(expr, flip):
-            sign = (" - " if minus else " + ") if shown else "-" if minus else ""
-            shown += sign + self._print_unsigned(term)
-        return shown
+        code = ""
+        for is_negative, term in order.terms(expr, flip):
+            sign = (" - " if is_negative else " + ") if code else "-" if is_negative else ""
+            code += sign + self._print_unsigned(term)
+        return code
 
     def _print_Mul(self, expr: sp.Mul) -> str:
         return f"{'-' if order.product(expr).negative else ''}{self._print_unsigned(expr)}"
@@ -106,8 +106,8 @@ def list_code(items: Sequence[str], taken: int, depth: int = 0) -> str:
     if taken + len(line) <= WIDTH and "\n" not in line:
         return line
     indent = "    " * depth
-    shown = "".join(f"{_wrap(item + ',', depth + 1)}\n" for item in items)
-    return f"[\n{shown}{indent}]"
+    lines = "".join(f"{_wrap(item + ',', depth + 1)}\n" for item in items)
+    return f"[\n{lines}{indent}]"
 
 
 def bracket_long_text(text: str, taken: int) -> str:

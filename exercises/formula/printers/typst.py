@@ -34,11 +34,11 @@ def _print_text(piece: Layout) -> str:
 
 def _print_script(piece: Layout, base: str, *scripts: str) -> str:
     base_piece, _, above = piece.inner
-    shown = base if base_piece.kind != "row" or len(base_piece.inner) == 1 else f"({base})"
+    typst = base if base_piece.kind != "row" or len(base_piece.inner) == 1 else f"({base})"
     if above == DEGREE:
-        return f"{shown} °"
-    marks = zip("_^", piece.inner[1:], scripts, strict=True)
-    return shown + "".join(f"{mark}({text})" for mark, part, text in marks if part.inner or part.text)
+        return f"{typst} °"
+    scripts_with_marks = zip("_^", piece.inner[1:], scripts, strict=True)
+    return typst + "".join(f"{mark}({text})" for mark, part, text in scripts_with_marks if part.inner or part.text)
 
 
 def _print_fenced(piece: Layout, inside: str) -> str:

@@ -53,8 +53,8 @@ def _beside(boxes: Sequence[_Box]) -> _Box:
     lines_below = max(len(box.lines) - box.middle for box in boxes)
     rows = []
     for row in range(-lines_above, lines_below):
-        inside = (box.lines[box.middle + row] if 0 <= box.middle + row < len(box.lines) else None for box in boxes)
-        rows.append("".join(" " * box.width if t is None else t for t, box in zip(inside, boxes, strict=True)))
+        box_lines = (box.lines[box.middle + row] if 0 <= box.middle + row < len(box.lines) else None for box in boxes)
+        rows.append("".join(" " * box.width if t is None else t for t, box in zip(box_lines, boxes, strict=True)))
     return _Box(tuple(rows), lines_above)
 
 
@@ -93,19 +93,19 @@ def _grown(bracket: str, height: int) -> _Box:
 
 
 def _print_script(piece: Layout, base: _Box, below: _Box, above: _Box) -> _Box:
-    shown = base
+    joined_box = base
     scripts = (below, _SUB_ABLE, _SUBSCRIPTS, "_"), (above, _SUPER_ABLE, _SUPERSCRIPTS, "^")
-    for box, able, table, mark in (
+    for box, convertible, table, mark in (
         scripts[::-1] if piece.inner[2].text == "*" else scripts
     ):  # the star of p* comes first
         text = box.lines[0].replace(" ", "")
         if text == "∘":
             text = "°"
         elif not text or text[0] not in PRIMES:
-            plain = text if len(text) == 1 else f"({text})"
-            text = text.translate(table) if set(text) <= able else mark + plain
-        shown = _beside([shown, _flat(text)])
-    return shown
+            bracketed = text if len(text) == 1 else f"({text})"
+            text = text.translate(table) if set(text) <= convertible else mark + bracketed
+        joined_box = _beside([joined_box, _flat(text)])
+    return joined_box
 
 
 def _print_fraction(_: Layout, above: _Box, below: _Box) -> _Box:
@@ -136,19 +136,21 @@ def _print_table(piece: Layout, *_: _Box) -> _Box:
 def _print_row(row: Layout, *parts: _Box) -> _Box:
     """Join the parts of a row, with spaces around signs and between factors, and with brackets of full height."""
     boxes: list[_Box] = []
-    before, is_function = "", False
+    previous, is_function = "", False
     pieces = row.inner
     for index, (piece, box) in enumerate(zip(pieces, parts, strict=True)):
         text = box.lines[0]
         is_sign = piece.kind == "sign"
         may_need_space = piece.kind != "matrix" and (not is_sign or (text == "(" and not is_function))
-        if boxes and may_need_space and _needs_space(before, text):
+        if boxes and may_need_space and _needs_space(previous, text):
             boxes.append(_flat(" "))
         at_line = index == 1 and pieces[0].kind == "space"  # a sum that continues on a new line begins with a sign
-        boxes.append(_flat(f"{text} ") if at_line and text in "+−" else _sign(parts, index, before) if is_sign else box)
+        boxes.append(
+            _flat(f"{text} ") if at_line and text in "+−" else _sign(parts, index, previous) if is_sign else box
+        )
         is_function = re.fullmatch(r"[a-z]{3,}2?|[A-Z]_.|[A-Z][ₐ-ₜ]", text) is not None
         index_before = piece.kind == "script" and not piece.inner[0].inner and not piece.inner[0].text  # as in ³J
-        before = "]" if len(box.lines) > 1 and not is_sign else "" if index_before else text.strip()[-1:]
+        previous = "]" if len(box.lines) > 1 and not is_sign else "" if index_before else text.strip()[-1:]
     return _beside(boxes)
 
 
