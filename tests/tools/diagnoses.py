@@ -10,9 +10,8 @@ import random
 import sys
 import time
 from collections import Counter
-from collections.abc import Collection, Iterator
+from collections.abc import Collection, Iterable, Iterator
 from dataclasses import dataclass, replace
-from itertools import islice
 from typing import TypeVar
 
 import numpy as np
@@ -70,20 +69,32 @@ def answers_with(
         values = sample_configurations(problem.chain, part, problem.domain(), 3, Stream("answers"))
         rough = numbers(problem.chain, values)
         right, is_direction = result(rough, part), isinstance(part.answer, Direction)
-        places = [
-            (mistake, k)
+        variants = [
+            (mistake, key)
             for mistake in likely_mistakes(part)
             if mistake.name in only
-            for k, wrong in enumerate(make_mistake(mistake, rough, part))
+            for key, wrong in _numbered(make_mistake(mistake, rough, part))
             if _applies(wrong.answer, right, is_direction)
         ]
         w = rough if _is_numeric(part) else formulas(problem.chain)
-        for mistake, k in _drawn(places, few, f"{problem.id}/{part.name}"):
-            wrong = next(islice(make_mistake(mistake, w, part), k, None))
-            text = _written(part, wrong, w)
+        for mistake, key in _drawn(variants, few, f"{problem.id}/{part.name}"):
+            wrong = dict(_numbered(make_mistake(mistake, w, part))).get(key)
+            text = None if wrong is None else _written(part, wrong, w)
             if text is not None:
                 told.append(Made(problem, part, mistake.name, text))
     return _drawn(told, few, f"{problem.id}/{part.name}")
+
+
+def _numbered(answers: Iterable[Wrong]) -> Iterator[tuple[tuple[str, int], Wrong]]:
+    """Yield each wrong answer with its words and its number among those with the same words.
+
+    Numbers show that a mistake at a joint changes nothing where formulas may not, and then have fewer variants.
+    """
+    counts: Counter[str] = Counter()
+    for answer in answers:
+        words = str(answer.variant.words)
+        yield (words, counts[words]), answer
+        counts[words] += 1
 
 
 Item = TypeVar("Item")
