@@ -19,10 +19,10 @@ T = TypeVar("T")
 
 
 class AnswerVisitor(Generic[T]):
-    """A visitor with a method for each form of answer; by default each method calls that of a more general form.
+    """A visitor with a method for each type of answer; by default, each method calls a more general one.
 
-    Each type of answer calls the method for its form (`Answer.accept`). A subclass that treats several forms alike
-    overrides only the more general method: `formulas`, `letters` or `default`.
+    An answer calls the method for its type (`Answer.accept`). A subclass that treats several types alike overrides only
+    the more general method: `formulas`, `letters` or `default`.
     """
 
     def formula(self, answer: Any) -> T:
@@ -81,15 +81,15 @@ class Answer(ABC):
     takes_symbols: ClassVar[bool] = True
     """Whether it may contain symbols of the problem."""
     counts_up_to_a_factor: ClassVar[bool] = False
-    """Whether every nonzero multiple is correct, too."""
+    """Whether every nonzero multiple of a correct answer is correct, too."""
     is_exact: ClassVar[bool] = False
-    """Whether decimals are exact, except for the rounding that an assignment allows."""
+    """Whether decimals are taken as exact, unless the assignment allows rounding."""
     is_a_set: ClassVar[bool] = False
     """Whether the answer is a set of configurations, as conditions on the joints."""
 
     @abstractmethod
     def accept(self, visitor: AnswerVisitor[T]) -> T:
-        """Return what the visitor's method for this form of answer returns."""
+        """Call the visitor's method for this type of answer, and return its result."""
 
     @property
     def shape(self) -> tuple[int, int] | None:
@@ -127,17 +127,17 @@ class Answer(ABC):
 
     @property
     def typed_as(self) -> str:
-        """The expected form in words, if a placeholder does not show it."""
+        """The form in which an answer is typed, in words, if a placeholder does not show it."""
         return ""
 
     @property
     def is_in_numbers(self) -> bool:
-        """Whether numbers are expected, correct within a tolerance."""
+        """Whether the answer consists of numbers that are correct within a tolerance."""
         return False
 
     @property
     def is_formulas(self) -> bool:
-        """Whether formulas are expected, which are compared entry by entry."""
+        """Whether the answer consists of formulas that are compared entry by entry."""
         return False
 
     def as_matrix(self) -> sp.Matrix:
@@ -150,7 +150,7 @@ class Answer(ABC):
 
     @abstractmethod
     def formulas(self) -> list[str]:
-        """Return the texts of the reference, which are parsed like a student's; empty for letters."""
+        """Return the formulas of the reference as texts, which are parsed like a student's; empty for letters."""
 
     def trees(self, known: Iterable[str]) -> list[list[Node]]:
         """Return the reference as trees, in rows and columns; conditions and single formulas are a column.
@@ -180,11 +180,11 @@ class Answer(ABC):
 
     @abstractmethod
     def code(self, taken: int = 0, write: Write = python_text) -> str:
-        """Return the reference as Python code. `taken` columns of its first line are already used.
+        """Return the reference as Python code; a long matrix is broken into lines.
 
-        `write` converts a formula to code.
+        `taken` is the number of columns of the first line that are already used. `write` converts a formula to code.
         """
 
     def placeholder(self, taken: int = 0) -> str:
-        """Return what an unanswered cell assigns: `blank`, in the expected shape."""
+        """Return the Python code for an unanswered part: `blank`, in the expected shape."""
         return "blank"

@@ -141,7 +141,7 @@ class Direction(Rows):
 
 @dataclass(frozen=True)
 class Number(Rows):
-    """Numbers with units, correct within the relative `tolerance`; `floor` is the least absolute error allowed."""
+    """Numbers with units, correct within the relative error `tolerance`, or within the absolute error `floor`."""
 
     reference: sp.Matrix
     units: tuple[str, ...]
@@ -157,7 +157,7 @@ class Number(Rows):
         return visitor.numbers(self)
 
     def tolerance_and_floor(self, rounding: Rounding | None) -> tuple[float, float]:
-        """Return the relative tolerance and the least absolute error allowed, under the assignment's rounding."""
+        """Return the relative and the absolute error allowed, under the assignment's rounding; the larger counts."""
         if rounding is None:
             return self.tolerance, self.floor
         # The error allowed near zero scales with the required number of digits.
@@ -187,7 +187,7 @@ class Number(Rows):
         return [f"{float(value):.10g}" if value.is_number else str(value) for value in self.reference]
 
     def allowance_json(self) -> Json:
-        """Return the units, the relative tolerance, and the least absolute error allowed."""
+        """Return the units, and the relative and the absolute error allowed."""
         return {"units": list(self.units), "tolerance": self.tolerance, "floor": self.floor}
 
     def code(self, taken: int = 0, write: Write = python_text) -> str:
@@ -215,13 +215,13 @@ class ConditionSet(Answer):
         return visitor.conditions(self)
 
     def pieces(self) -> list[str]:
-        """Return every piece as text."""
+        """Return every piece of the set as text: a value of a joint, or conditions that hold simultaneously."""
         return [piece for component in self.components for piece in component.pieces()]
 
     formulas = as_json = pieces
 
     def by_condition(self, pieces: Sequence[T]) -> list[list[T]]:
-        """Return the items of `pieces`, one for each piece, grouped by the component that the piece belongs to."""
+        """Group a sequence with an item for each piece of the set by the components to which the pieces belong."""
         remaining = iter(pieces)
         return [list(islice(remaining, len(component.pieces()))) for component in self.components]
 

@@ -1,4 +1,4 @@
-"""Answers that are letters of options: one correct option, several, or one for each item."""
+"""Define the answers that are letters of options: one correct option, several, or one for each item."""
 
 from dataclasses import dataclass
 

@@ -1,7 +1,7 @@
-"""Partial credit: the rules, and an assignment's changes to them (`credit`).
+"""Compute the share of points for partly correct answers, and parse `credit`, an assignment's changes to the rules.
 
 A rule depends on what is correct and what is wrong, never on the arm: equal mistakes earn equal shares. The grader and
-STACK questions determine what is wrong, and take the share from here. docs/partial-credit.md explains the rules with
+STACK questions determine what is wrong, and get the share from here. docs/partial-credit.md explains the rules with
 examples.
 """
 
@@ -22,7 +22,7 @@ CREDIT = (
 
 @dataclass(frozen=True)
 class Credit:
-    """The rule for a partly correct answer (one of WAYS, "" for the question's default), and a factor for its share."""
+    """The rule for partly correct answers, "" for the question's default, and a factor of the share."""
 
     by: str = ""
     worth: Fraction = Fraction(1)
@@ -34,19 +34,19 @@ class Credit:
 
 
 OWN = Credit()
-"""The default: each answer by the rule of its type."""
+"""The default: each type of answer has its own rule."""
 
 
 # --- the rules ---
 
 AMISS = Fraction(1, 5)
-"""The cost of wrong signs (any number of them), of a wrong common factor, and of rounded joint values."""
+"""The share that is lost for wrong signs (however many), for a wrong common factor, and for rounded joint values."""
 FORGOTTEN = Fraction(2, 3)
-"""Factor of the share for a condition found only in part."""
+"""Factor of the share for a condition of which only some joint values were found."""
 HALF = Fraction(1, 2)
 """Factor of the share for one known mistake, and for each wrong factor, forgotten condition and false condition."""
 MOST_WRONG = 2
-"""Maximum number of factors of a product that may be wrong, missing or extra."""
+"""Maximum number of wrong, missing or extra factors for which a product still earns a share."""
 
 
 def share_but_for_a_factor(is_sign_wrong: bool, is_factor_wrong: bool) -> Fraction:
@@ -61,7 +61,8 @@ def share_but_for_a_factor(is_sign_wrong: bool, is_factor_wrong: bool) -> Fracti
 def share_of_product(expected: int, lost: int, too_many: int) -> Fraction:
     """Return the share of a product of `expected` factors if some are missing or extra; a wrong factor counts as both.
 
-    Each mistake halves the share. If more factors are wrong than correct, the correct ones may be a coincidence.
+    Each mistake halves the share. If more factors are wrong than correct, the share is 0, because the correct ones may
+    be a coincidence.
 
     >>> share_of_product(2, lost=1, too_many=0), share_of_product(2, lost=1, too_many=1), share_of_product(4, 2, 0)
     (Fraction(1, 2), Fraction(1, 2), Fraction(1, 4))
@@ -75,8 +76,8 @@ def share_of_product(expected: int, lost: int, too_many: int) -> Fraction:
 def share_of_entries(right: Sequence[bool], zeros: Sequence[bool], blanks: Sequence[bool] | None = None) -> Fraction:
     """Return the share of a matrix or of numbers that are not all correct.
 
-    It is the number of correct nonzero entries, minus zeros that were answered with something else, divided by the
-    number of nonzero entries. At least one entry counts as wrong.
+    It is the number of correct nonzero entries, minus the number of zeros that were answered with something else,
+    divided by the number of nonzero entries. At least one entry counts as wrong.
 
     >>> share_of_entries([True, False, True, True], zeros=[False, False, True, False])
     Fraction(2, 3)
@@ -110,9 +111,10 @@ def share_of_columns(right: Sequence[bool]) -> Fraction:
 def share_of_set(matched: Sequence[tuple[int, int]], unsound: int, *, is_rounded: bool = False) -> Fraction:
     """Return the share of a set that is not entirely correct.
 
-    `matched` has the found and the expected number of configurations for each condition. `unsound` is the number of
-    claimed conditions that don't hold (`count_false_conditions`). If it exceeds the number of conditions found at least
-    in part, they count as guesses. Rounded values count as found; together they cost as much as wrong signs.
+    `matched` has the found and the expected number of joint values for each condition. `unsound` is the number of
+    claimed conditions that are false (`count_false_conditions`). If it exceeds the number of conditions found at least
+    in part, the answer counts as guessed and earns nothing. Rounded values count as found; together they cost as much
+    as wrong signs.
 
     >>> share_of_set([(1, 2)], 0), share_of_set([(0, 2), (1, 1)], 0), share_of_set([(2, 2)], 1)
     (Fraction(2, 3), Fraction(1, 2), Fraction(1, 2))
@@ -125,13 +127,13 @@ def share_of_set(matched: Sequence[tuple[int, int]], unsound: int, *, is_rounded
     share = HALF**unsound * (1 - AMISS * is_rounded)
     for found, expected in matched:
         share *= 1 if found == expected else FORGOTTEN if found else HALF
-    return share if share < 1 else HALF  # a claim holds nowhere
+    return share if share < 1 else HALF  # every condition was found, but one of the claims has no solution
 
 
 def count_false_conditions(false: Sequence[Hashable], true: Collection[Hashable]) -> int:
-    """Return the number of false conditions, from the joints of each `false` claim and of the `true` ones.
+    """Return the number of false conditions, from the joints in the false claims and in the true claims.
 
-    All false values of a joint count as one, unless true values are claimed as well: then each counts as a guess.
+    All false values of a joint count as one, unless true values are claimed as well: then each false value counts.
 
     >>> (count_false_conditions(["theta1", "theta1"], ["theta2"]),
     ... count_false_conditions(["theta2", "theta2"], ["theta2"]))

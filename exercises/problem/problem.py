@@ -29,10 +29,10 @@ LARGEST_SEED = (1 << 63) - 1
 
 @dataclass(frozen=True)
 class ProblemId:
-    """The identity of a problem; together with the engine's version it always regenerates the same problem.
+    """The identity of a problem, from which the same version of the generator always makes the same problem.
 
-    `band` is the lowest and the highest difficulty step allowed for the arm, None for any. `convention` is the
-    convention that describes the arm, and `twist_order` the order of its twists; both are "" for the family's default.
+    `engine` is this version. `band` is the minimum and the maximum difficulty of the arm, None for any. `convention`
+    describes the arm, and `twist_order` is the order of its twists; both are "" for the default of the family.
     The text form is planar-2r/7, followed by everything that is not the default: planar-2r/7@chapter@screws@v-omega.
     """
 
@@ -51,7 +51,7 @@ class ProblemId:
 
     @property
     def family_and_seed(self) -> str:
-        """Family and seed, which determine all random choices: a seed has the same lengths in all variations."""
+        """Family and seed, which determine all random choices: the lengths are the same in all variations."""
         return f"{self.family}/{self.seed}"
 
     def with_variation(self, variation: str) -> "ProblemId":
@@ -95,9 +95,9 @@ class ProblemId:
 
 
 def _sort_marks(text: str, marks: Sequence[str]) -> dict[str, str]:
-    """Return the mark of each kind (`_MARKS`) in an identity, "" if there is none.
+    """Return the variation, the convention and the order of twists from the @ suffixes of an id; "" if not given.
 
-    Raises QdotError for two marks of the same kind, and for an unknown mark.
+    Raises QdotError for two suffixes of the same kind, and for an unknown suffix.
     """
     sorted_marks = dict.fromkeys(_MARKS, "")
     for mark in marks:
@@ -162,9 +162,9 @@ def by_name(values: Mapping[sp.Symbol, sp.Expr]) -> dict[str, float]:
 class Details:
     """The data of a part besides its answer, used by its texts and tests; each kind of question has a subclass.
 
-    `symbols` may be used in answers in addition to those of the arm. `units` are the units of formulas. `pose` (joint
-    name -> value) is the configuration shown in the figure under the prompt. `drawn` means that the options are
-    drawings. Defaults are not recorded, so they do not change digests.
+    `symbols` may be used in answers in addition to those of the arm. `units` are the units of formulas. `pose` is the
+    configuration shown in the figure under the prompt: the value of each joint by its name. `drawn` means that the
+    options are drawings. A field with its default value does not change the problem's digests.
     """
 
     symbols: Mapping[str, SymbolInfo] | None = None
@@ -188,16 +188,16 @@ class Details:
 
 @dataclass(frozen=True, kw_only=True)
 class OneOfSeveral(Details):
-    """Details of a question about one of several results; equal details mean the same result of an arm structure."""
+    """Details of a question that asks for one of several results; equal details mean the same result of an arm."""
 
 
 @dataclass(frozen=True)
 class Part:
-    """One question of a problem: its kind, answer and points, and the names of the parts whose results it `needs`.
+    """One question of a problem: its kind, its answer, its points, and the names of the parts whose results it needs.
 
-    `details` are of a class that belongs to the question (`about`). `rounding` is the error that the assignment allows
-    for decimals; if it is None, formulas are exact and numbers have three digits. `credit` is the assignment's rule
-    for partly correct answers, None for the question's default.
+    `details` are the data of the question besides the answer, in a class of its own. `rounding` is the error that the
+    assignment allows for decimals; if it is None, formulas are exact and numbers have three digits. `credit` is the
+    assignment's rule for partly correct answers, None for the question's default.
     """
 
     name: str
@@ -281,7 +281,7 @@ class Problem:
         return f"{name[:1].upper()}{name[1:]}"
 
     def symbols(self) -> dict[str, SymbolInfo]:
-        """Return every symbol that an answer may use, including the usual names of numbers in the table."""
+        """Return every symbol that an answer may use, including names such as a1 and d1 of numbers in the table."""
         known: dict[str, SymbolInfo] = {}
         for joint, q, rate in zip(self.chain.joints, self.chain.q, self.chain.rates, strict=True):
             is_revolute = joint.kind == "R"
@@ -306,7 +306,7 @@ class Problem:
         return frozenset(name for name, info in self.symbols().items() if info.role in ("length", "angle"))
 
     def domain(self) -> Domain:
-        """Return the domain of the problem's symbols, with the values of given lengths."""
+        """Return the domain from which the symbols are sampled in comparisons, with the values of given lengths."""
         return self._domain
 
     @cached_property

@@ -1,7 +1,7 @@
-"""A problem as plain data, and the digests that identify it: of the arm, of each part, and of the whole.
+"""Convert a problem to plain data, and compute the digests that identify the arm, each part and the whole problem.
 
-The data contains everything that determines the problem (table, task, references, given quantities), but no wording or
-figures, so that a corrected sentence does not make it a different problem.
+The data contains everything that determines the problem (table, task, references, given quantities), but no wording and
+no figures, so that a corrected sentence does not make it a different problem.
 """
 
 import hashlib
