@@ -1,8 +1,8 @@
 """The mistakes that students make in these derivations: one catalogue for diagnosis, quizzes and verification.
 
-The modules with mistakes are listed in `catalogue.SECTIONS`. The others are:
+`catalogue.SECTIONS` lists the modules that contain mistakes. The other modules are:
 
-    base            what a mistake is: a change to a derivation, or to an answer
-    configurations  the configurations at which an answer is evaluated
-    catalogue       every mistake by name, and the wrong answers that each leads to
+    base            define a mistake: a change to a derivation, or to an answer
+    configurations  sample the configurations at which an answer is evaluated
+    catalogue       list all mistakes by name, and compute the wrong answers that they lead to
 """

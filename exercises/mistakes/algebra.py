@@ -24,7 +24,7 @@ def _is_wide(chain: Chain) -> bool:
 
 
 def _if(suits: Callable[[Chain], bool], stage: str, *changes: Change) -> Variants:
-    """Return a function that yields one variant for each change of `stage`, for the chains that satisfy `suits`."""
+    """Return a function that yields one variant per change of `stage`, for arms that satisfy `suits`."""
     return lambda chain, _: (MistakeVariant({stage: change}) for change in (changes if suits(chain) else ()))
 
 
@@ -50,7 +50,7 @@ def _multiply_diagonal(w: Working, _: np.ndarray) -> np.ndarray:
 
 
 def _arm_factors(chain: Chain) -> list[tuple[sp.Expr, int]]:
-    """Return the factors of the determinant of a square J for this arm, with their powers."""
+    """Return the factors of this arm's det J with their powers; no factors if J is not square."""
     if not _is_square(chain, 1):
         return []
     values = dict(structure(chain).values)
@@ -77,26 +77,26 @@ def _exchange_trig(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
     If the angle contains a constant offset, the factor can be written as a sine or as a cosine. Swapping them can then
     give either sign, so both are yielded.
     """
-    constants = dict(zip(chain.q, chain.offsets, strict=True))
+    offset_by_joint = dict(zip(chain.q, chain.offsets, strict=True))
     for factor, _power in _arm_factors(chain):
         trig_terms = factor.atoms(sp.sin, sp.cos)
         if len(trig_terms) == 1 and (factor / (trig := trig_terms.pop())).is_number:
-            exchanged = (sp.cos if isinstance(trig, sp.sin) else sp.sin)(*trig.args)
-            yield MistakeVariant({"determinant": _divide_by(trig / exchanged)})
-            if any(constants.get(symbol, 0) != 0 for symbol in trig.free_symbols):
-                yield MistakeVariant({"determinant": _divide_by(-trig / exchanged)})
+            cofunction = (sp.cos if isinstance(trig, sp.sin) else sp.sin)(*trig.args)
+            yield MistakeVariant({"determinant": _divide_by(trig / cofunction)})
+            if any(offset_by_joint.get(symbol, 0) != 0 for symbol in trig.free_symbols):
+                yield MistakeVariant({"determinant": _divide_by(-trig / cofunction)})
 
 
 def _variant_without_factor(stage: str, chain: Chain, factor: sp.Expr, divisor: sp.Expr) -> MistakeVariant:
-    """Return the variant in which a stage lacks `factor`.
+    """Return the variant in which `factor` is missing from the result of a stage.
 
-    The stage is divided by `divisor`, which is the factor or its absolute value.
+    The result is divided by `divisor`, which is the factor or its absolute value.
     """
     symbols = {str(symbol) for symbol in factor.free_symbols}
     joint_symbols = symbols & set(map(str, chain.q))
-    kind = "one that depends on the joints" if joint_symbols else "a length"
+    factor_words = "one that depends on the joints" if joint_symbols else "a length"
     return MistakeVariant(
-        {stage: _divide_by(divisor)}, {"factor": kind}, missing=", ".join(sorted(joint_symbols or symbols))
+        {stage: _divide_by(divisor)}, {"factor": factor_words}, missing=", ".join(sorted(joint_symbols or symbols))
     )
 
 
@@ -124,15 +124,15 @@ def _minor(w: Working, columns: Sequence[int]) -> np.ndarray:
 
 
 def _sum_of_minors(w: Working, sign: int = 1) -> np.ndarray:
-    """Return the sum of the maximal minors, or with sign -1 their alternating sum."""
+    """Return the sum of the maximal minors of J, or their alternating sum if `sign` is -1."""
     column_sets = combinations(range(w.n), len(w.chain.task))
     return np.asarray(sum(sign**k * _minor(w, columns) for k, columns in enumerate(column_sets)))
 
 
 def _miscount_minors(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
-    """Yield variants with wrong numbers of squared maximal minors.
+    """Yield variants with a wrong sum of the squared maximal minors.
 
-    The square of one minor replaces the sum of all the squares, or one square is omitted from the sum.
+    Only one square is used instead of the sum, or one square is omitted from it.
     """
 
     def take(w: Working, value: np.ndarray, columns: Sequence[int], leaves_out: bool) -> np.ndarray:

@@ -1,4 +1,4 @@
-"""Mistakes in writing a result down: rows, columns, signs, rates left in or out."""
+"""Mistakes in writing down a finished result: its rows, columns and signs, or joint rates included or omitted."""
 
 from collections.abc import Callable, Iterator, Sequence
 from itertools import combinations
@@ -15,7 +15,7 @@ PLANAR_ROWS = ("vx", "vy", "wz")
 
 
 def _exchange_two(stage: str, count: Callable[[Chain, Shape], int], axis: int = 0) -> Variants:
-    """Return a function that yields variants with any two of `count` rows (axis 0) or columns (axis 1) exchanged."""
+    """Return a function that yields variants with two of `count` rows (axis 0) or columns (axis 1) exchanged."""
     return lambda chain, shape: (
         MistakeVariant({stage: exchange(i, j, axis)}, {"one": i + 1, "other": j + 1})
         for i, j in combinations(range(count(chain, shape)), 2)
@@ -23,7 +23,7 @@ def _exchange_two(stage: str, count: Callable[[Chain, Shape], int], axis: int = 
 
 
 def _flip_one(axis: int) -> Variants:
-    """Return a function that yields variants with one of several rows (axis 0) or columns (axis 1) negated."""
+    """Return a function that yields variants with one row (axis 0) or column (axis 1) of several negated."""
 
     def variants(chain: Chain, shape: Shape) -> Iterator[MistakeVariant]:
         for i in range(shape[axis]) if shape[axis] > 1 else ():
@@ -35,7 +35,7 @@ def _flip_one(axis: int) -> Variants:
 def _change_result(
     change: Callable[[Working, np.ndarray], np.ndarray], suits: Callable[[Chain, Shape], bool]
 ) -> Variants:
-    """Return a function that yields the variant with the finished result changed, if its shape suits."""
+    """Return a function that yields the variant with the finished result changed, if `suits` accepts its shape."""
     return lambda chain, shape: iter([MistakeVariant({RESULT: change})] if suits(chain, shape) else [])
 
 
@@ -47,27 +47,27 @@ def _select_rows(chosen: list[int], of_answer: bool) -> Change:
 
 
 def _take_other_rows(chain: Chain, shape: Shape) -> Iterator[MistakeVariant]:
-    """Yield variants with all six rows, or the three of one kind, instead of the task's rows.
+    """Yield variants with all six rows of J, or its three linear or angular rows, instead of the task's rows.
 
-    If all six are expected, yield variants with only some of them.
+    If all six rows are expected, yield variants with only some of them.
     """
     all_rows = convention_of(chain).velocities
     expected_rows = {(6, chain.n): all_rows, (len(chain.task), chain.n): chain.task}.get(shape)
     if expected_rows is None:
         return
-    of_answer = len(expected_rows) == 6
-    kinds: list[tuple[str, Sequence[str]]] = [
+    expects_all_rows = len(expected_rows) == 6
+    row_choices: list[tuple[str, Sequence[str]]] = [
         ("all six", all_rows), ("the linear", TASK_ROWS[:3]), ("the angular", TASK_ROWS[3:]),
     ]  # fmt: skip
-    if of_answer:
-        kinds += [("only some", chain.task), ("only some", PLANAR_ROWS)]
-    if of_answer and all_rows != TASK_ROWS and len(chain.task) == 6:  # the task's six rows have the other order
-        kinds = []
-    order = all_rows if of_answer else TASK_ROWS
-    for words, rows in kinds:
+    if expects_all_rows:
+        row_choices += [("only some", chain.task), ("only some", PLANAR_ROWS)]
+    if expects_all_rows and all_rows != TASK_ROWS and len(chain.task) == 6:  # the task has another order
+        row_choices = []
+    order = all_rows if expects_all_rows else TASK_ROWS
+    for words, rows in row_choices:
         if tuple(rows) != tuple(expected_rows):
             row_indices = [order.index(row) for row in rows]
-            yield MistakeVariant({RESULT: _select_rows(row_indices, of_answer=of_answer)}, {"rows": words})
+            yield MistakeVariant({RESULT: _select_rows(row_indices, of_answer=expects_all_rows)}, {"rows": words})
 
 
 MISTAKES = (

@@ -19,13 +19,13 @@ Shape = tuple[int, int]
 
 @dataclass(frozen=True)
 class MistakeVariant:
-    """One variant of a mistake on an arm: the stages that change, and the words for the sentence.
+    """One variant of a mistake on an arm: the changed stages of the derivation, and the words for the message.
 
-    `missing` has the symbols of a factor that is left out. The sentence can't name them: it is part of quizzes, whose
-    ids must always give the same text.
+    `missing` lists the symbols of an omitted factor. The message can't name them, because quizzes contain it and a quiz
+    id must always give the same text.
 
-    If the variant can be made at several joints, `places` are the joints (from 0) at which it is made. `at` returns the
-    variant at given joints.
+    If the mistake can be made at several joints, `places` are the joints (from 0) at which this variant makes it. `at`
+    returns the variant for other joints.
     """
 
     changes: Mapping[str, Change]
@@ -35,7 +35,7 @@ class MistakeVariant:
     at: "Callable[[Sequence[int]], MistakeVariant] | None" = None
 
     def but_at(self, idle: AbstractSet[int]) -> "MistakeVariant | None":
-        """Return the variant without the joints at which it changes nothing; None if fewer than two joints remain."""
+        """Return the variant without the joints at which it changes nothing; None if fewer than two remain."""
         remaining_joints = [joint for joint in self.places if joint not in idle]
         return (
             replace(self.at(remaining_joints), places=tuple(remaining_joints))
@@ -46,26 +46,26 @@ class MistakeVariant:
 
 @dataclass(frozen=True)
 class MistakenAnswer:
-    """One variant of a mistake in an answer without a derivation: the wrong answer that it gives."""
+    """The wrong answer that one variant of a mistake gives, for a part that is not derived step by step."""
 
     answer: Answer
     words: Mapping[str, object] = field(default_factory=dict)
 
 
 Variants = Callable[[Chain, Shape], Iterator[MistakeVariant]]
-"""Yields the variants of a mistake on an arm; the shape is that of the answer."""
+"""Yields the variants of a mistake on an arm, for an answer of the given shape."""
 
 Answers = Callable[[Chain, Part], Iterator[MistakenAnswer]]
-"""Yields the mistaken answers to a part."""
+"""Yields the wrong answers that a mistake gives to a part."""
 
 
 @dataclass(frozen=True)
 class Mistake:
     """A kind of mistake.
 
-    `says` is the sentence to the student: what seems to have happened and where to look, with the words of the variant
-    in braces; it gives no answer away. `source` is the section or equation in the chapter. A rare mistake is named only
-    if no other one gives the same answer.
+    `says` is the message to the student: what seems to have happened, and where to look. It gives no answer away. The
+    variant's words replace the names in braces. `source` is the section or equation in the chapter. A rare mistake is
+    named only if no other mistake gives the same answer.
     """
 
     name: str
@@ -77,27 +77,27 @@ class Mistake:
     rare: bool = False
 
     def sentence(self, words: Mapping[str, object]) -> str:
-        """Return the message to the student, with a reference to the chapter."""
+        """Return the message to the student, including a reference to the chapter."""
         return f"{self.says.format(**words)} See {self.where}."
 
     @property
     def where(self) -> str:
-        """The reference to the chapter, as words after "See"; numbers are those of equations."""
+        """The reference to the chapter that follows "See"; equation numbers are in brackets."""
         return f"({self.source})" if self.source[0].isdigit() else self.source
 
 
 # --- restriction of mistakes to some arms ---
 
 MISREADINGS = frozenset().union(*(each.misreadings for each in REGISTRY.values()))
-"""The mistakes that come from reading an arm in another convention than its own."""
+"""The mistakes that come from reading an arm's description in another convention."""
 
 
 def only_if_described_by(
     feature: str, mistakes: Iterable[Mistake], names: AbstractSet[str] | None = None
 ) -> tuple[Mistake, ...]:
-    """Return the mistakes, restricted to arms whose convention has a feature such as frames.
+    """Restrict mistakes to arms whose convention has a feature, such as frames on the links.
 
-    If `names` are given, only the mistakes with these names are restricted.
+    If `names` are given, only the mistakes with these names are restricted. The others are returned unchanged.
     """
 
     def restrict(mistake: Mistake) -> Mistake:
@@ -117,9 +117,9 @@ def only_if_described_by(
 
 
 def only_for_tables(mistakes: Iterable[Mistake], names: AbstractSet[str] | None = None) -> tuple[Mistake, ...]:
-    """Return the mistakes, all or those with the given names restricted to arms with a table.
+    """Restrict mistakes, or only those with the given names, to arms that are described by a DH table.
 
-    An arm described by its axes has no frames on its links.
+    An arm that is described by its axes has no frames on its links.
     """
     return only_if_described_by(FRAMES, mistakes, names)
 
@@ -128,17 +128,17 @@ def only_for_tables(mistakes: Iterable[Mistake], names: AbstractSet[str] | None 
 
 
 def always(changes: Mapping[str, Change], words: Mapping[str, object] | None = None) -> Variants:
-    """Return a function that yields one variant, the same on all arms."""
+    """Return a function that yields the same single variant for every arm."""
     return lambda chain, shape: iter([MistakeVariant(changes, words or {})])
 
 
 def by_propagation(changes: Mapping[str, Change], words: Mapping[str, object] | None = None) -> MistakeVariant:
-    """Return a variant after which the linear rows of the Jacobian are propagated."""
+    """Return a variant in which the linear rows of the Jacobian are computed by propagation after the changes."""
     return MistakeVariant({**changes, "linear": propagate_linear_rows}, words or {})
 
 
 def at_each_and_all(places: Sequence[int], at: Callable[[Sequence[int]], MistakeVariant]) -> Iterator[MistakeVariant]:
-    """Yield a variant made at each of the given joints alone, and then at all of them if there are several."""
+    """Yield one variant for each of the given joints, and then one for all of them together if there are several."""
     for joint in places:
         yield replace(at([joint]), places=(joint,))
     if len(places) > 1:

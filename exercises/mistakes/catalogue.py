@@ -1,4 +1,4 @@
-"""The catalogue: every kind of mistake, and the wrong answers that it leads to."""
+"""The catalogue of all kinds of mistakes, and the wrong answers that they lead to."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -35,7 +35,7 @@ SECTIONS: dict[str, ModuleType] = {
 _ALL: list[Mistake] = [mistake for module in SECTIONS.values() for mistake in module.MISTAKES]
 
 CATALOGUE: dict[str, Mistake] = {mistake.name: mistake for mistake in sorted(_ALL, key=lambda mistake: mistake.rare)}
-"""Every mistake by name, the more likely ones first: if two give the same answer, the first is named."""
+"""All mistakes by name. Likelier ones come first, because the first mistake that gives an answer is named."""
 
 _LAST_STEPS = {mistake.name for module in (algebra, arrangement) for mistake in module.MISTAKES}
 
@@ -44,7 +44,7 @@ _IN_NUMBERS = [mistake.name for mistake in numeric.MISTAKES]
 ONE_NUMBER = frozenset(
     {*_IN_NUMBERS, "all-relative-angles", "degrees", "determinant-sign", "sign", "square-lost"} - {"value-sign"}
 )
-"""The mistakes considered for a wrong answer of a single number; many others would match it by chance."""
+"""The mistakes considered if the answer is a single number, which many others would match by chance."""
 
 PRIORS: dict[str, float] = {
     "point-forgotten": 2.0, "link-left-out": 1.5, "joint-left-out": 1.0, "row-misread": 0.1, "cross-order": 0.1,
@@ -56,10 +56,12 @@ PRIORS: dict[str, float] = {
     "tangent-turned-over": 1.0, "product-sign": 1.0, "axis-sign": 0.5, "offset-forgotten-in-set": 1.0,
     "offset-sign-in-set": 1.0, "quarter-turn-singular": 0.5,
 }  # fmt: skip
-"""How often a mistake is made, relative to others that give the same answer: 1 for most, RARE for rare ones."""
+"""How often a mistake is made, relative to others that give the same answer.
+
+Mistakes that are not listed have frequency 1, or RARE if they are rare."""
 RARE = 0.3
 BY_PROPAGATION = 0.5
-"""The factor for a mistake in adding up the links if the columns are propagated instead of differentiated."""
+"""The frequency of a mistake in adding up the links is multiplied by this if the columns are propagated."""
 
 ALIKE: dict[str, tuple[str, ...]] = {
     "prismatic-as-revolute": ("joint-left-out",),
@@ -71,14 +73,16 @@ ALIKE: dict[str, tuple[str, ...]] = {
     "tangent-turned-over": ("value-sign-in-set",),
     "quarter-turn-singular": ("offset-forgotten-in-set", "offset-sign-in-set"),
 }
-"""Mistakes that give the same answer as another on some arms: the likelier one is named, or both if equally likely."""
+"""For a mistake, others that give the same answer on some arms.
+
+The likeliest of them is named, or two if they are equally likely."""
 
 _POSITIONS = frozenset({"table", "rotations", "own links", "links"})
 
 
 @dataclass(frozen=True)
 class Wrong:
-    """A variant of a mistake, and the wrong answer that it gives, (rows, columns, …) in the working's arithmetic."""
+    """The wrong answer that a variant of a mistake gives, (rows, columns, …), in the arithmetic of `working`."""
 
     mistake: Mistake
     variant: MistakeVariant
@@ -97,7 +101,7 @@ def mistake_frequency(mistake: Mistake) -> float:
 
 
 def variant_frequency(wrong: Wrong) -> float:
-    """Return how often this variant of a mistake is made, relative to others that give the same answer."""
+    """Return how often this variant is made, relative to other variants that give the same answer."""
     frequency = mistake_frequency(wrong.mistake)
     propagates = any(stage == "linear" for stage, _ in wrong.working.changes)
     if "linear" in wrong.variant.changes:  # a propagated quantity such as p* may itself be the answer
@@ -108,19 +112,19 @@ def variant_frequency(wrong: Wrong) -> float:
 def likely_mistakes(part: Part, precise: bool = False) -> list[Mistake]:
     """Return the mistakes to consider for a wrong answer to a part, the more likely ones first.
 
-    Mistakes in the last step come before mistakes in the derivation of J. For a single number, all are considered only
-    if it is `precise`.
+    Mistakes in the last step come before mistakes in the derivation of J. If the answer is a single number, all
+    mistakes are considered only if the number is `precise`.
     """
-    ordered = list(CATALOGUE.values())
+    mistakes = list(CATALOGUE.values())
     if is_made_of_jacobian(part):
-        ordered = sorted(ordered, key=lambda mistake: (mistake.rare, mistake.name not in _LAST_STEPS))
+        mistakes = sorted(mistakes, key=lambda mistake: (mistake.rare, mistake.name not in _LAST_STEPS))
     if part.type != "number":
-        return [mistake for mistake in ordered if mistake.name not in _IN_NUMBERS]
-    return [mistake for mistake in ordered if precise or part.shape != (1, 1) or mistake.name in ONE_NUMBER]
+        return [mistake for mistake in mistakes if mistake.name not in _IN_NUMBERS]
+    return [mistake for mistake in mistakes if precise or part.shape != (1, 1) or mistake.name in ONE_NUMBER]
 
 
 def wrong_answers(w: Working, part: Part, precise: bool = False) -> Iterator[Wrong]:
-    """Yield the answers to a part that mistakes in the derivation give, including those that change nothing."""
+    """Yield the answers that mistakes in the derivation of a part give, including answers that remain correct."""
     if is_derived(part):
         reference = _result(w, part)
         for mistake in likely_mistakes(part, precise):
@@ -128,10 +132,10 @@ def wrong_answers(w: Working, part: Part, precise: bool = False) -> Iterator[Wro
 
 
 def make_mistake(mistake: Mistake, w: Working, part: Part, right: np.ndarray | None = None) -> Iterator[Wrong]:
-    """Yield the answers that the variants of one mistake give to a part.
+    """Yield the answers to a part that the variants of one mistake give.
 
-    A mistake in adding up the links is continued by differentiation first, then by propagation. A mistake at several
-    joints is made, and described, only at those joints at which it changes the answer.
+    After a mistake in adding up the links, J is derived by differentiation first, and then by propagation. A mistake at
+    several joints is made only at the joints at which it changes the answer, and its message names only these.
     """
     right = _result(w, part) if right is None else right
     if right is None:
@@ -147,11 +151,11 @@ def make_mistake(mistake: Mistake, w: Working, part: Part, right: np.ndarray | N
         if _POSITIONS & set(effective_variant.changes) and "linear" not in effective_variant.changes:
             change_sets.append({**effective_variant.changes, "linear": propagate_linear_rows})
         answers = [(working, _result(working, part)) for working in map(w.with_mistakes, change_sets)]
-        wrong_variants = [
+        predictions = [
             Wrong(mistake, effective_variant, working, answer) for working, answer in answers if answer is not None
         ]
-        yield from wrong_variants
-        if all(_is_same(wrong.answer, right) for wrong in wrong_variants):
+        yield from predictions
+        if all(_is_same(wrong.answer, right) for wrong in predictions):
             idle_joints.update(effective_variant.places)
 
 
@@ -165,14 +169,14 @@ def _is_same(answer: np.ndarray, right: np.ndarray) -> bool:
 
 def _result(working: Working, part: Part) -> np.ndarray | None:
     try:
-        with np.errstate(all="ignore"):  # J may have lost rank
+        with np.errstate(all="ignore"):  # J may be rank-deficient
             return result(working, part)
-    except IndexError:  # the mistake is at a joint after the frame of the question
+    except IndexError:  # the joint of the mistake comes after the frame that the question asks about
         return None
 
 
 def mistaken_answers(chain: Chain, part: Part) -> Iterator[tuple[Mistake, MistakenAnswer]]:
-    """Yield the mistaken answers to a part that do not come from a derivation."""
+    """Yield the wrong answers to a part that mistakes give without a step-by-step derivation."""
     for mistake in CATALOGUE.values():
-        for mistaken in mistake.answers(chain, part):
-            yield mistake, mistaken
+        for mistaken_answer in mistake.answers(chain, part):
+            yield mistake, mistaken_answer

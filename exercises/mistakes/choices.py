@@ -1,4 +1,4 @@
-"""Mistakes behind wrong options and wrong counts, such as the size of J and its rank."""
+"""Mistakes behind wrong options of choice questions, and behind wrong integers such as the size or rank of J."""
 
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from dataclasses import replace
@@ -16,9 +16,9 @@ from qdot.exercises.questions.singular import OPTIONS
 
 
 def _choose(kind: str, is_chosen: Callable[[Part, int, int], bool]) -> Answers:
-    """Return a function that yields answers with a wrong option.
+    """Return a function that yields answers with the wrong options that a mistake leads to.
 
-    `is_chosen` compares a wrong option with the correct one, by their indices.
+    `is_chosen` returns whether it does, given the part and the indices of a wrong option and of the correct one.
     """
 
     def answers(chain: Chain, part: Part) -> Iterator[MistakenAnswer]:
@@ -32,7 +32,7 @@ def _choose(kind: str, is_chosen: Callable[[Part, int, int], bool]) -> Answers:
 
 
 def _confuse_meanings(kind: str, texts: Mapping[str, str], pairs: Collection[tuple[str, str]]) -> Answers:
-    """Return a function that yields answers with one meaning instead of another; `pairs` are (correct, chosen)."""
+    """Return a function that yields answers with one meaning confused with another; `pairs` are (correct, chosen)."""
     meanings_by_text = {text: name for name, text in texts.items()}
 
     def is_chosen(part: Part, index: int, right: int) -> bool:
@@ -43,9 +43,9 @@ def _confuse_meanings(kind: str, texts: Mapping[str, str], pairs: Collection[tup
 
 
 def _choose_statement(is_same_meaning: bool) -> Answers:
-    """Return a function that yields answers with another kind of singularity or another geometric cause.
+    """Return a function that yields answers with a wrong kind of singularity or a wrong geometric cause.
 
-    `is_same_meaning` says whether the geometric cause is the correct one.
+    If `is_same_meaning`, the geometric cause is correct and the kind is wrong.
     """
 
     def is_chosen(part: Part, index: int, right: int) -> bool:
@@ -60,7 +60,7 @@ def _combine(*all_answers: Answers) -> Answers:
 
 
 def _give_numbers(kind: str, numbers: Callable[[Chain, Part], Iterable[list[int]]]) -> Answers:
-    """Return a function that yields answers with other integers than the correct ones."""
+    """Return a function that yields answers with wrong integers."""
 
     def answers(chain: Chain, part: Part) -> Iterator[MistakenAnswer]:
         if part.kind == kind and isinstance(part.answer, Number):
@@ -84,7 +84,7 @@ def _rank(part: Part) -> int:
 
 
 def _count_kinds(chain: Chain, part: Part) -> Iterator[list[int]]:
-    """Yield the size of J with the orientation or the position counted as one component."""
+    """Yield the rows and columns of J, with the orientation or the position counted as a single component."""
     linear = sum(row[0] == "v" for row in part.about(ForTask).task)
     angular = _task_size(part) - linear
     yield [linear + min(angular, 1), chain.n]

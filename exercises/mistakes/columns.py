@@ -65,9 +65,10 @@ def _keep_last_link(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
 
 
 def _mirror_effects(w: Working, joint: int) -> np.ndarray:
-    """Return the effects of a joint on the links, (n + 1, 3, …), if the angles of its run have the opposite sign.
+    """Return the effects of a joint on the links, (n + 1, 3, …), with the angles of its run negated.
 
-    The run consists of the consecutive parallel joints that the joint belongs to.
+    The run consists of the consecutive parallel joints that the joint belongs to. An effect is the derivative of a
+    link's vector with respect to the joint's variable.
     """
     run = [i for i in range(w.n) if run_start(w.chain, i) == run_start(w.chain, joint) and w["kinds"][i] == "R"]
 
@@ -80,8 +81,8 @@ def _mirror_effects(w: Working, joint: int) -> np.ndarray:
 
 def _flip_derivative(sign: int) -> Variants:
     def apply_change(w: Working, effects: np.ndarray) -> np.ndarray:
-        revolute = [i for i in range(w.n) if w["kinds"][i] == "R"]
-        return np.stack([sign * _mirror_effects(w, i) if i in revolute else effects[i] for i in range(w.n)])
+        revolute_joints = [i for i in range(w.n) if w["kinds"][i] == "R"]
+        return np.stack([sign * _mirror_effects(w, i) if i in revolute_joints else effects[i] for i in range(w.n)])
 
     return lambda chain, shape: iter(
         [MistakeVariant({"effects": apply_change})] if any(joint.kind == "R" for joint in chain.joints) else []
@@ -89,12 +90,12 @@ def _flip_derivative(sign: int) -> Variants:
 
 
 def _skip_differentiation(w: Working, effects: np.ndarray) -> np.ndarray:
-    skipped, links = np.array(effects), w.arithmetic.value(np.stack(w["links"]))
+    new_effects, links = np.array(effects), w.arithmetic.value(np.stack(w["links"]))
     for joint in range(w.n):
         if w["kinds"][joint] == "R":
             later_links = [k for k in links_to_point(w.chain) if k >= joint]
-            skipped[joint, later_links] = links[later_links]
-    return skipped
+            new_effects[joint, later_links] = links[later_links]
+    return new_effects
 
 
 # --- propagation ---
@@ -103,7 +104,7 @@ def _skip_differentiation(w: Working, effects: np.ndarray) -> np.ndarray:
 def _propagate(changes: Mapping[str, Change], has_words: bool = False) -> Variants:
     """Return a function that yields one variant, in which the linear rows are propagated after the changes.
 
-    `has_words` says that the sentence names frame i and axis i.
+    If `has_words`, the message names frame i and axis i.
     """
 
     def variants(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
@@ -113,7 +114,7 @@ def _propagate(changes: Mapping[str, Change], has_words: bool = False) -> Varian
 
 
 def _axis_words(chain: Chain) -> dict[str, object]:
-    """Return the names of the axis of joint i and the frame on it, in the arm's convention."""
+    """Return the names of the axis of joint i and of the frame on this axis, in the arm's convention."""
     convention = convention_of(chain)
     return {"frame": convention.frame_index, "axis": convention.plain_axis}
 
@@ -181,9 +182,9 @@ def _rotate_slide(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
 
 
 def _rotate_all_slides(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
-    prismatic = _joints_of_kind(chain, "P")
-    if len(prismatic) > 1:
-        yield _rotate_slides(prismatic)
+    prismatic_joints = _joints_of_kind(chain, "P")
+    if len(prismatic_joints) > 1:
+        yield _rotate_slides(prismatic_joints)
 
 
 def _drop_angular(joints: Sequence[int]) -> MistakeVariant:
@@ -194,8 +195,8 @@ def _drop_angular(joints: Sequence[int]) -> MistakeVariant:
 
 
 def _keep_one_angular(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
-    revolute = _joints_of_kind(chain, "R")
-    for i in revolute if len(revolute) > 2 else ():
+    revolute_joints = _joints_of_kind(chain, "R")
+    for i in revolute_joints if len(revolute_joints) > 2 else ():
         yield replace(_drop_angular([k for k in range(chain.n) if k != i]), words={"joint": i + 1})
 
 
@@ -218,15 +219,15 @@ def _use_tool_frame(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
 
 
 def _use_local_axes(w: Working, axes: np.ndarray) -> np.ndarray:
-    """Return (0, 0, 1) for every axis, its coordinates in its own frame."""
+    """Return (0, 0, 1) for every joint axis: its coordinates in the frame on this axis."""
     local_axis = np.stack([w.arithmetic.number(sp.Integer(value)) for value in (0, 0, 1)])
     return np.stack([local_axis] * len(axes))
 
 
 def _rotations_on_axes(w: Working) -> list[np.ndarray]:
-    """Return the rotations of the frames on the joint axes; the last one is repeated if there is no next frame."""
-    numbers = [convention_of(w.chain).frame_on_axis(joint) for joint in range(1, w.n + 2)]
-    return [convention_rotation(w, min(number, w.n)) for number in numbers]
+    """Return the rotations of the frames on the joint axes, with the last repeated if there is no next frame."""
+    frames = [convention_of(w.chain).frame_on_axis(joint) for joint in range(1, w.n + 2)]
+    return [convention_rotation(w, min(frame, w.n)) for frame in frames]
 
 
 def _use_x_or_y(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
@@ -253,7 +254,7 @@ def _flip_axis(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
 
 
 def _drop_joint(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
-    """Yield variants that treat a joint as fixed: its contribution to the velocities is missing."""
+    """Yield variants that omit the contribution of one joint to the velocities."""
     for i in range(chain.n) if chain.n > 1 else ():
         drop = scale_at((slice(None), i), 0)
         yield MistakeVariant({"linear": drop, "angular": drop}, {"joint": i + 1})
@@ -265,19 +266,22 @@ def _exchange_arms(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
 
 
 def _leave_vectors_in_base(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
-    """Yield variants that leave vectors in the base frame if another frame is asked for: all, or one kind of rows."""
+    """Yield variants that leave the vectors of J, or only the linear or angular ones, in the base frame.
+
+    They change only questions that ask for another frame.
+    """
     for words, rows in (("vectors", slice(0, 6)), ("angular vectors", slice(3, 6)), ("linear vectors", slice(0, 3))):
         yield MistakeVariant({"tool jacobian": _leave_in_base(rows)}, {"vectors": words})
     yield MistakeVariant({"wrist block": lambda w, _: np.moveaxis(w["axes"][3:6], 0, 1)}, {"vectors": "vectors"})
 
 
 def _leave_in_base(rows: slice) -> Change:
-    """Return the change that leaves some rows of the Jacobian in the last frame in the base frame."""
+    """Return the change that leaves the given rows of the Jacobian in base coordinates instead of tool coordinates."""
 
     def apply_change(w: Working, rotated: np.ndarray) -> np.ndarray:
-        result = np.array(rotated)
-        result[rows] = w["geometric"][rows]
-        return result
+        unrotated = np.array(rotated)
+        unrotated[rows] = w["geometric"][rows]
+        return unrotated
 
     return apply_change
 
@@ -291,7 +295,7 @@ def _use_earlier_frame(chain: Chain, shape: Shape) -> Iterator[MistakeVariant]:
 
 
 def _use_other_velocity(chain: Chain, shape: Shape) -> Iterator[MistakeVariant]:
-    """Yield variants with the velocity of another frame, or with that of P summed up to another joint."""
+    """Yield variants with the velocity of another frame, or with the velocity of P due to the first joints only."""
 
     def of_frame(w: Working, velocity: np.ndarray, k: int) -> np.ndarray:
         if not w.depends_on("joint rates"):
@@ -443,7 +447,7 @@ OF_FRAMES = frozenset({
     "wrong-axis-of-joint", "row-of-rotation", "velocity-of-other-frame", "arms-exchanged", "rows-not-turned",
     "turned-the-wrong-way", "frame-before", "blocks-exchanged",
 })  # fmt: skip
-"""The mistakes about frames on the links, or vectors from their origins.
+"""The mistakes that involve frames on the links, or vectors from their origins.
 
-The mistakes with screws are in `screws`."""
+Mistakes that involve screws are in `screws`."""
 MISTAKES = only_for_tables(_ALL, OF_FRAMES)

@@ -1,4 +1,4 @@
-"""Sample the configurations at which an answer is evaluated: those of the question, otherwise random ones."""
+"""Sample the configurations at which an answer is evaluated: the one that the question gives, or random ones."""
 
 import numpy as np
 
@@ -13,16 +13,16 @@ Values = dict[str, np.ndarray]
 
 
 def sample_values(domain: Domain, count: int, stream: Stream) -> Values:
-    """Return random values of all symbols, (N,) each.
+    """Return `count` random values of each symbol.
 
-    The first samples are left out, because they are rounded and may be singular.
+    The first samples are left out, because they are rounded to be readable and may be singular.
     """
     sampled = domain.sample(set(domain.roles), READABLE + count, stream)
     return {name: value[READABLE:] for name, value in sampled.items()}
 
 
 def sample_configurations(chain: Chain, part: Part, domain: Domain, count: int, stream: Stream) -> Values:
-    """Return the values of all symbols, (N,) each: at the configuration of a part, or at `count` random ones."""
+    """Return N values of each symbol: at the configuration that a part gives (N = 1), or at `count` random ones."""
     sampled = sample_values(domain, count, stream)
     fixed = part.details.given_values(chain)
     if not fixed:
@@ -32,7 +32,7 @@ def sample_configurations(chain: Chain, part: Part, domain: Domain, count: int, 
 
 
 def fix_given_joints(part: Part, values: Values) -> Values:
-    """Return the values of symbols, with the joint values that a part fixes inserted."""
+    """Return the values of all symbols, with the values of joints that the part gives inserted."""
     count = len(next(iter(values.values())))
     fixed = part.details.given_joints.items()
     return values | {q.name: evaluate(program_of(value), values, count)[0][0].real for q, value in fixed}

@@ -1,7 +1,7 @@
 """Mistakes in finished formulas: an entry was simplified, copied or typed with one error.
 
-An entry is decomposed as it is written and as a sum of products, and rebuilt with one change: a sign, a term, a factor,
-a sine instead of a cosine, or an angle. A mistake that changes every angle alike is made in all entries.
+Each entry is taken both as it is written and as a sum of products, and one thing is changed: a sign, a term, a factor,
+a sine or cosine, or an angle. A mistake that changes every angle in the same way is made in all entries.
 """
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -21,12 +21,12 @@ MOST_TERMS = 40
 
 WAVES = ("sin", "cos")
 OF_DERIVATIVES = frozenset({"wave-derived", "wave-not-derived"})
-"""The mistakes that occur only in entries that are differentiated."""
+"""The mistakes that occur only in entries that are found by differentiation."""
 
 
 @dataclass(frozen=True)
 class Edit:
-    """An entry with one change, the name of the mistake, and the missing term or factor, if any."""
+    """An entry with one mistake, the name of the mistake, and the term or factor that is missing, if any."""
 
     mistake: str
     entry: Node
@@ -34,15 +34,15 @@ class Edit:
 
     @property
     def which(self) -> str:
-        """The missing part in words: its lengths, rates and numbers, or its joints if it has none of these."""
-        parts = [] if self.missing is None else [*dict.fromkeys(_factors_in(self.missing))]
-        if self.missing is not None and not parts:
-            parts = sorted(name for name in names(self.missing) if name != "pi")
-        return f" (with {', '.join(parts)} in it)" if parts else ""
+        """A phrase that identifies the missing part by its lengths, rates and numbers, or otherwise by its joints."""
+        identifying_names = [] if self.missing is None else [*dict.fromkeys(_factors_in(self.missing))]
+        if self.missing is not None and not identifying_names:
+            identifying_names = sorted(name for name in names(self.missing) if name != "pi")
+        return f" (with {', '.join(identifying_names)} in it)" if identifying_names else ""
 
 
 def _factors_in(node: Node) -> Iterator[str]:
-    """Yield the names and decimals of a term, except those in its angles."""
+    """Yield the names and decimals of a term, except those inside sines and cosines."""
     if node.kind == "decimal" or (node.kind == "name" and node.value != "pi"):
         yield node_text(node)
     elif not _is_wave(node):
@@ -58,7 +58,7 @@ def _is_wave(node: Node) -> bool:
 
 
 def edits(entry: Node, symbols: Iterable[str] = ()) -> Iterator[Edit]:
-    """Yield all edits of an entry with one mistake, such as one of the `symbols` typed for a similar one."""
+    """Yield an entry with each possible mistake, such as one of the `symbols` confused with a similar one."""
     if size_of(entry) > LONGEST:
         return
     yield from _edit_each_node(entry, partial(_mistype_symbol, sorted(symbols)))
@@ -84,7 +84,7 @@ def edits(entry: Node, symbols: Iterable[str] = ()) -> Iterator[Edit]:
 
 
 def _edit_every_wave(entry: Node) -> Iterator[Edit]:
-    """Yield edits of an entry with the same mistake in all of its sines and cosines, if there are several."""
+    """Yield an entry with the same mistake in all of its sines and cosines, if it has several."""
     angles = list(_angles_in(entry))
     if len(angles) > 1:
         yield Edit("waves-typed", _map_waves(entry, _swap_wave))
@@ -96,12 +96,12 @@ def _edit_every_wave(entry: Node) -> Iterator[Edit]:
 
 
 def _edit_each_node(node: Node, edit_node: Callable[[Node], Iterator[Edit]]) -> Iterator[Edit]:
-    """Yield edits of a tree with one of its nodes edited."""
+    """Yield a tree with each of its nodes edited in turn."""
     yield from edit_node(node)
     for k, arg in enumerate(node.args):
         for edit in _edit_each_node(arg, edit_node):
-            edited = Node(node.kind, (*node.args[:k], edit.entry, *node.args[k + 1 :]), node.value)
-            yield Edit(edit.mistake, edited, edit.missing)
+            new_tree = Node(node.kind, (*node.args[:k], edit.entry, *node.args[k + 1 :]), node.value)
+            yield Edit(edit.mistake, new_tree, edit.missing)
 
 
 def _edit_node(node: Node) -> Iterator[Edit]:
@@ -134,11 +134,11 @@ def _edit_sum(node: Node) -> Iterator[Edit]:
 
 
 def _add_unlike_terms(node: Node) -> Iterator[Edit]:
-    """Yield edits with a number added to the coefficient of an unlike term: 0.6 x instead of 0.2 + 0.4 x."""
+    """Yield a sum with a number added to the coefficient of an unlike term: 0.6 x instead of 0.2 + 0.4 x."""
     for constant, term in (node.args, node.args[::-1]):
         if constant.kind in ("number", "decimal") and names(term):
-            ratio = _coefficient(constant) / _coefficient(term) if _coefficient(term) else Fraction(0)
-            kept_term, scaled_term = (term, times(number(ratio), term))
+            factor = _coefficient(constant) / _coefficient(term) if _coefficient(term) else Fraction(0)
+            kept_term, scaled_term = (term, times(number(factor), term))
             yield Edit(
                 "unlike-terms-added",
                 plus(kept_term, scaled_term) if node.kind == "+" else minus(kept_term, scaled_term),
@@ -153,7 +153,7 @@ def _edit_product(node: Node) -> Iterator[Edit]:
         yield Edit("sum-of-angles-split", plus(times(first_factor, first), _sum(rest)))
     for missing, kept in ((first_factor, second_factor), (second_factor, first_factor)):
         yield Edit("factor-missing", kept, missing)
-        if missing.kind in ("+", "-"):  # the factor multiplies one of the terms only
+        if missing.kind in ("+", "-"):  # the other factor multiplies only one of the terms
             add = plus if missing.kind == "+" else minus
             yield Edit("waves-in-factor", times(_map_waves(missing, _swap_wave), kept))
             yield Edit("bracket-missing", add(missing.args[0], times(missing.args[1], kept)))
@@ -163,14 +163,14 @@ def _edit_product(node: Node) -> Iterator[Edit]:
 def _edit_quotient(node: Node) -> Iterator[Edit]:
     numerator, denominator = node.args
     terms = addends(numerator)
-    for k in range(len(terms)) if 1 < len(terms) <= MOST_TERMS else ():  # only one term is divided, or all but one
+    for k in range(len(terms)) if 1 < len(terms) <= MOST_TERMS else ():  # divide only one term, or all but one
         yield Edit(
             "bracket-missing", _sum([over(term, denominator) if i == k else term for i, term in enumerate(terms)])
         )
         yield Edit(
             "bracket-missing", _sum([term if i == k else over(term, denominator) for i, term in enumerate(terms)])
         )
-    if denominator.kind in ("+", "-", "*"):  # only the first part is used as the divisor
+    if denominator.kind in ("+", "-", "*"):  # divide by only one of the two operands
         for divisor, remainder in (denominator.args, denominator.args[::-1]):
             yield Edit("bracket-missing", Node(denominator.kind, (over(numerator, divisor), remainder)))
     yield Edit("factor-missing", numerator, denominator)
@@ -188,12 +188,12 @@ def _edit_negative(node: Node) -> Iterator[Edit]:
     yield Edit("term-sign-typed", inside)
     yield from _drop_denominator_bracket(number(-1), inside)
     terms = addends(inside.args[0]) if inside.kind == "/" else []
-    if 1 < len(terms) <= MOST_TERMS:  # minus applies to the first term only, division to the last one only
+    if 1 < len(terms) <= MOST_TERMS:  # negate only the first term, and divide only the last one
         yield Edit("bracket-missing", _sum([negative(terms[0]), *terms[1:-1], over(terms[-1], inside.args[1])]))
 
 
 def _drop_denominator_bracket(factor: Node, quotient: Node) -> Iterator[Edit]:
-    """Yield the edit of a factor times a quotient in which the denominator has lost its bracket."""
+    """Yield a factor times a quotient, without the brackets around the denominator."""
     if quotient.kind == "/" and quotient.args[1].kind in ("+", "-"):
         numerator, denominator = quotient.args
         yield Edit(
@@ -220,42 +220,42 @@ def _coefficient(node: Node) -> Fraction:
 
 
 def _mistype_symbol(symbols: Sequence[str], node: Node) -> Iterator[Edit]:
-    """Yield edits of a node with its name replaced by a similar one."""
+    """Yield a name replaced by each similar name."""
     for symbol in symbols if node.kind == "name" else ():
         if symbol != node.value and _stem(symbol) == _stem(str(node.value)):
             yield Edit("symbol-typed", Node("name", value=symbol))
 
 
 def exchange_symbols(entry: Node, symbols: Iterable[str]) -> Iterator[Edit]:
-    """Yield edits of an entry with two similar names exchanged."""
-    present = sorted(names(entry) & set(symbols))
-    for first, second in combinations(present, 2):
+    """Yield an entry with two similar names exchanged."""
+    present_symbols = sorted(names(entry) & set(symbols))
+    for first, second in combinations(present_symbols, 2):
         if _stem(first) == _stem(second):
-            leaf, similar_leaf = Node("name", value=first), Node("name", value=second)
-            yield Edit("symbol-typed", map_nodes(entry, {leaf: similar_leaf, similar_leaf: leaf}.get))
+            first_leaf, second_leaf = Node("name", value=first), Node("name", value=second)
+            yield Edit("symbol-typed", map_nodes(entry, {first_leaf: second_leaf, second_leaf: first_leaf}.get))
 
 
 def _add_joint_to_angle(symbols: Sequence[str], node: Node) -> Iterator[Edit]:
-    """Yield edits of a sine or cosine with an extra joint in its angle, or with the opposite sign of a joint."""
+    """Yield a sine or cosine with a joint variable added to its angle, subtracted from it, or negated in it."""
     for joint in (Node("name", value=name) for name in symbols if _is_wave(node) and name.startswith("theta")):
-        is_single_angle = names(node.args[0]) == {joint.value}  # with the opposite sign it would not be a mistaken sum
-        for added in (
+        is_single_angle = names(node.args[0]) == {joint.value}  # negating it is not a mistake in a sum of angles
+        for term in (
             joint,
             negative(joint),
             times(TWO, joint),
             *(() if is_single_angle else (negative(times(TWO, joint)),)),
         ):
-            yield Edit("angle-typed", Node("call", (plus(node.args[0], added),), node.value))
+            yield Edit("angle-typed", Node("call", (plus(node.args[0], term),), node.value))
 
 
 def replace_each_wave(entry: Node, new: Callable[[Node], Node]) -> list[Node]:
-    """Return a list of entries, each with one of the sines and cosines replaced by another tree."""
-    replaced = _edit_each_node(entry, lambda node: iter([Edit("", new(node))] if _is_wave(node) else []))
-    return [edit.entry for edit in replaced]
+    """Return copies of an entry, each with one of its sines and cosines replaced by the tree that `new` returns."""
+    edits_of_nodes = _edit_each_node(entry, lambda node: iter([Edit("", new(node))] if _is_wave(node) else []))
+    return [edit.entry for edit in edits_of_nodes]
 
 
 def turn_wave(node: Node) -> Node:
-    """Return a sine or cosine with a quarter turn added to its angle."""
+    """Return a sine or cosine with pi/2 added to its angle."""
     return _swap_wave(node) if node.value == "sin" else negative(_swap_wave(node))
 
 
@@ -265,21 +265,21 @@ def _stem(name: str) -> str:
 
 
 def _is_angle(node: Node) -> bool:
-    """Return whether a tree is an angle: it contains pi or a joint angle outside of function calls."""
+    """Return whether a tree is an angle, that is, contains pi or a joint angle outside of function calls."""
     if node.kind == "name":
         return node.value == "pi" or node.value.startswith("theta")
     return any(map(_is_angle, node.args)) and node.kind != "call"
 
 
 def _split_wave(node: Node) -> Iterator[Edit]:
-    """Yield edits of the sine or cosine of a sum, split into those of its terms, added or multiplied."""
-    parts = addends(node.args[0])
-    if len(parts) > 1:
+    """Yield the sine or cosine of a sum, replaced by the sum or product of the sines or cosines of its terms."""
+    terms = addends(node.args[0])
+    if len(terms) > 1:
         yield Edit("sum-of-angles-split", _sum(_waves(node)))
         yield Edit("sum-of-angles-split", _product(_waves(node)))
         yield Edit("sum-of-angles-split", _sum(_signed_waves(node)))
-        inside, outside = _sum(parts[:-1]), parts[-1]
-        yield Edit("bracket-missing", plus(Node("call", (inside,), node.value), outside))
+        all_but_last, last_term = _sum(terms[:-1]), terms[-1]
+        yield Edit("bracket-missing", plus(Node("call", (all_but_last,), node.value), last_term))
 
 
 def _waves(node: Node) -> list[Node]:
@@ -288,7 +288,7 @@ def _waves(node: Node) -> list[Node]:
 
 
 def _signed_waves(node: Node) -> list[Node]:
-    """Return the sine or cosine of each term of an angle, with the sign of the term moved outside."""
+    """Return the sine or cosine of each term of an angle; the minus of a negative term stands before the function."""
     return [
         negative(Node("call", part.args, node.value)) if part.kind == "neg" else Node("call", (part,), node.value)
         for part in addends(node.args[0])
@@ -300,33 +300,33 @@ def _product(factors: Sequence[Node]) -> Node:
 
 
 def _edit_angle(angle: Node) -> Iterator[Node]:
-    """Yield an angle with a term left out or negated, or with a constant scaled."""
-    parts = addends(angle)
-    joint_terms = [part for part in parts if names(part)]
-    for k, part in enumerate(parts):
-        other_terms = [*parts[:k], *parts[k + 1 :]]
+    """Yield an angle with a term omitted or negated, a constant scaled, or its joint variables multiplied."""
+    terms = addends(angle)
+    joint_terms = [term for term in terms if names(term)]
+    for k, term in enumerate(terms):
+        other_terms = [*terms[:k], *terms[k + 1 :]]
         if other_terms:
             yield _sum(other_terms)
-            if len(joint_terms) > 1 or not names(part):  # a single angle with the opposite sign is not a mistaken sum
-                yield _sum([*other_terms, negative(part)])
-        if not names(part):
+            if len(joint_terms) > 1 or not names(term):  # negating a single angle is not a mistake in a sum of angles
+                yield _sum([*other_terms, negative(term)])
+        if not names(term):
             for factor in (number(2), number(Fraction(1, 2)), over(number(180), Node("name", value="pi"))):
-                yield _sum([*other_terms, times(factor, part)])
+                yield _sum([*other_terms, times(factor, term)])
     if len(joint_terms) > 1:
-        yield _sum([_product(joint_terms), *(part for part in parts if not names(part))])
-    if len(parts) > 2:
-        constants = [part for part in parts if not names(part)]
-        for part in parts:  # a single angle, without and with the constants
-            if names(part):
-                yield part
-                yield _sum([part, *constants])
+        yield _sum([_product(joint_terms), *(term for term in terms if not names(term))])
+    if len(terms) > 2:
+        constants = [term for term in terms if not names(term)]
+        for term in terms:  # keep only one joint variable, without and with the constants
+            if names(term):
+                yield term
+                yield _sum([term, *constants])
 
 
 # --- the same mistake in all entries ---
 
 
 def edits_throughout(rows: Sequence[Sequence[Node]]) -> Iterator[tuple[str, list[list[Node]]]]:
-    """Yield the name of a mistake and all entries, with the mistake in every angle or in every occurrence of one."""
+    """Yield the name of a mistake, and all entries with this mistake in every angle or wherever one angle occurs."""
     angles = list(dict.fromkeys(angle for row in rows for entry in row for angle in _angles_in(entry)))
     sums = [angle for angle in angles if len(addends(angle)) > 1]
     for name, change in _SAME_EVERYWHERE:
@@ -379,9 +379,9 @@ def _map_waves(node: Node, change: Callable[[Node], Node]) -> Node:
 
 
 def map_nodes(node: Node, change: Callable[[Node], Node | None]) -> Node:
-    """Return a tree with each node replaced for which `change` gives another.
+    """Return a tree with a node replaced wherever `change` returns a new node instead of None.
 
-    Unchanged subtrees are the same objects, so that cached results are found for them.
+    Unchanged subtrees remain the same objects, so their cached results can be used.
     """
     replacement = change(node)
     if replacement is not None:
@@ -408,15 +408,15 @@ def _scale_constants(factor: Node) -> Callable[[Node], Node]:
 
 
 def _keep_last_angle(keep: bool) -> Callable[[Node], Node]:
-    """Return a function that reduces a sum of angles to its last angle, with or without the constants."""
+    """Return a function that reduces a sum of angles to the last joint angle; if `keep`, the constants remain."""
 
     def changed(angle: Node) -> Node:
-        parts = addends(angle)
-        joint_terms = [part for part in parts if names(part)]
+        terms = addends(angle)
+        joint_terms = [part for part in terms if names(part)]
         if len(joint_terms) < 2:
             return angle
         last_angle = max(joint_terms, key=lambda part: sorted(names(part)))
-        return _sum([last_angle, *(part for part in parts if keep and not names(part))])
+        return _sum([last_angle, *(part for part in terms if keep and not names(part))])
 
     return changed
 

@@ -1,4 +1,4 @@
-"""Mistakes that show only in numeric answers: degrees, units, forgotten roots."""
+"""Mistakes that occur only in numeric answers, such as degrees, wrong units and missing square roots."""
 
 from collections.abc import Callable, Iterator
 from dataclasses import replace
@@ -29,10 +29,10 @@ from qdot.exercises.questions.path import AtDistance
 
 
 def _use_degrees(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
-    revolute = [i for i, joint in enumerate(chain.joints) if joint.kind == "R"]
-    if revolute:
+    revolute_joints = [i for i, joint in enumerate(chain.joints) if joint.kind == "R"]
+    if revolute_joints:
         yield MistakeVariant({"table": scale_angles(180 / sp.pi)})
-    if any(chain.offsets[i] != 0 for i in revolute):
+    if any(chain.offsets[i] != 0 for i in revolute_joints):
         yield MistakeVariant({"table": _scale_variables})
     base = convention_of(chain).base
     if (base.yaw, base.tilt) != (0, 0):
@@ -54,7 +54,7 @@ def _scale_base(w: Working, table: Table) -> Table:
 
 
 def _scale_variables(w: Working, table: Table) -> Table:
-    """Return the table with the joint variables in degrees, but constants in radians."""
+    """Return the table with joint variables in degrees and constants in radians."""
     for i, (joint, q) in enumerate(zip(w.chain.joints, w.chain.q, strict=True)):
         if joint.kind == "R":
             table = table.with_row(i, theta=table.rows[i].theta + w.arithmetic.table_entry((180 / sp.pi - 1) * q))
@@ -62,7 +62,7 @@ def _scale_variables(w: Working, table: Table) -> Table:
 
 
 def _flip_value(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
-    """Yield variants with the sign of a joint variable's value flipped, but not that of the table's constant."""
+    """Yield variants with the value of one joint variable negated, without the constant that the table adds."""
 
     def flip(w: Working, table: Table, i: int) -> Table:
         entry = "theta" if chain.joints[i].kind == "R" else "d"
@@ -78,9 +78,9 @@ def _scale_result(factor: float) -> Variants:
 
 
 def _scale_revolute(factor: float) -> Variants:
-    """Return a function that yields a variant with the entries of revolute joints scaled.
+    """Return a function that yields the variant with the entries of revolute joints scaled.
 
-    It yields none if the result does not have one entry for each joint.
+    It yields nothing if the result does not have one entry for each joint.
     """
 
     def variants(chain: Chain, shape: Shape) -> Iterator[MistakeVariant]:
@@ -94,11 +94,11 @@ def _scale_revolute(factor: float) -> Variants:
 # --- rates along a path ---
 
 Rates = Iterator[tuple[np.ndarray, str]]
-"""Mistaken joint rates, and the additional words of the sentence."""
+"""Yields wrong joint rates, each with additional words for the message."""
 
 
 def _use_path_rates(way: Callable[[Chain, AtDistance], Rates]) -> Answers:
-    """Return a function that yields answers with mistaken joint rates along a path, computed in floating point."""
+    """Return a function that yields answers with wrong joint rates along a path, computed in floating point."""
 
     def takes(chain: Chain, part: Part) -> Iterator[MistakenAnswer]:
         if part.kind == "path-rates" and isinstance(part.answer, Number):
@@ -111,10 +111,10 @@ def _use_path_rates(way: Callable[[Chain, AtDistance], Rates]) -> Answers:
 
 
 def _rates_at(line: Line, distance: float, speed: float) -> np.ndarray:
-    """Return the joint rates at a distance (m) from A, or nan if the line can't be followed that far."""
-    stations = list(line.follow(distance / max(1, round(distance / 0.02)) if distance else 1.0, 1e-3, distance))
-    is_reached = bool(stations) and abs(stations[-1].s - distance) < 1e-9
-    return np.array(stations[-1].slopes) * speed if is_reached else np.array([np.nan])
+    """Return the joint rates at a distance (m) from the start A, or nan if the arm can't follow the line that far."""
+    samples = list(line.follow(distance / max(1, round(distance / 0.02)) if distance else 1.0, 1e-3, distance))
+    is_reached = bool(samples) and abs(samples[-1].s - distance) < 1e-9
+    return np.array(samples[-1].slopes) * speed if is_reached else np.array([np.nan])
 
 
 def _rates_at_start(chain: Chain, at: AtDistance) -> Rates:
@@ -133,15 +133,15 @@ def _drop_offset(chain: Chain, at: AtDistance) -> Rates:
 
 
 def _lines_without_offsets(chain: Chain, at: AtDistance) -> Iterator[tuple[Line, int]]:
-    """Yield the unchanged line with 0, and each line of the arm without one joint's offset.
-
-    The latter come with the number of the joint.
-    """
+    """Yield the line with 0, then for each joint the line of the arm without its offset, with the joint's number."""
     yield at.seam.line(chain), 0
     for i, (joint, offset, q) in enumerate(zip(chain.joints, chain.offsets, chain.q, strict=True)):
         if offset != 0:
-            changed = replace(joint, theta=q) if joint.kind == "R" else replace(joint, d=q)
-            yield at.seam.line(replace(chain, joints=(*chain.joints[:i], changed, *chain.joints[i + 1 :]))), i + 1
+            new_joint = replace(joint, theta=q) if joint.kind == "R" else replace(joint, d=q)
+            yield (
+                at.seam.line(replace(chain, joints=(*chain.joints[:i], new_joint, *chain.joints[i + 1 :]))),
+                i + 1,
+            )
 
 
 def _reverse_path(chain: Chain, at: AtDistance) -> Rates:

@@ -1,4 +1,4 @@
-"""Mistakes in adding up the links, from the base to the point of interest."""
+"""Mistakes in the position of the point of interest, the sum of the link vectors from the base to this point."""
 
 from collections.abc import Callable, Iterator
 from functools import partial
@@ -15,7 +15,7 @@ Links = list[np.ndarray]
 
 
 def run_start(chain: Chain, link: int) -> int:
-    """Return the first of the consecutive parallel joints that rotate a link; joints and links count from 0."""
+    """Return the first joint of the run of consecutive parallel joints that a link's joint belongs to, from 0."""
     start = min(link, chain.n - 1)
     while start > 0 and sp.sin(chain.joints[start - 1].alpha) == 0:
         start -= 1
@@ -23,12 +23,12 @@ def run_start(chain: Chain, link: int) -> int:
 
 
 def before_in_run(chain: Chain, link: int) -> list[int]:
-    """Return the revolute joints of the same run of parallel joints that come before a link's own joint."""
+    """Return the revolute joints that come before a link's own joint in the same run of parallel joints."""
     return [i for i in range(run_start(chain, link), min(link, chain.n)) if chain.joints[i].kind == "R"]
 
 
 def _rotate_without(w: Working, frame: int, left_out: list[int], constants: bool = False) -> np.ndarray:
-    """Return the rotation of a frame without the angles of some joints; `constants` keeps their constant offsets."""
+    """Return the rotation of a frame without the angles of some joints, whose offsets remain if `constants`."""
     rotation = w["base rotation"]
     for i, row in enumerate(w["table"].rows[:frame]):
         constant = row.theta - w.arithmetic.table_entry(w.chain.q[i]) if constants else row.theta * 0
@@ -43,20 +43,20 @@ def _relative_link(w: Working, link: int, constants: bool = False) -> np.ndarray
 
 
 def moving_links(chain: Chain) -> list[int]:
-    """Return the links between the base and the point whose length is not zero."""
+    """Return the links between the base and the point of interest that have a nonzero length."""
     lengths = [joint.kind == "P" or (joint.a, joint.d) != (0, 0) for joint in chain.joints]
     return [k for k in links_to_point(chain) if [*lengths, not chain.point.is_origin][k]]
 
 
 def link_words(chain: Chain, link: int) -> dict[str, object]:
-    """Return the number of a link for a sentence, from 1; the last is the link that carries the point."""
+    """Return the number of a link (from 1) for the message; the vector to P has its frame's number."""
     return {"link": chain.point.frame if link == chain.n else link + 1}
 
 
 def _change_links(
     change: Callable[[Working, Links, int], np.ndarray], suits: Callable[[Chain, int], bool] = lambda chain, link: True
 ) -> Variants:
-    """Return a function that yields variants with the vector of one link changed, for each link that suits."""
+    """Return a function that yields one variant per link that `suits` accepts, with this link's vector changed."""
 
     def variants(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
         for link in moving_links(chain):
@@ -79,13 +79,13 @@ def _use_relative_angle(chain: Chain, shape: Shape) -> Iterator[MistakeVariant]:
 
 
 def _constant_choices(chain: Chain) -> tuple[bool, ...]:
-    """Return the values of `constants` to try: False and, if the table adds a constant to an angle, True."""
+    """Return the values of `constants` to try: False, and also True if the table adds a constant to an angle."""
     revolute_offsets = (offset for joint, offset in zip(chain.joints, chain.offsets, strict=True) if joint.kind == "R")
     return (False, True) if any(constant != 0 for constant in revolute_offsets) else (False,)
 
 
 def _use_relative_angles(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
-    """Yield variants with every frame rotated by its own joint only, within each run of parallel joints."""
+    """Yield variants in which every frame ignores the earlier joints of its run of parallel joints."""
 
     def rotations(w: Working, right: Links, keeps: bool) -> Links:
         return [_rotate_without(w, frame, _inner_joints(w.chain, frame), keeps) for frame in range(len(right))]
@@ -95,23 +95,23 @@ def _use_relative_angles(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
 
     relative_links = sum(bool(before_in_run(chain, link)) for link in range(chain.n))
     for keeps in _constant_choices(chain):
-        change: dict[str, Change] = {"links": partial(links, keeps=keeps)}
+        changes: dict[str, Change] = {"links": partial(links, keeps=keeps)}
         if relative_links > 1:
-            yield MistakeVariant(change, {"link": "each"})
+            yield MistakeVariant(changes, {"link": "each"})
         if relative_links:
-            yield MistakeVariant({"rotations": partial(rotations, keeps=keeps), **change}, {"link": "each"})
+            yield MistakeVariant({"rotations": partial(rotations, keeps=keeps), **changes}, {"link": "each"})
 
 
 def _inner_joints(chain: Chain, frame: int) -> list[int]:
     """Return the revolute joints before a frame that are not the last of their run of parallel joints."""
-    revolute = [i for i in range(frame) if chain.joints[i].kind == "R"]
-    return [i for i in revolute if any(j > i and run_start(chain, j) <= i for j in revolute)]
+    revolute_joints = [i for i in range(frame) if chain.joints[i].kind == "R"]
+    return [i for i in revolute_joints if any(j > i and run_start(chain, j) <= i for j in revolute_joints)]
 
 
 def _swap_coordinates(w: Working, links: Links, link: int) -> np.ndarray:
     """Return the vector of a link with sine and cosine of its absolute angle exchanged.
 
-    They are the coordinates in the plane of its run of parallel joints.
+    Its x and y coordinates in the frame before its run of parallel joints are exchanged.
     """
     run_rotation = w["rotations"][run_start(w.chain, link)]
     local_vector = apply_matrix(run_rotation.swapaxes(0, 1), links[link])
@@ -137,7 +137,7 @@ def _skip_all_rotations(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
 
 
 def _slide_along_axes_in_order(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
-    """Yield the variant with the joints of a prismatic arm moving along x, y and z of the world frame in order."""
+    """Yield the variant in which the joints of a prismatic arm move along x, y and z of the world frame, in order."""
 
     def apply_change(w: Working, links: Links) -> Links:
         rows = enumerate(w["table"].rows)
@@ -180,5 +180,5 @@ _ALL = (
 )  # fmt: skip
 
 OF_FRAMES = frozenset({"link-not-rotated", "links-not-rotated", "slides-in-order"})
-"""The mistakes about frames on the links, or vectors from their origins."""
+"""The mistakes that involve frames on the links, or vectors from their origins."""
 MISTAKES = only_for_tables(_ALL, OF_FRAMES)

@@ -1,4 +1,4 @@
-"""Mistakes with screws and exponentials, for arms that are described by their axes at home."""
+"""Mistakes with screws and the product of exponentials, for arms described by their axes in the home configuration."""
 
 from collections.abc import Callable, Iterator, Sequence
 from functools import partial, reduce
@@ -23,31 +23,31 @@ from qdot.exercises.mistakes.base import (
 )
 
 SCREWS = ("home screws", "space jacobian", "body jacobian")
-"""The stages whose columns are screws."""
+"""The stages of the derivation whose columns are screws."""
 SOURCE = "the product of exponentials"
 
 
 def _in_each(change: Change, *stages: str) -> Variants:
-    """Return a function that yields one variant for each of the stages, with the same change."""
+    """Return a function that yields one variant per stage, in which the change is applied to that stage."""
     return lambda chain, _: (MistakeVariant({stage: change}) for stage in stages)
 
 
 def _flip_moments(w: Working, columns: np.ndarray) -> np.ndarray:
-    flipped = np.array(columns)
-    revolute = [i for i, kind in enumerate(w["kinds"]) if kind == "R"]
-    flipped[3:, revolute] = -flipped[3:, revolute]
-    return flipped
+    new_columns = np.array(columns)
+    revolute_joints = [i for i, kind in enumerate(w["kinds"]) if kind == "R"]
+    new_columns[3:, revolute_joints] = -new_columns[3:, revolute_joints]
+    return new_columns
 
 
 def _replace_velocities(velocity: Callable[[Working, np.ndarray, int, Axis], np.ndarray]) -> Change:
     """Return the change that replaces the linear parts v of the screws of revolute joints."""
 
     def replace_halves(w: Working, columns: np.ndarray) -> np.ndarray:
-        replaced = np.array(columns)
+        new_columns = np.array(columns)
         for i, axis in enumerate(axes_of(w.chain)[0]):
             if axis.kind == "R":
-                replaced[3:, i] = velocity(w, columns, i, axis)
-        return replaced
+                new_columns[3:, i] = velocity(w, columns, i, axis)
+        return new_columns
 
     return replace_halves
 
@@ -58,9 +58,9 @@ def _exchange_halves(w: Working, columns: np.ndarray) -> np.ndarray:
 
 def _put_slide_above(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
     def apply_change(w: Working, columns: np.ndarray) -> np.ndarray:
-        exchanged, prismatic = np.array(columns), [i for i, kind in enumerate(w["kinds"]) if kind == "P"]
-        exchanged[:, prismatic] = np.roll(columns[:, prismatic], 3, axis=0)
-        return exchanged
+        new_columns, prismatic_joints = np.array(columns), [i for i, kind in enumerate(w["kinds"]) if kind == "P"]
+        new_columns[:, prismatic_joints] = np.roll(columns[:, prismatic_joints], 3, axis=0)
+        return new_columns
 
     if {joint.kind for joint in chain.joints} == {"R", "P"}:
         yield from (MistakeVariant({stage: apply_change}) for stage in SCREWS)
@@ -85,7 +85,7 @@ def _use_other_frame(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
 
 
 def _geometric_twists(w: Working) -> np.ndarray:
-    """Return the columns of the geometric Jacobian, with the velocities of P, in the order (omega, v)."""
+    """Return the geometric Jacobian, whose linear velocities are those of P, with its rows in the order (omega, v)."""
     return np.roll(w["geometric"], 3, axis=0)
 
 
@@ -93,9 +93,9 @@ def _geometric_twists(w: Working) -> np.ndarray:
 
 
 def _change_adjoint(build: Callable[[np.ndarray, np.ndarray], np.ndarray]) -> Variants:
-    """Return a function that yields the variant with [Ad T] built by `build`.
+    """Return a function that yields the variant in which `build` builds the adjoint matrix [Ad T].
 
-    It is built from the rotation (3, 3, …) and the origin (3, …) of the body frame.
+    Its arguments are the rotation (3, 3, …) and the origin (3, …) of the body frame.
     """
     return always({"body adjoint": lambda w, _: build(w["body rotation"], w["point"])})
 
@@ -122,14 +122,14 @@ Motion = tuple[np.ndarray, np.ndarray]
 
 
 def _exponential(w: Working, axis: Axis, q: sp.Symbol) -> Motion:
-    """Return a joint's motion, by Rodrigues' formula."""
+    """Return the exponential of a joint's screw, computed with Rodrigues' formula."""
     angle, u = w.arithmetic.table_entry(q), constant(w, axis.direction)
-    zero, unit = 0 * u[0], 0 * u[0] + 1
-    identity = np.stack([np.stack(row) for row in ((unit, zero, zero), (zero, unit, zero), (zero, zero, unit))])
+    zeros, ones = 0 * u[0], 0 * u[0] + 1
+    identity = np.stack([np.stack(row) for row in ((ones, zeros, zeros), (zeros, ones, zeros), (zeros, zeros, ones))])
     if axis.kind == "P":
         return identity, w.arithmetic.value(angle)[None] * u
     s, c = w.arithmetic.value(w.arithmetic.sin(angle)), w.arithmetic.value(w.arithmetic.cos(angle))
-    rotation = identity + s * _hat(u) + (unit - c) * product(_hat(u), _hat(u))
+    rotation = identity + s * _hat(u) + (ones - c) * product(_hat(u), _hat(u))
     point = constant(w, axis.point)
     return rotation, point - apply_matrix(rotation, point)
 
@@ -139,12 +139,12 @@ def _exponentials(w: Working) -> list[Motion]:
 
 
 def _compose(first: Motion, second: Motion) -> Motion:
-    """Return the motion of the product of two exponentials."""
+    """Return the product of two motions."""
     return product(first[0], second[0]), apply_matrix(first[0], second[1]) + first[1]
 
 
 def _carry_screws(w: Working, motions: Sequence[Motion], is_reversed: bool = False) -> np.ndarray:
-    """Return the screws at home, each moved by the motions of the joints before it, (6, n, …)."""
+    """Return the home screws, each moved by the motions of the joints before it, (6, n, …)."""
     home = w["home screws"]
     moved_screws, motion = [home[:, 0]], motions[0]
     for i in range(1, w.n):
@@ -155,7 +155,7 @@ def _carry_screws(w: Working, motions: Sequence[Motion], is_reversed: bool = Fal
 
 
 def _carry_home_point(w: Working, motions: Sequence[Motion]) -> np.ndarray:
-    """Return the position of P, (3, …), after the product of motions is applied to its home position."""
+    """Return the home position of P moved by the product of the motions, (3, …)."""
     rotation, shift = reduce(_compose, motions)
     return apply_matrix(rotation, _home_point(w)) + shift
 
@@ -166,7 +166,7 @@ def _home_point(w: Working) -> np.ndarray:
 
 
 def _reverse_order(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
-    """Yield variants with the exponentials in reverse order: in the pose, and before each screw."""
+    """Yield variants with the exponentials in reverse order, in the pose or in the columns of the space Jacobian."""
     if chain.n > 1:
         yield MistakeVariant(
             {
@@ -179,7 +179,7 @@ def _reverse_order(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
 
 
 def _drop_shift(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
-    """Yield variants without (I - R) q in the exponentials of all joints that have it, or of one joint.
+    """Yield variants without the translation (I - R) q in the exponentials of all joints, or of one joint.
 
     These joints then rotate about the origin.
     """
@@ -193,7 +193,7 @@ def _drop_shift(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
     def columns(w: Working, _: np.ndarray, joints: Sequence[int]) -> np.ndarray:
         return _carry_screws(w, motions(w, joints))
 
-    shifting_joints = [  # an axis through the origin has no such term
+    shifting_joints = [  # the term is zero for an axis through the origin
         i for i, axis in enumerate(axes_of(chain)[0]) if axis.kind == "R" and any(axis.direction.cross(axis.point))
     ]
     for joints in (
@@ -210,7 +210,7 @@ def _drop_shift(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
 
 
 def _confuse_degrees(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
-    """Yield variants with angles in degrees in sines and cosines, or with angles in radians converted again."""
+    """Yield variants with joint angles in degrees instead of radians, or converted to radians twice."""
 
     def scale(w: Working, table: Table, factor: sp.Expr) -> Table:
         for i, (q, offset, row) in enumerate(zip(chain.q, chain.offsets, table.rows, strict=False)):

@@ -20,9 +20,9 @@ Values = tuple[sp.Expr, ...]
 CALLED_SINGULAR: tuple[tuple[sp.Expr, ...], ...] = (
     (sp.S.Zero, sp.pi), (sp.S.Zero,), (sp.pi,), (sp.pi / 2, -sp.pi / 2), (sp.pi / 2,), (-sp.pi / 2,),
 )  # fmt: skip
-"""Sets of angles at which a joint is falsely called singular."""
+"""Sets of joint angles that students may falsely call singular."""
 MOST_WAYS = 20
-"""Maximum number of combinations that are tried of conditions left out of several components at once."""
+"""Maximum number of combinations that are tried if conditions are omitted from several components at once."""
 
 
 def _components(part: Part) -> Components:
@@ -30,13 +30,13 @@ def _components(part: Part) -> Components:
 
 
 def _count_clause(chain: Chain) -> str:
-    """Return a clause that says which factors or minors count."""
+    """Return a clause that says which factors of det J, or which minors, have to be considered."""
     square = chain.n == len(chain.task)
     return "every factor of det J counts" if square else "every way counts in which all minors are zero"
 
 
 def zero_there(chain: Chain) -> str:
-    """Return the question to ask of a configuration that may be singular."""
+    """Return the question with which a student can test whether a configuration is singular."""
     return "is det J zero there" if chain.n == len(chain.task) else "are all minors zero there"
 
 
@@ -49,14 +49,14 @@ def _replace_component(components: Components, index: int, new: Component) -> Co
 
 
 def _map_solutions(component: Component, change: Callable[[sp.Symbol, Values], Values]) -> Component:
-    """Return a component with its joint values changed; a component without joint values is returned unchanged."""
+    """Return a component with its joint values changed, or unchanged if it has none."""
     if component.solutions is None:
         return component
     return replace(component, solutions=tuple((q, change(q, values)) for q, values in component.solutions))
 
 
 def _keep_one_value(component: Component, index: int, only: sp.Symbol | None = None) -> Component:
-    """Return a component that keeps one value of each joint, or of the joint `only`."""
+    """Return a component with one value of each joint; if `only` is given, the other joints keep all their values."""
     return _map_solutions(component, lambda q, values: values[: index + 1][-1:] if only in (None, q) else values)
 
 
@@ -66,22 +66,20 @@ def _with_several_values(components: Components) -> list[int]:
 
 def _keep_one_root(chain: Chain, part: Part) -> Iterator[MistakenAnswer]:
     components = _components(part)
-    with_several = _with_several_values(components)
+    multivalued = _with_several_values(components)
     for index in (0, 1):
-        if len(with_several) > 1:
-            yield _make_answer(
-                [_keep_one_value(c, index) if k in with_several else c for k, c in enumerate(components)]
-            )
-        for k in with_several:
+        if len(multivalued) > 1:
+            yield _make_answer([_keep_one_value(c, index) if k in multivalued else c for k, c in enumerate(components)])
+        for k in multivalued:
             yield _make_answer(_replace_component(components, k, _keep_one_value(components[k], index)))
-        for k in with_several:  # one joint's value, if values of several hold together
+        for k in multivalued:  # reduce the values of one joint only, if the component restricts several
             solutions = components[k].solutions or ()
             for joint, _ in solutions if len(solutions) > 1 else ():
                 yield _make_answer(_replace_component(components, k, _keep_one_value(components[k], index, joint)))
 
 
 def missed_mistake(chain: Chain, component: Component) -> tuple[str, dict[str, object]]:
-    """Return the name of the mistake of leaving out a component, and the words for its sentence."""
+    """Return the name of the mistake in which a component is omitted, and the words for its message."""
     if _is_tied(chain, component):
         return "shoulder-missed", {"every": _count_clause(chain), "instead": ""}
     return "component-missed", {"kind": "values of a joint", "every": _count_clause(chain)}
@@ -99,31 +97,31 @@ def _miss_component(chain: Chain, part: Part) -> Iterator[MistakenAnswer]:
 
 
 def _is_tied(chain: Chain, component: Component) -> bool:
-    """Return whether a condition of a component depends on several joints."""
+    """Return whether any condition of a component depends on several joints."""
     return any(len(condition.free_symbols & set(chain.q)) > 1 for condition in component.conditions)
 
 
 def _miss_tied(chain: Chain, part: Part) -> Iterator[MistakenAnswer]:
-    """Yield answers without the conditions that tie several joints, such as the shoulder's, or with angles instead.
+    """Yield answers without the conditions that tie several joints, such as a shoulder singularity.
 
-    The angles are those of one joint. The remaining conditions can be found by looking at one joint at a time.
+    Values of one joint may be given instead. The other conditions can be found by looking at one joint at a time.
     """
     components = _components(part)
-    untied = [component for component in components if not _is_tied(chain, component)]
-    if len(untied) == len(components):
+    untied_components = [component for component in components if not _is_tied(chain, component)]
+    if len(untied_components) == len(components):
         return
-    if untied:
-        yield _make_answer(untied, every=_count_clause(chain), instead="")
+    if untied_components:
+        yield _make_answer(untied_components, every=_count_clause(chain), instead="")
     for q, singular_component in _call_singular(chain, components):
         instead = f", and {q} = {_value_text(singular_component)} is called singular in its place"
-        yield _make_answer((*untied, singular_component), every=_count_clause(chain), instead=instead)
+        yield _make_answer((*untied_components, singular_component), every=_count_clause(chain), instead=instead)
 
 
 def _call_singular(chain: Chain, components: Components) -> Iterator[tuple[sp.Symbol, Component]]:
-    """Yield joints that are falsely called singular, with angles at which a sine or a cosine is zero."""
-    singular = {q for component in components for q, _ in component.solutions or ()}
+    """Yield joints that are falsely called singular, with a component that gives zeros of a sine or cosine."""
+    singular_joints = {q for component in components for q, _ in component.solutions or ()}
     for joint, q in zip(chain.joints, chain.q, strict=True):
-        if joint.kind == "R" and q not in singular and components:
+        if joint.kind == "R" and q not in singular_joints and components:
             for values in CALLED_SINGULAR:
                 yield q, Component((q,), ((q, values),))
 
@@ -133,33 +131,33 @@ def _value_text(component: Component) -> str:
 
 
 def _keep_part(chain: Chain, part: Part) -> Iterator[MistakenAnswer]:
-    """Yield answers with only some of the conditions that must hold together.
+    """Yield answers with only some of the conditions that must hold simultaneously.
 
-    Conditions are left out of one component, or of all components that have several.
+    Conditions are omitted from one component, or from all components that have several.
     """
     components = _components(part)
     for kept_count in (1, 2):
-        shortened = {
+        partial_sets = {
             k: list(_partial_components(c, kept_count))
             for k, c in enumerate(components)
             if len(c.conditions) > kept_count
         }
-        for k, alternatives in shortened.items():
+        for k, alternatives in partial_sets.items():
             for shortened_component in alternatives:
                 yield _make_answer(
                     _replace_component(components, k, shortened_component),
                     joint=_joints_of(chain, [shortened_component]),
                 )
-        if len(shortened) > 1:
-            for combination in islice(product(*shortened.values()), MOST_WAYS):
+        if len(partial_sets) > 1:
+            for combination in islice(product(*partial_sets.values()), MOST_WAYS):
                 new_components = [
-                    dict(zip(shortened, combination, strict=True)).get(k, c) for k, c in enumerate(components)
+                    dict(zip(partial_sets, combination, strict=True)).get(k, c) for k, c in enumerate(components)
                 ]
                 yield _make_answer(new_components, joint=_joints_of(chain, combination))
 
 
 def _partial_components(component: Component, size: int) -> Iterator[Component]:
-    """Yield components with `size` of the conditions of a component."""
+    """Yield components that have only `size` of the conditions of a component."""
     for indices in combinations(range(len(component.conditions)), size):
         conditions = tuple(component.conditions[i] for i in indices)
         solutions = component.solutions
@@ -185,7 +183,7 @@ def _use_other_joint(chain: Chain, part: Part) -> Iterator[MistakenAnswer]:
 
 
 def _angles_only(part: Part) -> list[int]:
-    """Return the indices of the components that give values of revolute joints only."""
+    """Return the indices of the components that give only values of revolute joints."""
     return [
         k
         for k, component in enumerate(_components(part))
@@ -194,7 +192,7 @@ def _angles_only(part: Part) -> list[int]:
 
 
 def _change_angles(part: Part, change: Callable[[sp.Expr], sp.Expr], which: Collection[int]) -> Components:
-    """Return all components, with every value changed in those whose indices are in `which`."""
+    """Return all components; those with indices in `which` have every value changed."""
     return tuple(
         _map_solutions(component, lambda _, values: tuple(map(change, values))) if k in which else component
         for k, component in enumerate(_components(part))
@@ -221,7 +219,7 @@ def _straight_joint(q: sp.Symbol) -> Component:
 
 
 def _add_joint(chain: Chain, part: Part) -> Iterator[MistakenAnswer]:
-    """Yield answers in which a joint is falsely called singular: the book's own mistake."""
+    """Yield answers in which a joint is falsely called singular, a mistake that the book itself makes."""
     components = _components(part)
     for q, singular_component in _call_singular(chain, components):
         yield _make_answer(
@@ -230,24 +228,24 @@ def _add_joint(chain: Chain, part: Part) -> Iterator[MistakenAnswer]:
 
 
 def _misuse_offsets(factor: int) -> Answers:
-    """Return a function that yields answers with a joint's constant misused in all conditions.
+    """Return a function that yields answers in which all conditions misuse a joint's constant offset.
 
-    The constant is left out (factor 1), or has the opposite sign (factor 2).
+    The offset is omitted (factor 1), or has the opposite sign (factor 2).
     """
 
     def answers(chain: Chain, part: Part) -> Iterator[MistakenAnswer]:
         components = _components(part)
-        prismatic = {q for q, joint in zip(chain.q, chain.joints, strict=True) if joint.kind == "P"}
+        prismatic_joints = {q for q, joint in zip(chain.q, chain.joints, strict=True) if joint.kind == "P"}
         for constants in (dict(zip(chain.q, chain.offsets, strict=True)), _constants_in(chain, components)):
-            offsets = {  # adding half a turn usually gives the same set
+            offsets = {  # a shift by half a turn is skipped because it usually gives the same set
                 q: factor * constant
                 for q, constant in constants.items()
-                if constant != 0 and (q in prismatic or sp.sin(factor * constant) != 0)
+                if constant != 0 and (q in prismatic_joints or sp.sin(factor * constant) != 0)
             }
             for q, offset in offsets.items():
-                shifted = tuple(_shift_by_offset(component, {q: offset}) for component in components)
-                if shifted != components:
-                    yield _make_answer(shifted, joint=str(q))
+                shifted_components = tuple(_shift_by_offset(component, {q: offset}) for component in components)
+                if shifted_components != components:
+                    yield _make_answer(shifted_components, joint=str(q))
             if components and len(offsets) > 1:
                 yield _make_answer([_shift_by_offset(c, offsets) for c in components], joint="the joints")
 
@@ -255,9 +253,9 @@ def _misuse_offsets(factor: int) -> Answers:
 
 
 def _constants_in(chain: Chain, components: Components) -> dict[sp.Symbol, sp.Expr]:
-    """Return the constants that are added to single joint variables in sines and cosines.
+    """Return the constants that the conditions add to single joint variables in sines and cosines.
 
-    The table may have other constants.
+    They may differ from the constants in the table.
     """
     conditions = (condition for component in components for condition in component.conditions)
     angles = [trig.args[0] for condition in conditions for trig in condition.atoms(sp.sin, sp.cos)]
@@ -268,12 +266,12 @@ def _constants_in(chain: Chain, components: Components) -> dict[sp.Symbol, sp.Ex
 def _shift_by_offset(component: Component, more: Mapping[sp.Symbol, sp.Expr]) -> Component:
     """Return a component with q replaced by q - c, for each joint variable q with a constant c in `more`."""
     conditions = tuple(condition.xreplace({q: q - c for q, c in more.items()}) for condition in component.conditions)
-    shifted = _map_solutions(component, lambda q, values: tuple(value + more.get(q, 0) for value in values))
-    return replace(shifted, conditions=conditions)
+    shifted_component = _map_solutions(component, lambda q, values: tuple(value + more.get(q, 0) for value in values))
+    return replace(shifted_component, conditions=conditions)
 
 
 def _split_conjunction(chain: Chain, part: Part) -> Iterator[MistakenAnswer]:
-    """Yield answers in which conditions that must hold together are alternatives."""
+    """Yield answers in which conditions that must hold simultaneously are alternatives."""
     components = _components(part)
     for k, component in enumerate(components):
         if len(component.conditions) > 1:
@@ -281,50 +279,50 @@ def _split_conjunction(chain: Chain, part: Part) -> Iterator[MistakenAnswer]:
 
 
 def _keep_one_root_each(chain: Chain, part: Part) -> Iterator[MistakenAnswer]:
-    """Yield answers with one value instead of several, in some of the components."""
+    """Yield answers that give one value instead of several in two or three of the components."""
     components = _components(part)
-    with_several = _with_several_values(components)
-    for chosen_count in range(2, min(len(with_several), 4)):
-        for chosen_indices, index in product(combinations(with_several, chosen_count), (0, 1)):
+    multivalued = _with_several_values(components)
+    for chosen_count in range(2, min(len(multivalued), 4)):
+        for chosen_indices, index in product(combinations(multivalued, chosen_count), (0, 1)):
             yield _make_answer(
                 [_keep_one_value(c, index) if k in chosen_indices else c for k, c in enumerate(components)]
             )
 
 
 def _join_alternatives(chain: Chain, part: Part) -> Iterator[MistakenAnswer]:
-    """Yield answers in which alternatives are conditions that must hold together.
+    """Yield answers in which alternatives have become conditions that must hold simultaneously.
 
-    Two alternatives are joined, or all that give joint values.
+    Two of the alternatives that give joint values are joined, or all of them.
     """
     components = _components(part)
-    solved = [component for component in components if component.solutions is not None]
-    for joined_count in sorted({2, len(solved)} - {0, 1}):
-        for joined in combinations(solved, joined_count):
-            solutions = tuple(solution for component in joined for solution in component.solutions or ())
+    solved_components = [component for component in components if component.solutions is not None]
+    for joined_count in sorted({2, len(solved_components)} - {0, 1}):
+        for joined_components in combinations(solved_components, joined_count):
+            solutions = tuple(solution for component in joined_components for solution in component.solutions or ())
             if len({q for q, _ in solutions}) == len(solutions):
-                conditions = tuple(condition for component in joined for condition in component.conditions)
-                others = (component for component in components if component not in joined)
+                conditions = tuple(condition for component in joined_components for condition in component.conditions)
+                others = (component for component in components if component not in joined_components)
                 yield _make_answer((*others, Component(conditions, solutions)))
 
 
 def _add_condition(chain: Chain, part: Part) -> Iterator[MistakenAnswer]:
-    """Yield answers with an unnecessary condition on another joint added to a sufficient one."""
+    """Yield answers in which a sufficient condition is restricted by an unnecessary one on another joint."""
     components = _components(part)
     for k, component in enumerate(components):
-        singular = {q for q, _ in component.solutions or ()}
+        singular_joints = {q for q, _ in component.solutions or ()}
         for joint, q in zip(chain.joints, chain.q, strict=True):
-            if component.solutions and q not in singular:
+            if component.solutions and q not in singular_joints:
                 for value in (sp.S.Zero, sp.pi) if joint.kind == "R" else (sp.S.Zero,):
                     extended = Component((*component.conditions, q), (*component.solutions, (q, (value,))))
                     yield _make_answer(_replace_component(components, k, extended), joint=str(q))
 
 
 def _invert_tangent(chain: Chain, part: Part) -> Iterator[MistakenAnswer]:
-    """Yield the answer with the tangent inverted when solving for an angle."""
+    """Yield the answer in which the ratio in each arctangent is inverted."""
     components = _components(part)
     invert = lambda value: value.replace(sp.atan, lambda ratio: sp.atan(1 / ratio))  # noqa: E731
-    if (changed := _change_angles(part, invert, range(len(components)))) != components:
-        yield _make_answer(changed)
+    if (changed_components := _change_angles(part, invert, range(len(components)))) != components:
+        yield _make_answer(changed_components)
 
 
 def _flip_values(chain: Chain, part: Part) -> Iterator[MistakenAnswer]:
@@ -346,13 +344,13 @@ def _flip_values(chain: Chain, part: Part) -> Iterator[MistakenAnswer]:
 
 
 def _call_all_singular(chain: Chain, part: Part) -> Iterator[MistakenAnswer]:
-    revolute = [q for joint, q in zip(chain.joints, chain.q, strict=True) if joint.kind == "R"]
-    if _components(part) and len(revolute) > 1:
-        yield _make_answer([_straight_joint(q) for q in revolute], zero=zero_there(chain))
+    revolute_joints = [q for joint, q in zip(chain.joints, chain.q, strict=True) if joint.kind == "R"]
+    if _components(part) and len(revolute_joints) > 1:
+        yield _make_answer([_straight_joint(q) for q in revolute_joints], zero=zero_there(chain))
 
 
 def _change_tied(change: Callable[[sp.Expr], Iterator[sp.Expr]]) -> Answers:
-    """Return a function that yields answers with one of the conditions that tie several joints changed."""
+    """Return a function that yields answers in which one condition that ties several joints is changed."""
 
     def answers(chain: Chain, part: Part) -> Iterator[MistakenAnswer]:
         components = _components(part)

@@ -23,11 +23,11 @@ from qdot.exercises.mistakes.base import (
 )
 
 MOST_ROWS = 4
-"""Maximum number of rows for which any row may be confused with another; in a longer table, only adjacent rows."""
+"""Maximum number of rows for which any two rows may be confused; in longer tables, only adjacent rows are."""
 
 
 def _change_row(index: int, change: Callable[[Working, TableRow], dict[str, Any]], **words: object) -> MistakeVariant:
-    """Return the variant with entries of one row changed, in the arm's convention."""
+    """Return the variant in which entries of one row of the table are changed, in the arm's convention."""
 
     def apply_change(w: Working, table: Table) -> Table:
         return _with_convention_row(w, table, index, **change(w, _convention_row(w, table, index)))
@@ -36,7 +36,7 @@ def _change_row(index: int, change: Callable[[Working, TableRow], dict[str, Any]
 
 
 def _convention_row(w: Working, table: Table, index: int) -> TableRow:
-    """Return a row in the arm's convention: a modified row has a and alpha of the previous link, or of the base."""
+    """Return a row in the arm's convention: modified rows contain a and alpha of the previous link or the base."""
     row, link = table.rows[index], _link(w, index)
     if link >= 0:
         return replace(row, a=table.rows[link].a, alpha=table.rows[link].alpha)
@@ -57,14 +57,14 @@ def _with_convention_row(w: Working, table: Table, index: int, **changed: Any) -
 
 
 def _link(w: Working, index: int) -> int:
-    """Return the index of the standard row whose a and alpha are in a row of the convention; -1 for the base."""
+    """Return the index of the standard row that contains a and alpha of a row of the convention; -1 for the base."""
     return index - convention_of(w.chain).frame_on_axis(1)
 
 
 def _change_each_row(
     applies: Callable[[Joint], bool], change: Callable[[Working, TableRow], dict[str, Any]]
 ) -> Variants:
-    """Return a function that yields variants with entries of one row changed, for each row to which this applies."""
+    """Return a function that yields one variant per row that `applies` accepts, with entries of this row changed."""
     return lambda chain, _: (_change_row(i, change) for i, row in enumerate(convention_of(chain).rows) if applies(row))
 
 
@@ -82,7 +82,7 @@ def _drop_offsets(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
 
 
 def _variable_entry(chain: Chain, joint: int) -> str:
-    """Return the name of the table entry that has the joint variable."""
+    """Return the name of the table entry that contains the joint variable: "theta" or "d"."""
     return "theta" if chain.joints[joint].kind == "R" else "d"
 
 
@@ -92,7 +92,10 @@ def _joint_numbers(indices: Sequence[int]) -> str:
 
 
 def _add_to_variable(more: Callable[[Chain, int], sp.Expr], kind: str) -> Variants:
-    """Return a function that yields variants with `more` added to the variable of a joint, unless that is zero."""
+    """Return a function that yields one variant per joint of a kind, with `more` added to its variable.
+
+    Joints for which `more` is zero are skipped.
+    """
 
     def variants(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
         for i, joint in enumerate(chain.joints):
@@ -107,9 +110,9 @@ def _add_to_row(index: int, entry: str, more: sp.Expr, /, **words: object) -> Mi
 
 
 def _scale_offsets(factors: Sequence[sp.Expr], applies: Callable[[sp.Expr], bool] = lambda offset: True) -> Variants:
-    """Return a function that yields variants with the constants of revolute rows multiplied by a factor.
+    """Return a function that yields variants with the constants of revolute joints multiplied by a factor.
 
-    First one constant is multiplied at a time, and then all of them.
+    For each factor, one constant is multiplied at a time, and then all of them.
     """
 
     def variants(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
@@ -136,12 +139,12 @@ def _scale_constants(offsets: Mapping[int, sp.Expr], factor: sp.Expr, joints: Se
 
 
 def _degree_text(angle: sp.Expr) -> str:
-    """Return an angle of the table in degrees, as text."""
+    """Return an angle in degrees, as text."""
     return f"{sp.nsimplify(angle * 180 / sp.pi)}°"
 
 
 def _use_other_row(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
-    """Yield variants with the length, distance, twist or constant of another row."""
+    """Yield variants in which a row has the length, distance, twist or constant of another row."""
     for (i, row), (j, other_row) in permutations(enumerate(convention_of(chain).rows), 2):
         if chain.n > MOST_ROWS and abs(i - j) > 1:
             continue
@@ -213,10 +216,10 @@ def _skip_base_rotation(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
 
 
 def _without_base(chain: Chain, at_origin: bool) -> Change:
-    """Return the change that leaves out the rotation of the base, and also its position if `at_origin`."""
+    """Return the change that omits the rotation of the base, and also its position if `at_origin`."""
 
     def apply_change(w: Working, table: Table) -> Table:
-        position, yaw, tilt = table.base  # the first row of a modified table may have a part of it
+        position, yaw, tilt = table.base  # the tilt may come from the first row of a modified table
         zero_tilt = tilt * 0 if convention_of(chain).base.tilt != 0 else tilt
         return replace(table, base=(position * 0 if at_origin else position, yaw * 0, zero_tilt))
 
@@ -229,14 +232,14 @@ def _drop_point_offset(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
 
 
 def _move_to_last_origin(w: Working, table: Table) -> Table:
-    """Return the table with P at the origin of its frame (in a modified table, before the length of the link)."""
+    """Return the table with P at the origin of its frame; in a modified table, without the length of its link."""
     if convention_of(w.chain).is_proximal and w.chain.point.frame:
         table = table.with_row(w.chain.point.frame - 1, a=table.rows[w.chain.point.frame - 1].a * 0)
     return replace(table, offset=table.offset * 0)
 
 
 def _use_other_origin(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
-    """Yield the variant with the last origin instead of P, or with the one before it if P is at the last origin."""
+    """Yield the variant that uses the last frame's origin as P, or the origin before it if P is in the last frame."""
     if convention_of(chain).is_proximal:
         if chain.point.frame == chain.n > 1:
             yield MistakeVariant({"table": _move_to_earlier_origin}, {"frame": chain.n - 1})
@@ -254,7 +257,7 @@ def _use_other_origin(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
 
 
 def _move_to_earlier_origin(w: Working, table: Table) -> Table:
-    """Return a modified table with P at the second-last origin: the later lengths are zero."""
+    """Return a modified table with P at the second-last origin, by setting the later lengths to zero."""
     last_row, second_last = table.rows[-1], table.rows[-2]
     table = table.with_row(w.n - 1, a=last_row.a * 0, d=last_row.d * 0).with_row(w.n - 2, a=second_last.a * 0)
     return replace(table, offset=table.offset * 0)
@@ -270,18 +273,18 @@ def _effects_up_to(frame: int) -> Callable[[Working, np.ndarray], np.ndarray]:
 
 
 def _use_other_units(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
-    """Yield variants with every numeric length in centimetres or millimetres, but symbols in metres."""
+    """Yield variants with all numeric lengths in centimetres or millimetres; symbols remain in metres."""
 
     def scale(w: Working, table: Table, factor: int) -> Table:
-        rows = []
+        scaled_rows = []
         for row, joint, offset, q in zip(table.rows, w.chain.joints, w.chain.offsets, w.chain.q, strict=True):
             variable = w.arithmetic.table_entry(q if joint.kind == "P" else sp.S.Zero)
             has_number = (offset if joint.kind == "P" else joint.d).is_number
             a = row.a * factor if joint.a.is_number else row.a
-            rows.append(replace(row, a=a, d=(row.d - variable) * factor + variable if has_number else row.d))
+            scaled_rows.append(replace(row, a=a, d=(row.d - variable) * factor + variable if has_number else row.d))
         position, yaw, tilt = table.base
         point_offset = table.offset * factor if all(x.is_number for x in w.chain.point.offset) else table.offset
-        return replace(table, rows=tuple(rows), base=(position * factor, yaw, tilt), offset=point_offset)
+        return replace(table, rows=tuple(scaled_rows), base=(position * factor, yaw, tilt), offset=point_offset)
 
     if any(joint.a != 0 or joint.d != 0 for joint in chain.joints):
         yield MistakeVariant({"table": partial(scale, factor=100)}, {"unit": "centimetres"})
@@ -289,9 +292,9 @@ def _use_other_units(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
 
 
 def _read_as_modified(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
-    """Yield the variant that interprets the table by the modified convention of other books.
+    """Yield the variant that reads a standard table as a modified one, as other books define it.
 
-    A row is then Rx(alpha_{i-1}) Tx(a_{i-1}) Rz(theta_i) Tz(d_i).
+    The transform of a row is then Rx(alpha_{i-1}) Tx(a_{i-1}) Rz(theta_i) Tz(d_i).
     """
 
     def rotations(w: Working, right: list[np.ndarray]) -> list[np.ndarray]:
@@ -312,7 +315,10 @@ def _read_as_modified(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
 
 
 def _use_next_links(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
-    """Yield the variant with link i's a and alpha in a modified row: Rx(alpha_i) Tx(a_i) Rz(theta_i) Tz(d_i)."""
+    """Yield the variant that uses link i's a and alpha in row i of a modified table.
+
+    The transform of a row is then Rx(alpha_i) Tx(a_i) Rz(theta_i) Tz(d_i).
+    """
 
     def shifted(w: Working, table: Table) -> Table:
         point, link = convention_of(w.chain).point, w.chain.point.frame
@@ -324,7 +330,7 @@ def _use_next_links(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
                 for value in ((next_row.a, next_row.alpha) if next_row else (zero, zero))
             )
             table = _with_convention_row(w, table, i, a=a, alpha=alpha)
-        if 0 < link < w.n:  # P keeps its coordinates, in the frame before its link
+        if 0 < link < w.n:  # the coordinates of P are unchanged, but in the frame before its link
             row = table.rows[link - 1]
             moved_offset = offset - np.stack([row.a, row.a * 0, row.a * 0])
             table = replace(table, offset=apply_matrix(turn_x(w, -row.alpha), moved_offset))
@@ -336,13 +342,16 @@ def _use_next_links(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
 
 
 def _read_as_standard(chain: Chain, _: Shape) -> Iterator[MistakeVariant]:
-    """Yield variants that read a modified table as a standard one: Rz(theta_i) Tz(d_i) Tx(a_{i-1}) Rx(alpha_{i-1})."""
+    """Yield variants that read a modified table as a standard one.
+
+    The transform of a row is then Rz(theta_i) Tz(d_i) Tx(a_{i-1}) Rx(alpha_{i-1}).
+    """
 
     def shifted(w: Working, table: Table) -> Table:
-        first_row, *others = convention_of(w.chain).rows
+        first_row, *later_rows = convention_of(w.chain).rows
         base, point = convention_of(w.chain).base, convention_of(w.chain).point
         link_entries = [(w.arithmetic.table_entry(first_row.a), w.arithmetic.table_entry(first_row.alpha))]
-        link_entries += [(row.a, row.alpha) for row in table.rows[: len(others)]]
+        link_entries += [(row.a, row.alpha) for row in table.rows[: len(later_rows)]]
         rows = [replace(row, a=a, alpha=alpha) for row, (a, alpha) in zip(table.rows, link_entries, strict=True)]
         base_position = np.stack([w.arithmetic.table_entry(value) for value in base.position])
         base_angles = w.arithmetic.table_entry(base.yaw), w.arithmetic.table_entry(base.tilt)

@@ -38,14 +38,15 @@ from qdot.grader.submissions.submission import (
 )
 
 GRADER = 14
-"""Version of the grader; increase it when a submission can earn different points, or when other results are stored."""
+"""Version of the grader; increase it if a submission may earn different points or if stored results change."""
 
 
 @dataclass(frozen=True)
 class Attempt:
-    """A notebook that a student submitted, and its time; if it can't be read, `unreadable` says why.
+    """A notebook that a student submitted, and the time when it was received.
 
-    `over_limit` is True if reading it exceeds a limit. `notes` name other submitted files that can't be read.
+    If it can't be read, `submission` is None and `unreadable` says why; `over_limit` is whether reading it exceeds a
+    limit. `notes` name other submitted files that can't be read.
     """
 
     file: Path
@@ -56,7 +57,7 @@ class Attempt:
     over_limit: bool = False
 
     def is_of(self, assignment: Assignment) -> bool:
-        """Return whether the name of the file or its metadata name the assignment."""
+        """Return whether the name or the metadata of the file name the assignment."""
         claims = {} if self.submission is None else self.submission.claims
         return self.file.name == f"{assignment.key}.ipynb" or claims.get("assignment") == assignment.key
 
@@ -72,11 +73,11 @@ class Attempt:
 
 
 class NotFoundOut(Exception):
-    """The search for a student's submission failed; the message tells the student why."""
+    """Raised if the search for a student's submission failed; the message tells the student why."""
 
 
 def read_attempts(student_files: StudentFiles, key: str) -> list[Attempt]:
-    """Return a student's attempts, the most likely first. If any file can be read, unreadable ones are left out.
+    """Return a student's attempts, the most likely first. If any file can be read, the unreadable ones are omitted.
 
     Raises NotFoundOut if the search for the files failed.
     """
@@ -128,7 +129,7 @@ def _unreadable(path: Path, why: str) -> Attempt:
 
 
 def marking_versions(assignment: Assignment, student: str) -> MadeFrom:
-    """Return what decides the points besides the submission: the versions of qdot's parts, and the assignment."""
+    """Return everything besides the submission that decides the points: the assignment, and versions of qdot."""
     content = f"{assignment.edition_of(student)}/{assignment.marking}"
     return MadeFrom(ENGINE, GRADER, hashlib.sha256(content.encode()).hexdigest()[:16])
 
@@ -143,9 +144,9 @@ class Grader:
 
 
 def grade_safely(grader: Grader, student: str, attempt: Attempt | None) -> Marked:
-    """Grade one notebook as `grade_attempt` does; if qdot fails, only this notebook is UNGRADED.
+    """Grade one notebook like `grade_attempt`; if qdot fails, only this notebook is UNGRADED.
 
-    Raises QdotError if the machine can't run any notebook at all, so that this is reported once and not per student.
+    Raises QdotError if the machine can't run any notebook at all: this is reported once and not for each student.
     """
     started = time.process_time()
     try:
@@ -229,7 +230,7 @@ def run_notebook(
 
 
 def _run_or_try_again(sandbox: Sandbox, run: Callable[[], Run]) -> Run:
-    """Run a notebook, again if its process dies; the notebook is blamed only if its process dies twice."""
+    """Run a notebook, and run it again if its process dies; the notebook is blamed only if it dies twice."""
     result, crash_count = Run(end="unbegun"), 0
     for _ in range(TRIES):
         result = run()
@@ -238,18 +239,18 @@ def _run_or_try_again(sandbox: Sandbox, run: Callable[[], Run]) -> Run:
         crash_count += result.end == "lost"
         if crash_count == 2:
             break
-    if crash_count < 2 or sandbox.run((), ()).end != "done":  # out of memory or disk space, whatever the notebook does
+    if crash_count < 2 or sandbox.run((), ()).end != "done":  # not the notebook's fault: out of memory or disk space
         why = f" ({sandbox.unbegun})" if sandbox.unbegun else "; is there memory, and room on the disk?"
         raise RuntimeError(f"the process that runs notebooks ends by itself{why}")
     return result
 
 
 TRIES = 5
-"""Maximum number of times that a notebook is started if the machine ends its process before the notebook runs."""
+"""Maximum number of times that a notebook is started if the system ends its process before the notebook runs."""
 
 
 def part_result(slot: str, verdict: Verdict) -> PartResult:
-    """Return the result of a part from its verdict; the key of its group begins with `slot`."""
+    """Return the result of a part with this verdict; the key of its group begins with `slot`."""
     judgement, diagnosis = verdict.judgement, verdict.diagnosis
     return PartResult(
         name=verdict.part,
@@ -273,7 +274,7 @@ def part_result(slot: str, verdict: Verdict) -> PartResult:
 def mark_ungraded(
     assignment: Assignment, student: str, attempt: Attempt | None, why: str, over_limit: bool = False
 ) -> Marked:  # fmt: skip
-    """Return the result without points of a notebook that exceeded a limit or on which qdot failed."""
+    """Return marks without points for a notebook that exceeded a limit or that qdot failed to grade."""
     for_staff = (why if over_limit else f"qdot could not grade this ({why})") + "; it has no mark yet"
     reason = f"{for_staff}, tell your instructor"
 

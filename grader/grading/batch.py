@@ -70,10 +70,10 @@ def grade_class(
 ) -> list[Result]:
     """Grade the roster, or only these `students` of it, and return the results in that order.
 
-    `each` is called with every result. With 0 jobs, everything is done in this process, and a notebook that kills it
+    `each` is called with every result. If `jobs` is 0, everything runs in this process, and a notebook that kills it
     ends the grading. Otherwise a notebook that kills its process twice leaves its student UNGRADED until the next run.
-    `executor` is the address of a Dask scheduler whose workers grade. Raises QdotError, also for a mistake in
-    overrides.csv.
+    If `executor` is the address of a Dask scheduler, the scheduler's workers grade. Raises QdotError, also for a
+    mistake in overrides.csv.
     """
     overrides = read_overrides(assignment)
     chosen = assignment.roster if students is None else students
@@ -106,7 +106,7 @@ def grade_class(
 
 
 def _cost(handed_in: Sequence[Graded]) -> tuple[str, str]:
-    """Return the processor time for grading a student in seconds, and the peak memory in megabytes, as text."""
+    """Return as text the processor time for grading a student (seconds), and the peak memory (megabytes)."""
     marks = [graded.marked for graded in handed_in if graded.marked is not None]
     seconds, megabytes = (
         sum(marked.seconds for marked in marks),
@@ -118,7 +118,7 @@ def _cost(handed_in: Sequence[Graded]) -> tuple[str, str]:
 def _grade_on_cluster(
     address: str, tasks: Sequence[Task], assignment: Assignment, limits: Limits, cache: Path
 ) -> Generator[list[Graded], None, None]:
-    """Yield the graded notebooks of each student; each thread of this process waits for one notebook on the cluster."""
+    """Yield the graded notebooks of each student, using a pool of threads that wait for the cluster's workers."""
     with connect(address, assignment, limits) as cluster:
         worker = _Worker(assignment, limits, cache, cluster)
         pool = ThreadPoolExecutor(cluster.threads)
@@ -179,14 +179,14 @@ if hasattr(os, "register_at_fork"):  # other systems don't fork
 
 @dataclass(frozen=True)
 class _Stored:
-    """A file of graded/.cache: the marks of a notebook, and the key of everything they depend on."""
+    """The content of a file in graded/.cache: a notebook's marks, and a key of everything that they depend on."""
 
     key: str
     marked: Marked
 
 
 class _Worker:
-    """Grades students' notebooks in a local sandbox or on a cluster, and stores their marks in the cache folder."""
+    """Grades students' notebooks in a local sandbox or on a cluster, and stores the marks in the cache folder."""
 
     def __init__(self, assignment: Assignment, limits: Limits, cache: Path, cluster: Cluster | None = None) -> None:
         self.assignment, self._limits, self._cache, self._cluster = assignment, limits, cache, cluster
@@ -212,7 +212,7 @@ class _Worker:
         return handed_in
 
     def _mark(self, student: str, attempt: Attempt | None) -> Marked:
-        """Return the marks of a notebook, from the cache if nothing has changed since they were stored."""
+        """Return the marks of a notebook; they are loaded from the cache if nothing has changed since."""
         if (stored := self.take(student, attempt)) is not None:
             return stored
         if self._cluster is None:
@@ -240,14 +240,14 @@ class _Worker:
         return stored_path(self._cache, student, None if attempt is None else attempt.file)
 
     def _key(self, student: str, attempt: Attempt | None) -> str:
-        """Return a text that changes whenever the notebook's points may change, and when the limits change."""
+        """Return a digest that changes whenever the notebook's points may change, or the limits do."""
         handed_in = "" if attempt is None else f"{attempt.file.name}/{attempt.fingerprint}/{self._limits}"
         content = f"{json.dumps(as_json(marking_versions(self.assignment, student)))}/{student}/{handed_in}"
         return hashlib.sha256(content.encode("utf-8", "replace")).hexdigest()
 
 
 def _grade_or_mark_failed(worker: _Worker, task: Task) -> list[Graded]:
-    """Return a student's notebooks as `_Worker.grade` does; an error leaves only this student UNGRADED.
+    """Grade a student's notebooks like `_Worker.grade`; an error leaves only this student UNGRADED.
 
     Raises QdotError for a problem that concerns the whole class, such as a full disk.
     """
@@ -318,16 +318,16 @@ def read_time(text: str) -> datetime.datetime:
 def find_student_files(
     assignment: Assignment, path: Path, received: datetime.datetime | None = None, time_source: str = "option"
 ) -> StudentFiles | None:
-    """Return the files of a student, from a notebook or a folder that contains it. Raises QdotError without either."""
+    """Return a student's files from a path, which is a notebook or a folder that contains it. Raises QdotError."""
     if not path.exists():
         raise QdotError(f"{path} does not exist; with one student, it is their notebook, or a folder with it")
     return find_files_of_student(path, assignment.key, time_source if received else "", received)
 
 
 def grade_one(assignment: Assignment, student: Student, files: StudentFiles | None, limits: Limits) -> Result:
-    """Return a student's result, from graded/.cache if nothing has changed. Write only to this cache.
+    """Grade one student, using the marks in graded/.cache if nothing has changed, and write only to this cache.
 
-    Files in the cache are written atomically, so several processes may do this at the same time.
+    Files in the cache are written atomically, so several processes may call this at the same time.
     """
     submissions = {} if files is None else {student.id: files}
     return grade_class(assignment, submissions, 1, limits, students=[student])[0]

@@ -1,11 +1,11 @@
 """Read and compare certificates/STUDENT/KEY.json, which records a student's problems as they were released.
 
-It has one record for each problem: its identity, the engine and version that generated it, digests of arm and parts,
-difficulty, and the names of the checks it passed. Rounding errors differ between machines and are not recorded.
+It contains one record per problem: its identity, the engine and version that generated it, digests of its arm and
+parts, its difficulty, and the names of the checks that it passed. Rounding errors differ between machines and are not
+recorded.
 
-It also has a digest of each cell of the released notebook. The digests are necessary because a later version of qdot
-may word a problem differently, so regenerating it doesn't show whether a notebook was altered. Answers and outputs are
-not in the digests.
+It also contains a digest of each cell of the released notebook. A later version of qdot may word a problem differently,
+so only the digests show whether a notebook was altered. They don't cover answers and outputs.
 """
 
 import hashlib
@@ -36,7 +36,7 @@ class Kind(StrEnum):
 
 @dataclass(frozen=True)
 class Failure:
-    """A failure; `message` names the student, and `slot` is the slot of the problem, empty if it concerns all."""
+    """The failure of a problem. `message` names the student; `slot` is empty if all the student's problems fail."""
 
     kind: Kind
     message: str
@@ -60,7 +60,7 @@ class Record(pydantic.BaseModel):
 
 
 class Certificate(pydantic.BaseModel):
-    """The file of one student; `problems` has a record for each slot, `notebook` a digest for each cell by its name."""
+    """The certificate file of one student: a record for each slot, and a digest for each cell of the notebook."""
 
     model_config = pydantic.ConfigDict(strict=True, frozen=True)
     assignment: str
@@ -76,9 +76,9 @@ class Certificate(pydantic.BaseModel):
 
 
 def read_certificate(path: Path, assignment: str, student: str) -> Certificate | None:
-    """Return a student's certificate; None if there is no file. Raises QdotError, which says what is wrong.
+    """Return a student's certificate; None if there is no file. Raises QdotError if the file is not valid.
 
-    The error never recommends only 'qdot generate', which would certify problems that may have changed.
+    The message never recommends only 'qdot generate', which would certify problems that may have changed.
     """
     try:
         certificate = Certificate.model_validate_json(path.read_text(encoding="utf-8-sig"))
@@ -103,7 +103,7 @@ def _unreadable_certificate(path: Path, why: str) -> QdotError:
 
 
 def describe_missing(path: Path, notebook: Path) -> str:
-    """Return the message on a missing certificate, depending on whether the notebook exists."""
+    """Return the message on a missing certificate, which depends on whether the notebook exists."""
     if not notebook.is_file():
         return (
             f"neither {path} nor {notebook} is there. If nothing was handed out yet, 'qdot generate' writes both; if "
@@ -119,11 +119,11 @@ def describe_missing(path: Path, notebook: Path) -> str:
 
 
 def cell_digests(notebook: Mapping[str, Any]) -> list[tuple[str, str]]:
-    """Return name and SHA-256 of everything that qdot wrote in a notebook: its metadata, then every cell in order.
+    """Return the name and the SHA-256 of each piece that qdot wrote in a notebook: its metadata, then its cells.
 
-    An answer cell's digest covers its part and not its content. Outputs, empty cells and ids are not covered, so a
-    program that drops the ids of cells, or runs them, changes no digest. Certificates of earlier versions are compared
-    with these digests, so this function must not change.
+    The digest of an answer cell covers the name of its part, but not the answer. Outputs, empty cells and ids are not
+    covered, so a program that runs cells or drops their ids changes no digest. Certificates of earlier versions are
+    compared with these digests, so this function must not change.
     """
     metadata = _dict(notebook.get("metadata")).get("qdot")
     digests = [("metadata", _digest(metadata))]
@@ -146,7 +146,7 @@ def _digest(content: Any) -> str:
 
 
 def find_notebook_failures(path: Path, certificate: Certificate) -> list[Failure]:
-    """Return how a notebook in released/ differs from its certificate, one failure for each problem concerned."""
+    """Return one failure for each problem whose cells in a notebook of released/ differ from the certificate."""
     student = certificate.student
     try:
         notebook = json.loads(path.read_text(encoding="utf-8-sig"))
@@ -168,7 +168,7 @@ def find_notebook_failures(path: Path, certificate: Certificate) -> list[Failure
 
 
 def find_alterations(recorded: Mapping[str, str], present: Sequence[tuple[str, str]]) -> list[tuple[str, str]]:
-    """Return the cells that differ from the recorded digests, each with how it differs."""
+    """Return the names of the cells that differ from the recorded digests, each with a word for the difference."""
     present_cells = dict(present)
     digests = Counter(digest for _, digest in present)
     changed = {

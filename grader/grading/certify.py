@@ -1,7 +1,7 @@
-"""Certify problems on the grader's side: check that the reference answers earn full marks.
+"""Certify problems: run the checks, and make sure that the reference answers earn full marks.
 
 The certificates of a class are stored as certificates/STUDENT/KEY.json. `qdot verify DIR` uses them to check that the
-problems of a folder are still those that were released. A problem without a valid certificate fails.
+problems of an assignment are still those that were released. A problem without a valid certificate fails.
 """
 
 import unicodedata
@@ -41,8 +41,8 @@ from qdot.grader.judging.verdict import Outcome
 class Task:
     """A problem to verify: its identity, its family if that is an instructor's robot, and its record.
 
-    `against` are failures found in its student's files. `made` is False if the problem is no longer in the assignment,
-    so that it can't be generated.
+    `against` lists the failures found in its student's files. `made` is False if the problem is no longer in the
+    assignment, so that it can't be generated.
     """
 
     identity: ProblemId
@@ -59,12 +59,12 @@ class Task:
         return f"{self.owner + ': ' if self.owner else ''}{self.identity} ({questions})"
 
     def failure(self, kind: Kind, message: str) -> Failure:
-        """Return a failure whose message begins with the name of this problem."""
+        """Return a failure whose message begins with the description of this problem."""
         return Failure(kind, f"{self.name}: {message}")
 
 
 def find_failures(problem: Problem, certificate: ProblemCertificate | None = None) -> list[str]:
-    """Return the failures of a problem: failed checks, and reference answers that do not earn full marks."""
+    """Check a problem, and return its failed checks and the reference answers that don't earn full marks."""
     result = certificate or certify(problem)
     failed = [f"{check.name}: {check.detail}" for check in result.failures]
     for part in problem.parts:
@@ -107,13 +107,13 @@ CERTIFIER = Certifier(make_record, certificate_text)
 """The functions that certify the problems of a class."""
 
 
-# --- a folder, years later ---
+# --- verify a class's problems, perhaps years later ---
 
 
 def list_tasks(assignment: Assignment) -> list[Task]:
-    """Return every problem of a class with its record, and the failures found in its student's files.
+    """Return every problem of a class, with its record and the failures found in its student's files.
 
-    Students who have left the roster are included, because their problems were released, too.
+    Students who are no longer on the roster are included, because their problems were also released.
     """
     students = [student.id for student in assignment.roster]
     students += find_former_students(assignment)
@@ -154,7 +154,7 @@ def list_tasks_of_student(assignment: Assignment, student: str) -> list[Task]:
 
 
 def _read_certificate(assignment: Assignment, student: str) -> tuple[Certificate | None, list[Failure]]:
-    """Return a student's certificate (None if it can't be read), and the failures of it and of the notebook."""
+    """Return a student's certificate (None if it can't be read), and the failures of certificate and notebook."""
     path, notebook = certificate_path(assignment, student), notebook_path(assignment, student)
     try:
         certificate = read_certificate(path, assignment.key, student)
@@ -206,10 +206,10 @@ def _failures(_: None, task: Task) -> list[Failure]:
 
 
 def certify_all(tasks: Sequence[Task], jobs: int) -> Generator[tuple[Task, list[Failure]], None, None]:
-    """Yield every problem, in order, with its failures, the most serious first."""
+    """Verify problems on several processes; yield each in order with its failures, the most serious first."""
     with closing(ordered_map(_failures, tasks, jobs, _nothing, ())) as failures:
         yield from zip(tasks, failures, strict=True)
 
 
 def _nothing() -> None:
-    """Do nothing: the processes that verify need no preparation."""
+    """Do nothing, because the processes that verify problems need no preparation."""

@@ -27,7 +27,7 @@ from qdot.grader.submissions.cells import OverLimit, Unreadable
 from qdot.grader.submissions.submission import Submission, find_python_files, read_submission
 
 STATEMENTS = ("eq", "and", "or", "in", "pair", "dict", "set")
-"""Kinds of nodes that are conditions and can't be entries of a matrix."""
+"""Kinds of tree nodes that are conditions, and so can't be entries of a matrix."""
 
 
 @dataclass(frozen=True)
@@ -48,7 +48,7 @@ class CheckedNotebook:
 
 
 def check_notebook(path: Path) -> CheckedNotebook:
-    r"""Run a notebook and return for each answer cell what the grader would read. Raises QdotError for no notebook.
+    r"""Run a notebook and return what the grader would find in each answer cell. Raises QdotError.
 
     >>> import tempfile
     >>> with tempfile.TemporaryDirectory() as folder:
@@ -86,13 +86,13 @@ def check_notebook(path: Path) -> CheckedNotebook:
 
 
 def _claim(claims: Mapping[str, object], key: str, slot: str) -> object:
-    """Return a value that a notebook's metadata claim for a slot; it is untrusted, as a student can edit it."""
+    """Return a value that a notebook's metadata claim for a slot, which is untrusted because students can edit it."""
     claim = claims.get(key)
     return claim.get(slot) if isinstance(claim, dict) else None
 
 
 def _claimed_symbols(submission: Submission) -> list[str]:
-    """Return the symbols that a notebook claims for its problems, without strings that aren't valid names."""
+    """Return the symbols that a notebook's metadata claim for its problems, without invalid names."""
     claim = submission.claims.get("symbols")
     name_lists = [names for names in claim.values() if isinstance(names, list)] if isinstance(claim, dict) else []
     valid_names = {
@@ -105,13 +105,13 @@ def _claimed_symbols(submission: Submission) -> list[str]:
 
 
 MOST_SYMBOLS = 100
-"""Maximum number of names that are taken from a notebook's claims."""
+"""Maximum number of symbols that are taken from a notebook's claims."""
 
 
 def claimed_form(claims: Mapping[str, object], slot: str, part: str) -> ExpectedForm | None:
-    """Return the form of the expected answer that the notebook claims; None without a claim, as in older notebooks.
+    """Return the form of the expected answer according to the notebook's metadata; None if these don't say it.
 
-    A notebook never claims the options of a choice question.
+    Older notebooks don't, and no notebook gives the options of a choice question.
     """
     forms, symbols, joints = (_claim(claims, key, slot) for key in ("answers", "symbols", "joints"))
     form = forms.get(part) if isinstance(forms, dict) else None
@@ -127,11 +127,11 @@ def claimed_form(claims: Mapping[str, object], slot: str, part: str) -> Expected
 
 
 LARGEST_SHAPE = 100
-"""Bound for the rows and columns that a notebook may claim for an answer; arms have fewer joints."""
+"""Numbers of rows and columns claimed for an answer must be below this; arms have fewer joints."""
 
 
 def _example_answer(kind: object, shape: object, units: object) -> Answer | None:
-    """Return an example answer of the form that a notebook claims; None for options or without a valid claim."""
+    """Return an example answer of the form that a notebook claims; None if it is not valid, or for options."""
     if kind == Expression.type:
         return Expression(sp.S.Zero)
     if kind == ConditionSet.type:
@@ -175,23 +175,23 @@ def _check_answer(part: str, text: str, expected: ExpectedForm | None) -> Checke
 
 
 def _may_mean_and(parsed: ParsedAnswer, expected: ExpectedForm) -> bool:
-    """Return whether the commas in a text may mean "and": they separate conditions on different joints.
+    """Return whether the commas in a text may mean "and", because they separate conditions on different joints.
 
-    In a list, commas mean "or".
+    In brackets, commas mean "or".
     """
     is_list = parsed.text.strip()[:1] in ("[", "{")
     return not is_list and parsed.tree is not None and combine_with_and(parsed.tree, expected.joints) is not None
 
 
 def _describe_unknown_symbols(parsed: ParsedAnswer, expected: ExpectedForm | None) -> str:
-    """Return a message on the symbols that the problem doesn't have; conditions may introduce their own."""
+    """Return a message on symbols that the problem doesn't define, or "". Conditions may introduce symbols."""
     if expected is None or not expected.answer.takes_symbols or expected.answer.is_a_set:
         return ""
     return unknown_symbols(parsed, expected.domain)
 
 
 def _describe_shape(parsed: ParsedAnswer) -> str:
-    """Return the shape of a matrix of expressions as text; the text is empty for a list of conditions."""
+    """Return the shape of a matrix of expressions as text; "" for anything else, such as a list of conditions."""
     if parsed.tree is None or parsed.tree.kind != "list" or parsed.rows is None or len(parsed.entries) < 2:
         return ""
     if any(entry.kind in STATEMENTS for entry in parsed.entries):

@@ -1,4 +1,4 @@
-"""Stop a run whose inputs don't fit together, and report the likely cause, before anything is graded or written."""
+"""Detect inputs that don't fit together, and report the likely cause, before anything is graded or written."""
 
 import re
 import unicodedata
@@ -13,9 +13,9 @@ from qdot.grader.submissions.layouts import only_folder
 from qdot.grader.submissions.submission import DEEPEST, StudentFiles, Submission, SubmissionFolder, read_submission
 
 LOOKED_AT = 25
-"""Maximum number of students, spread over the roster, whose notebooks' metadata are inspected."""
+"""Maximum number of students whose notebooks are inspected; they are spread over the roster."""
 LARGEST = 1_000_000
-"""Maximum size in bytes of an inspected notebook; malicious ones are left to the processes that grade."""
+"""Maximum size in bytes of an inspected notebook; larger ones may be malicious, and are read only by graders."""
 ARCHIVES = (".zip", ".tar", ".tgz", ".tar.gz", ".7z", ".rar")
 """File endings of archives."""
 SHOWN = 5
@@ -41,9 +41,9 @@ def load_class(folder: Path) -> Assignment:
 
 
 def check_class(assignment: Assignment, submissions: SubmissionFolder, root: Path, named: Path) -> None:
-    """Raise QdotError if files belong to no student, or if most notebooks have another assignment, student or secret.
+    """Raise QdotError if files belong to no student, or if most notebooks name another assignment, student or secret.
 
-    `root` is the folder that contains them, `named` the folder or zip that the user named.
+    `root` is the folder that contains the submissions; `named` is the folder or zip file that the user named.
     """
     ids = [student.id for student in assignment.roster]
     strangers = submissions.strangers
@@ -71,15 +71,15 @@ def check_class(assignment: Assignment, submissions: SubmissionFolder, root: Pat
 
 
 def _claims(sample: Mapping[str, Submission], key: str) -> dict[str, str]:
-    """Return the texts that notebooks' metadata claim under a key, by the student with whom each notebook was found."""
+    """Return the texts that the notebooks' metadata contain under a key, by the student who submitted the notebook."""
     claims = {student: submission.claims.get(key) for student, submission in sample.items()}
     return {student: claim for student, claim in claims.items() if isinstance(claim, str)}
 
 
 def check_secret(assignment: Assignment, submissions: Sequence[Submission], path: Path, remedy: str = "") -> None:
-    """Raise QdotError if most notebooks were made with another secret, because the students solved other problems.
+    """Raise QdotError if most notebooks were generated with another secret, so that their problems are others.
 
-    `remedy` is an additional suggestion at the end of the message.
+    The message ends with `remedy`, an additional suggestion.
     """
     marks = [claim for submission in submissions if isinstance(claim := submission.claims.get("secret"), str)]
     wrong = sum(mark != assignment.secret_mark for mark in marks)
@@ -95,7 +95,7 @@ def check_secret(assignment: Assignment, submissions: Sequence[Submission], path
 
 
 def _describe_mixed_up(owners: Mapping[str, str], ids: Sequence[str]) -> str:
-    """Return the message on notebooks that were found with students who aren't their owners, with advice."""
+    """Return the message on notebooks that other students than their owners submitted, with advice."""
     renamed = {student: owner for student, owner in owners.items() if _normalize(student) == _normalize(owner)}
     if len(renamed) < len(owners) and set(owners.values()) <= set(ids):
         pairs = [f"{student} has that of {owner}" for student, owner in list(owners.items())[:SHOWN]]
@@ -145,14 +145,14 @@ def _likely_cause(strangers: Sequence[str], ids: Sequence[str], key: str) -> str
 
 
 def _student_in_name(name: str, ids: Sequence[str]) -> str:
-    """Return the only student whose identifier is a separate word in a name; "" if there are none or several."""
+    """Return the student whose identifier is a separate word in a file's name; "" if there are none or several."""
     pattern = re.compile(r"(?<![^\W_])({})(?![^\W_])".format("|".join(re.escape(student) for student in ids)))
     students = set(pattern.findall(PurePath(name).stem))
     return students.pop() if len(students) == 1 else ""
 
 
 def _names_inside(root: Path) -> list[str]:
-    """Return the names inside a folder's only subfolder, as archives often contain, level by level."""
+    """Return the names inside a folder's only subfolder, level by level; archives often contain such a subfolder."""
     names, inner = list[str](), only_folder(root)
     for _ in range(DEEPEST):
         if inner is not None:
@@ -162,7 +162,7 @@ def _names_inside(root: Path) -> list[str]:
 
 
 def _same_but_for_spelling(strangers: Sequence[str], ids: Sequence[str]) -> dict[str, str]:
-    """Return the students whose identifiers a spreadsheet may have changed, each with the matching stranger's name."""
+    """Map each student whose identifier a spreadsheet may have changed to the matching name that is no student's."""
     names = {_normalize(form): form for name in strangers for form in (PurePath(name).stem, name)}
     return {student: names[_normalize(student)] for student in ids if _normalize(student) in names}
 
@@ -177,7 +177,7 @@ def _advise_restoring(renamed: Mapping[str, str]) -> str:
 def read_sample(
     assignment: Assignment, files: Mapping[str, StudentFiles], ids: Sequence[str]
 ) -> Iterator[tuple[str, Submission]]:
-    """Yield the notebooks of a sample of students, except unusually large files, which aren't opened."""
+    """Yield the notebooks of a sample of students; unusually large files are skipped without opening them."""
     present = [student for student in ids if student in files and files[student].files]
     for student in present[:: -(-len(present) // LOOKED_AT) or 1]:
         file = files[student].files[0]
@@ -189,7 +189,7 @@ def read_sample(
 
 
 def _normalize(identifier: str) -> str:
-    """Return an identifier without what spreadsheets and systems change: leading zeros, case, encoding of letters."""
+    """Normalize what spreadsheets and systems change in an identifier: leading zeros, case, encoding of letters."""
     return re.sub(r"(?<!\d)0+(?=\d)", "", unicodedata.normalize("NFKC", identifier).casefold())
 
 

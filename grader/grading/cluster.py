@@ -1,4 +1,4 @@
-"""Grade notebooks on a Dask cluster, whose workers need no shared disk and may join, leave or crash at any time.
+"""Grade notebooks on a Dask cluster. Its workers need no shared disk, and may join, leave or crash at any time.
 
 A worker receives the assignment without students' names, and one notebook at a time. It refuses to grade if its code
 differs from the code of this machine.
@@ -37,18 +37,21 @@ if TYPE_CHECKING:
 
 ADDRESS = r"(tcp|tls)://(\[[0-9A-Fa-f:.%]+\]|[^\s/:\[\]]+):[0-9]{1,5}"
 CONNECTING, STARTING, RETURNING = 10.0, 10.0, 60.0
-"""Seconds to wait for the scheduler, for its first worker, and for a worker to come back after all were lost."""
+"""Seconds to wait for the scheduler, for its first worker, and for a worker to return after all have left."""
 IDLE = 300.0
-"""Seconds after which a worker without work forgets the assignment."""
+"""Seconds after which an idle worker drops the assignment."""
 LOGGERS = ("distributed", "distributed.client", "tornado", "tornado.application")
-"""Dask's loggers, which are silenced: they would print a traceback for errors that qdot reports in one line."""
+"""Dask's loggers, which are silenced because they print a traceback for errors that qdot reports in one line."""
 GO_ON = "what has been graded is stored: run the same command again to go on"
 SAME = "install the same qdot, Python, SymPy and NumPy everywhere"
 
 
 @dataclass(frozen=True)
 class Brief:
-    """What a worker needs of an assignment, without students' names and folder; `name` is a digest of the content."""
+    """The data that a worker needs to grade an assignment, without folder and students' names.
+
+    `name` is a digest of the content, and `code` is a digest of qdot's code.
+    """
 
     name: str
     code: str
@@ -78,7 +81,7 @@ def connect(address: str, assignment: Assignment, limits: Limits) -> Iterator["C
 
 
 def brief_of(assignment: Assignment, limits: Limits) -> Brief:
-    """Return what workers need of an assignment."""
+    """Return the data that workers need to grade an assignment."""
     roster = tuple(Student(student.id) for student in assignment.roster)
     redrawn = sorted((*place, redraw.draw) for place, redraw in assignment.redrawn.items())
     content = (
@@ -92,7 +95,7 @@ class Cluster:
     """A Dask cluster that grades an assignment's notebooks; several threads may use it."""
 
     def __init__(self, client: "Client", address: str, brief: Brief) -> None:
-        """Wait for the first worker. Raises QdotError if there is none."""
+        """Wait for the first worker, and send it the brief. Raises QdotError if there is no worker."""
         self._client, self._address = client, address
         self._seen, self._asked, self._had_workers = time.monotonic(), -1.0, False
         self._lock, self._alone, self._reported = threading.Lock(), threading.Lock(), set[str]()
@@ -103,7 +106,7 @@ class Cluster:
         self._brief = client.submit(_pass_on, brief, pure=False)  # the scheduler recreates it if its worker dies
 
     def mark(self, student: str, attempt: Attempt | None) -> Marked | None:
-        """Return the marks of a notebook; None if it crashes its workers twice. Raises QdotError if none grades it."""
+        """Return the marks of a notebook; None if it crashes its workers twice. Raises QdotError without workers."""
         if attempt is not None and attempt.submission is not None:
             # A notebook's claims may be nested too deeply to be sent; only claims that are texts are ever used.
             claims = {
@@ -189,15 +192,15 @@ def _pass_on(brief: Brief) -> Brief:
 
 
 _state: dict[str, Any] = {}
-"""The name of the assignment that this process grades, its Grader, a warning, and the timer that drops it."""
+"""The digest of the assignment that this process grades, its Grader, a warning, and the timer that drops it."""
 _one_at_a_time = threading.Lock()
-"""Lock that lets one thread grade at a time, because mpmath has one precision for all threads of a worker."""
+"""Lock that lets only one thread grade at a time, because all threads of a process share mpmath's precision."""
 
 
 def mark_on_worker(brief: Brief, student: str, attempt: Attempt | None) -> tuple[Marked, str, str]:
-    """Grade a notebook in this process; return its marks, this machine's name, and a warning on its sandbox.
+    """Grade a notebook in this process; return its marks, the machine's name, and a warning about the sandbox.
 
-    Raises QdotError, which names the machine, if it can't grade or must not.
+    Raises QdotError, which names the machine, if the machine can't grade or its code differs.
     """
     machine = platform.node()
     if brief.code != code():
@@ -263,7 +266,7 @@ def forget() -> None:
 
 @cache
 def code() -> str:
-    """Return a digest of everything that decides a notebook's points: all code, and the versions of libraries."""
+    """Return a digest of everything on a machine that decides the points: all code, and the libraries' versions."""
     digest = hashlib.sha256(f"{code_digest()}/{qdot_version()}/{mpmath.__version__}".encode())
     for path in sorted(Path(__file__).parents[1].rglob("*.py")):
         digest.update(path.name.encode() + b"\0" + path.read_bytes())

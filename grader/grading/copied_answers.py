@@ -1,4 +1,4 @@
-"""Find out whether an answer is correct for another student's problem; follow-through gives no points for a copy."""
+"""Detect answers that are correct for another student's problem; they earn no follow-through points."""
 
 import hashlib
 from collections.abc import Iterable, Mapping, Sequence
@@ -23,9 +23,9 @@ DIGITS = 1e6
 
 
 class ClassAnswers:
-    """The correct answers to the problems of a whole class, as fingerprints of their values at configurations.
+    """The correct answers to the problems of a whole class, as digests of their values at a few configurations.
 
-    They are computed for a part of the assignment when it is first needed, in a few milliseconds per student.
+    Those for a part are computed when they are first needed, in a few milliseconds per student.
     """
 
     def __init__(self, assignment: Assignment) -> None:
@@ -48,7 +48,7 @@ class ClassAnswers:
         symbols = problem.symbols().items()
         given_values = {name: float(info.value) for name, info in symbols if name in used and info.value is not None}
         program = compile_program(entries)
-        # A length with a value here may be symbolic in the other problem, whose answer then contains its symbol.
+        # A length that is a number here may be symbolic in the other problem, so both are tried.
         candidates = (
             evaluate(program, self._shared_values(used, known), POINTS)[0].real for known in (given_values, {})
         )
@@ -73,7 +73,7 @@ class ClassAnswers:
         return _fingerprint(values.reshape(-1, POINTS))
 
     def _shared_values(self, used: Iterable[str], given_values: Mapping[str, float]) -> dict[str, np.ndarray]:
-        """Return values for symbols: the given ones, and sampled ones that are the same for the whole class."""
+        """Return values for symbols: the given ones, and otherwise random ones that the whole class shares."""
         return {
             name: np.full(POINTS, given_values[name]) if name in given_values else self._shared_value(name)
             for name in used
@@ -89,7 +89,7 @@ class ClassAnswers:
 
 
 def _fingerprint(values: np.ndarray) -> bytes:
-    """Return a digest of values, which are rounded first so that rounding errors don't change it."""
+    """Return a digest of values; they are rounded first, so that rounding errors don't change it."""
     with np.errstate(all="ignore"):
         rounded = np.nan_to_num(np.round(values * DIGITS), nan=0.0, posinf=0.0, neginf=0.0) + 0.0
     return hashlib.sha256(rounded.astype(np.int64).tobytes()).digest()

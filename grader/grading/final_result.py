@@ -1,7 +1,7 @@
 """Compute a student's result from the graded notebooks: choose the attempt, apply overrides and the late penalty.
 
-No answer is judged here, so a changed override or late rule takes effect at once. The score is the sum of the parts'
-points minus the late penalty. A person can override the points of a part or the total.
+Nothing is judged again here, so a changed override or late rule takes effect at once. The score is the sum of the
+parts' points minus the late penalty. A person can override the points of a part or the total.
 """
 
 import datetime
@@ -24,8 +24,8 @@ MOST_NAMED = 5
 class Graded:
     """A student's notebook and its marks; `marked` is None if the notebook was not graded.
 
-    `file` is empty if nothing was submitted. `received_from` is the source of the time: a platform, or "file".
-    `late` is whether the platform flagged the work as late; None if it doesn't say.
+    `file` is empty if nothing was submitted. `received_from` is the source of the time: a platform's name, or "file".
+    `late` is whether the platform itself flagged the work as late; None if it doesn't say.
     """
 
     file: str = ""
@@ -40,8 +40,8 @@ def settle(
 ) -> Result:
     """Return a student's result from all submitted notebooks, in the order in which they were received.
 
-    The graded notebook with the most points counts; if there is a tie, the first of them. For this choice, a part that
-    qdot failed to grade counts as full marks, so that another attempt doesn't hide the failure.
+    The graded notebook with the most points counts; if several have the most, the first of them does. For this choice,
+    a part that qdot failed to grade counts as full marks, so that the failure shows and no other attempt hides it.
     """
     results = {
         i: _result_if_counting(assignment, student, graded, graded.marked, overrides)
@@ -73,7 +73,7 @@ def settle(
 
 
 def ungraded_result(assignment: Assignment, result: Result, why: str) -> Result:
-    """Return a result without marks that replaces one on which qdot itself failed."""
+    """Return a result without marks, to replace one that qdot itself failed to report."""
     student = next(student for student in assignment.roster if student.id == result.student)
     file = "" if result.submission is None else result.submission.file
     return settle(assignment, student, [Graded(file, marked=mark_ungraded(assignment, student.id, None, why))])
@@ -86,7 +86,7 @@ def _result_if_counting(
     student_overrides = overrides.of_students.get(student.id, {})
 
     def apply_override(slot: str, part: PartResult) -> PartResult:
-        """Return a part with its override, which also records the grader's points; outcome and reason stay."""
+        """Return a part with its override, which also records the grader's points; outcome and reason don't change."""
         override = student_overrides.get(f"{slot}.{part.name}") or overrides.of_groups.get(part.group or "")
         if override is None:
             return part

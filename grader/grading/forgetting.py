@@ -1,7 +1,7 @@
 """Find and remove everything about one student in an assignment's folder (`qdot forget`).
 
-Files of the student are removed, and the student's lines are removed from tables of the class. The roster's line is
-removed last, so that the same command can finish an interrupted run.
+The student's files are removed, and so are the student's lines in tables of the class. The line in the roster is
+removed last, so that running the same command again finishes an interrupted run.
 """
 
 import contextlib
@@ -29,14 +29,14 @@ ROSTER = "roster.csv"
 PACKED = (".zip", ".mbz", ".xlsx", ".tar", ".gz", ".tgz", ".pdf")
 """Endings of files that are not searched for a student's name."""
 LARGEST = 200_000_000
-"""Size in bytes of the largest file that is searched."""
+"""Maximum size in bytes of a file that is searched."""
 
 
 @dataclass(frozen=True)
 class Plan:
-    """The changes to an assignment's folder: files and folders to remove, and tables with their new content.
+    """The planned changes to an assignment's folder: the paths to remove, and the new contents of tables.
 
-    `mentions` are other files that name the student or can't be searched, each with advice.
+    `mentions` lists other files that name the student or can't be searched, each with advice.
     """
 
     folder: Path
@@ -58,7 +58,7 @@ class Plan:
             yield f"  stays    {path_text}: {advice}"
 
     def carry_out(self) -> None:
-        """Remove the files and shorten the tables. Raises QdotError; running the command again then continues."""
+        """Remove the files and shorten the tables. Raises QdotError; running the command again continues."""
         with lock_folder(self.folder) if (self.folder / "graded").is_dir() else contextlib.nullcontext():
             for path in self.removed:
                 try:
@@ -75,9 +75,9 @@ class Plan:
 
 
 def plan_forgetting(folder: Path, name: str) -> list[Plan]:
-    """Return the plans for an assignment's folder, or for each assignment of a course. Raises QdotError.
+    """Return the plan for an assignment's folder, or one plan for each assignment of a course. Raises QdotError.
 
-    `name` is an identifier of the roster, or a name or e-mail address that only one student has.
+    `name` is an identifier in the roster, or a name or e-mail address that only one student has.
     """
     assignments = [folder] if (folder / "assignment.toml").is_file() else sorted(
         path.parent for path in folder.glob("*/assignment.toml")
@@ -100,7 +100,7 @@ def _roster(folder: Path) -> Sequence[Student]:
 def _find_student(roster: Sequence[Student], name: str) -> Student:
     """Return the student with an identifier, name or e-mail address. Raises QdotError.
 
-    A student who has left the roster can be found only by the identifier.
+    Students who are no longer on the roster can be found only by their identifiers.
     """
     identifier = identifier_of(name)
     matching = {student.id: student for student in roster if student.id == identifier}
@@ -142,7 +142,7 @@ def _files_named_after(folder: Path, student: str) -> list[Path]:
 
 
 def _shortened(folder: Path, student: str) -> Iterator[tuple[Path, bytes]]:
-    """Yield every table that has lines of a student, with its content without them; the roster comes last."""
+    """Yield every table that contains lines of a student, with its content without these; the roster comes last."""
     results = folder / "graded" / "results.jsonl"
     if results.is_file():
         lines = results.read_bytes().splitlines(keepends=True)
@@ -177,7 +177,7 @@ def _student_of(line: bytes) -> str:
 
 
 def remove_rows(content: bytes, rows: set[int]) -> bytes:
-    r"""Return a table without the rows that begin on the given lines; other bytes don't change. Raises csv.Error.
+    r"""Return a table without the rows that begin on the lines `rows`; other bytes don't change. Raises csv.Error.
 
     >>> remove_rows(b'student;name\r\n7;"Ada\r\nA"\r\n8;Bo\r\n', {2})
     b'student;name\r\n8;Bo\r\n'
@@ -221,7 +221,7 @@ def _contains(path: Path, pattern: re.Pattern[bytes]) -> bool:
 
 
 def remove(path: Path) -> None:
-    """Remove a file or folder, even a folder whose permissions a student has restricted. Raises OSError."""
+    """Remove a file or folder, even if a student has restricted the folder's permissions. Raises OSError."""
     if path.is_symlink() or not path.is_dir():
         path.unlink(missing_ok=True)
     elif IS_POSIX:

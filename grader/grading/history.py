@@ -1,7 +1,7 @@
 """Store replaced results in graded/history/STUDENT.jsonl, and compare the results of a run with the previous ones.
 
-results.jsonl has the results of the last run. It is written after everything else, so an interrupted run replaces
-nothing, and an earlier result is in the history before it disappears from results.jsonl.
+results.jsonl contains the results of the last run. It is written after everything else, so an interrupted run replaces
+nothing, and a result is stored in the history before it disappears from results.jsonl.
 """
 
 import contextlib
@@ -22,7 +22,7 @@ from qdot.grader.grading.result import MadeFrom, Result
 
 @dataclass(frozen=True)
 class Move:
-    """A changed mark: of a part, or the total if `part` is empty. The fields are texts to be displayed."""
+    """A changed mark for a part, or a changed total if `part` is empty. The fields are texts to be displayed."""
 
     student: str
     part: str
@@ -32,14 +32,14 @@ class Move:
 
 
 def read_earlier_results(assignment: Assignment) -> dict[str, Result]:
-    """Return the results of the previous run by student; lines that can't be read are left out."""
+    """Return the results of the previous run by student, without lines that can't be parsed."""
     return {result.student: result for _, result in _earlier_lines(assignment)}
 
 
 def _earlier_lines(assignment: Assignment) -> Iterator[tuple[bytes, Result]]:
-    """Yield each result of the previous run with its line, one at a time to save memory.
+    """Yield each line of the previous results and the result in it, one at a time to save memory.
 
-    A line written by another version of qdot may have additional fields, or lack optional ones.
+    A line that another version of qdot wrote may have additional fields, or lack optional ones.
     """
     try:
         content = results_path(assignment).read_bytes()
@@ -56,7 +56,7 @@ def results_path(assignment: Assignment) -> Path:
 
 
 def read_last_results(assignment: Assignment) -> tuple[Assignment, list[Result]]:
-    """Return the results of the last run in the roster's order, and the assignment with only the graded students.
+    """Return the assignment with only the graded students, and their results of the last run, in the roster's order.
 
     Raises QdotError if nothing has been graded, or if the results belong to other problems or another version of qdot.
     """
@@ -80,7 +80,7 @@ def read_last_results(assignment: Assignment) -> tuple[Assignment, list[Result]]
 
 
 def keep_earlier_results(assignment: Assignment, results: Sequence[Result]) -> None:
-    """Add results to the history if new ones are about to replace them, or if their student has left the roster.
+    """Add previous results to the history if `results` replace them, or if their student is no longer on the roster.
 
     Unchanged results are not added, nor are results that an interrupted run has already added.
     """
@@ -99,7 +99,7 @@ def _append_to_history(path: Path, was: object, why: str) -> None:
     except (OSError, ValueError):
         lines = []
     if lines and _result_of_line(lines[-1]) == was:
-        lines.pop()  # an interrupted run added it, perhaps for another reason
+        lines.pop()  # an interrupted run added this result, perhaps with another reason
     replaced = datetime.datetime.now(datetime.UTC).isoformat(timespec="seconds")
     lines.append(json.dumps({"replaced": replaced, "why": why, "result": was}, ensure_ascii=False))
     write_atomically(path, "".join(f"{line}\n" for line in lines), 0o600)
@@ -118,16 +118,16 @@ def _round_trip(result: Result) -> Result:
 
 
 def _noticeable_content(result: Result) -> Result:
-    """Return a result without the fields that neither students nor staff notice.
+    """Return a result without the fields in which nobody notices a change.
 
-    The time of late work remains, in `late`.
+    If work is late, the field `late` still contains its time.
     """
     attempts = tuple(replace(attempt, received=None) for attempt in result.attempts)
     submission = None if result.submission is None else replace(result.submission, received=None)
     return replace(result, made_from=MadeFrom(), attempts=attempts, submission=submission)
 
 
-# --- why ---
+# --- reasons for changed results ---
 
 
 def describe_reasons(was: Result, now: Result | None) -> str:
@@ -172,11 +172,11 @@ def _received_time(result: Result) -> str | None:
 
 
 def _late_rule(result: Result) -> tuple[str, float] | None:
-    """Return the deadline and the penalty of late work."""
+    """Return the deadline and the penalty of late work; None if the work is on time."""
     return None if result.late is None else (result.late.due, result.late.penalty)
 
 
-# --- whose mark moved ---
+# --- changed marks ---
 
 
 def find_moves(earlier: Mapping[str, Result], results: Sequence[Result]) -> list[Move]:
@@ -217,7 +217,7 @@ def _moves_of_student(student: str, was: Result, now: Result) -> list[Move]:
 def _describe_override(part: str, was: Result, now: Result) -> str:
     """Return a description of the override that was added or removed.
 
-    If a student's answer changes, the override of its former group no longer applies.
+    If a student's answer changes, the override of its previous group no longer applies.
     """
     before, after = was.overrides.get(part), now.overrides.get(part)
     override = after or before

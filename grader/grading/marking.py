@@ -1,4 +1,4 @@
-"""Mark a student's answers to a problem: compare each part with its reference, and give points for its share."""
+"""Mark a student's answers to a problem: compare each answer with the reference, and give a share of the points."""
 
 import secrets
 from collections.abc import Callable, Iterable, Mapping
@@ -26,16 +26,16 @@ from qdot.grader.judging.verdict import Diagnosis, Judgement, Outcome, Verdict, 
 from qdot.grader.sandbox.clock import Allowance, Budget, Overlong
 
 CREDIT = Fraction(4, 5)
-"""The default share of its points that a part earns for following from a wrong earlier answer."""
+"""The default share of its points that a part earns if it follows from a wrong earlier answer."""
 NOT_RIGHT = (Outcome.WRONG, Outcome.PARTIAL)
 
 
 @dataclass(frozen=True)
 class MarkingRules:
-    """The rules that an assignment and its class add to marking.
+    """The rules for follow-through, which depend on the assignment and its class.
 
-    `credit` is the share that a part earns for following from a wrong answer. `is_copied` tells whether an answer is
-    right for another student's problem.
+    `credit` is the share of its points that a part earns if it follows from a wrong earlier answer. `is_copied` returns
+    whether an answer is correct for another student's problem.
     """
 
     credit: Fraction = CREDIT

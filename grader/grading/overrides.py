@@ -31,8 +31,8 @@ TOTAL = ""
 class Override:
     """The points that a person sets for a part or for the total, and a comment for the student.
 
-    `points` is None if there is only a comment and the grader's points remain. `group` is the key of the group of
-    answers to which the override applies; it is None if the override is for one student.
+    If there is only a comment, `points` is None, and the grader's points remain. `group` is the key of the group of
+    answers to which the override applies; None if it is for one student.
     """
 
     points: float | None
@@ -40,7 +40,10 @@ class Override:
     group: str | None = None
 
     def applied_to(self, points: float | None) -> AppliedOverride:
-        """Return the override as results store it; `points` are the grader's, None if qdot failed to grade."""
+        """Return the override in the form stored in results.
+
+        `points` are the grader's; None if qdot failed to grade.
+        """
         return AppliedOverride(self.points, self.comment, points, self.group)
 
 
@@ -62,8 +65,8 @@ NO_OVERRIDES = Overrides()
 def read_overrides(assignment: Assignment) -> Overrides:
     """Return the overrides of an assignment from its overrides.csv; none if the file is missing. Raises QdotError.
 
-    Every line is checked against the roster and the assignment, so that no line is silently ignored. The members of a
-    group are known only after everybody is graded; `note_unused_groups` reports groups without members.
+    Every line is checked against the roster and the assignment, so that no line is silently ignored. A group's members
+    are known only after the whole class is graded; `note_unused_groups` reports groups without members.
     """
     path = assignment.folder / OVERRIDES
     if not path.exists():
@@ -107,7 +110,7 @@ def read_overrides(assignment: Assignment) -> Overrides:
 
 
 def note_unused_groups(assignment: Assignment, overrides: Overrides, groups: Sequence[str]) -> list[str]:
-    """Return a note on each line whose group contains no answer; `groups` are the groups of the class."""
+    """Return a note on each line whose group contains no answer; `groups` are the keys of all groups of the class."""
     notes = []
     for group in overrides.of_groups:
         if group in groups:
@@ -132,7 +135,7 @@ MOST_LISTED = 8
 
 
 def _part_and_key(where: str, part: str, group: str, known: Sequence[str]) -> tuple[str, str]:
-    """Return a group's part and key; if the line names the part, `group` may be only the letters of the key."""
+    """Return the part and the key of a group. If the line names the part, `group` may be only the key's letters."""
     part_of_group, _, letters = group.rpartition("/")
     if not re.fullmatch(f"[{LETTERS}]{{{LENGTH}}}", letters.lower()) or not (part_of_group or part):
         raise QdotError(
@@ -155,7 +158,7 @@ def _unknown_part(where: str, part: str, known: Sequence[str]) -> QdotError:
 
 
 def _parse_points(where: str, part: str, text: str, most: float) -> float:
-    """Return the points of a line, which are a number or a percentage of `most`, the maximum. Raises QdotError."""
+    """Parse the points of a line: a number, or a percentage of the maximum `most`. Raises QdotError."""
     number = text.replace(",", ".")  # a spreadsheet that separates cells by semicolons may write a decimal comma
     share = re.fullmatch(r"(\d+(?:\.\d{1,4})?) ?%", number)
     if share and Fraction(share[1]) <= 100:

@@ -10,7 +10,7 @@ from qdot.exercises.formula.identity import Certificate
 from qdot.grader.judging.verdict import Outcome
 
 Entries = tuple[tuple[bool, ...], ...]
-"""For each entry of an answer, row by row, whether it is true (for example correct)."""
+"""A flag for each entry of an answer, row by row: for example, whether the entry is correct."""
 
 
 @dataclass(frozen=True)
@@ -27,10 +27,10 @@ class MadeFrom:
 
 @dataclass(frozen=True)
 class AppliedOverride:
-    """An override with the grader's points: `points` replace `was`; if `points` is None, there is only a comment.
+    """An override with the grader's points `was`, which `points` replace unless there is only a comment (None).
 
     `was` is None if qdot failed to grade the part. `group` is the key of the group of equal wrong answers to which the
-    override applies; it is None if the override is for one student.
+    override applies; None if it is for one student.
     """
 
     points: float | None
@@ -41,11 +41,12 @@ class AppliedOverride:
 
 @dataclass(frozen=True, kw_only=True)
 class PartResult:
-    """The result of a part: `points` out of `max_points` (None if it has no mark), and the findings on the answer.
+    """The result of a part: `points` out of `max_points`, and the findings on the answer.
 
-    `mistake` names the catalogued mistakes that give the answer. If the answer follows from a wrong answer to an
-    earlier part, `followed_from` is that part, and `follows` says which entries follow. `attempt` is whether the answer
-    is an attempt at this arm, if that is known. `group` is the key of all equal wrong answers.
+    `points` is None if the part has no mark. `mistake` names the mistakes of the catalogue that give the answer. If the
+    answer follows from a wrong answer to an earlier part, `followed_from` is that part, and `follows` says which
+    entries follow. `attempt` is whether the answer is an attempt at this arm, if known. `group` is the key that all
+    equal wrong answers share.
     """
 
     name: str
@@ -77,7 +78,7 @@ class ProblemResult:
 
 @dataclass(frozen=True, kw_only=True)
 class Marked:
-    """The grader's marks for a notebook, or for a missing one; `final_result` computes the student's result from them.
+    """The grader's marks for a notebook, or for a missing one. The student's result is computed from them.
 
     `obstacle` says why the notebook could not be graded. `notes` are for the student, `staff_notes` for the staff.
     """
@@ -95,13 +96,13 @@ class Marked:
 
     @property
     def is_graded(self) -> bool:
-        """Whether every part has points; a part has none if qdot failed on it or a limit was exceeded."""
+        """Whether every part has points; a part has none if qdot failed to grade it or if a limit was exceeded."""
         return all(part.points is not None for problem in self.problems for part in problem.parts)
 
 
 @dataclass(frozen=True)
 class CountingSubmission:
-    """The notebook that counts. `received_from` is the source of the time: a platform, or "file"."""
+    """The notebook that counts. `received_from` is the source of the time: a platform's name, or "file"."""
 
     file: str
     sha256: str | None
@@ -111,7 +112,7 @@ class CountingSubmission:
 
 @dataclass(frozen=True)
 class Lateness:
-    """How late work is, in seconds, and the `penalty`: the share (0 to 1) that is deducted from `points_before`."""
+    """The number of seconds by which work is late, and the share `penalty` (0 to 1) deducted from `points_before`."""
 
     due: str
     received: str
@@ -131,7 +132,7 @@ class ReadNotebook:
 
 @dataclass(frozen=True, kw_only=True)
 class Result:
-    """A student's result, one line of results.jsonl: the score out of `max_score`, and how it came about.
+    """A student's result, one line of results.jsonl: the score out of `max_score`, and how it was computed.
 
     `submission` is None if nothing was submitted. `attempts` lists all the student's notebooks if there were several.
     """
