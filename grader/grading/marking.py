@@ -42,7 +42,7 @@ class MarkingRules:
     is_copied: IsCopied = nothing_copied
 
 
-@np.errstate(all="ignore")  # overflow in an answer is judged; a warning would say nothing to the staff
+@np.errstate(all="ignore")  # an overflow in an answer is judged; a warning about it would only confuse the staff
 def mark(
     problem: Problem,
     answers: Mapping[str, str],
@@ -53,17 +53,19 @@ def mark(
     rules: MarkingRules = MarkingRules(),
     allowance: Allowance | None = None,
 ) -> list[Verdict]:
-    """Return a verdict for each part; `answers` and `reasons` (why there is no answer) are keyed by the part's name.
+    """Return a verdict for each part. The keys of `answers` and `reasons` (why there is no answer) are part names.
 
     A part that follows from the student's own wrong answer to an earlier part earns `rules.credit` of its points,
-    unless that answer is copied or is no attempt at this arm. An answer is an attempt if half of its entries or of the
-    solution's terms are right, if a single known mistake gives it, or if it follows from an attempt. What follows from
-    no attempt is no attempt either.
+    unless that answer is copied or is no attempt at this arm. An answer is an attempt in these cases:
 
-    An error in qdot's own code makes a part UNGRADED; it is never a mark. `secret` and the answer seed the points at
-    which answers are compared. Without a secret, one is chosen at random and no answer has a group, because a group's
-    key depends on it. An answer that takes longer to judge than the `allowance` is UNGRADED; if only the search for its
-    mistake takes too long, no mistake is named.
+    - half of its entries, or half of the solution's terms, are correct
+    - a single known mistake gives it
+    - it follows from an attempt; an answer that follows from a non-attempt is none
+
+    If qdot's own code fails, the part is UNGRADED. `secret` and the answer determine the configurations at which
+    answers are compared. If `secret` is None, one is chosen at random and no answer has a group, because the key of a
+    group depends on the secret. An answer that takes longer to judge than the `allowance` is UNGRADED. If only the
+    search for its mistake takes too long, no mistake is named.
 
     >>> from qdot import generate
     >>> mark(generate("polar-rp/1", ["determinant"]), {"determinant": "d2 + 0.7"}, secret="s")
@@ -83,7 +85,10 @@ def mark(
 
 
 def compute_earned_share(problem: Problem, part: Part, text: str) -> Fraction:
-    """Return the share of a part's points that a typed answer earns by itself; every call gives the same share."""
+    """Return the share of a part's points that a typed answer earns, without follow-through.
+
+    The share is the same in every call.
+    """
     seed = f"{problem.id}/{part.name}"
     parsed = read_answer(problem, part, text, seed)
     judgement = give_partial_credit(
@@ -94,10 +99,10 @@ def compute_earned_share(problem: Problem, part: Part, text: str) -> Fraction:
 
 @dataclass
 class _ProblemMarking:
-    """The state of marking one problem, part by part: the answers parsed and the judgements made so far.
+    """The state of marking one problem part by part: the parsed answers, judgements and mistakes so far.
 
-    `causes` are the mistakes found so far. `attempts` are the parts whose answers are attempts at this arm. `undecided`
-    are the wrong answers for which there was no time to decide whether they are attempts.
+    `attempts` lists the parts whose answers are attempts at this arm. `undecided` lists the parts for which there was
+    no time to decide this.
     """
 
     problem: Problem
@@ -126,7 +131,7 @@ class _ProblemMarking:
             return _failed(error)
 
     def verdict(self, part: Part, text: str | None) -> Verdict:
-        """Return the verdict on a part. Call it in the order of the parts, after all of them are judged."""
+        """Return the verdict on a part. Call this in the order of the parts, after all of them are judged."""
         followed = self._follow(part)
         judgement = self.judgements[part.name]
         answer = SHOWN if text is not None and is_table(text) else text
@@ -139,9 +144,9 @@ class _ProblemMarking:
         return Verdict(part.name, judgement, points, part.points, answer, attempt=True if is_attempt else None)
 
     def _follow(self, part: Part) -> Followed | None:
-        """Return the judgement on a wrong answer, compared with what follows from earlier wrong answers.
+        """Compare a wrong answer with the results that follow from earlier wrong answers, and return the judgement.
 
-        If the comparison fails, the answer becomes UNGRADED, because it might have earned more.
+        If qdot fails to compare it, the answer becomes UNGRADED, because it might have earned more.
         """
         names = [other.name for other in self.problem.parts]
         wrong_parts = [name for name in names if self.judgements[name].outcome in NOT_RIGHT]
@@ -201,7 +206,7 @@ def _verdict_by_points(
     part: Part, judgement: Judgement, answer: str | None, diagnosis: Diagnosis | None, followed: Followed | None,
     credit: Fraction,
 ) -> Verdict:  # fmt: skip
-    """Return the verdict on a wrong answer, with the points of the judgement or of follow-through if they are more."""
+    """Return the verdict on a wrong answer, with its own points or those for follow-through, whichever are more."""
     points = share_of_points(part.points, judgement.share)
     followed_points = 0.0 if followed is None else share_of_points(part.points, followed.judgement.share, credit)
     if followed is not None and followed.idle is not None:
@@ -272,9 +277,9 @@ Result = TypeVar("Result")
 
 
 def _search(budget: Budget, search: Callable[..., Result], *about: object) -> Result | None:
-    """Return what a search finds out about a wrong answer; None if it fails or takes too long.
+    """Return the result of a search that concerns a wrong answer; None if the search fails or takes too long.
 
-    The verdict doesn't depend on it.
+    The points don't depend on errors in the search.
     """
     try:
         with budget.spend():

@@ -47,7 +47,7 @@ SAME = 1e-9
 
 @dataclass(frozen=True)
 class AnswerToCredit:
-    """An answer with its problem; `seed` selects the configurations at which the answer is evaluated."""
+    """A parsed answer and its problem; `seed` determines the configurations at which the answer is evaluated."""
 
     problem: Problem
     part: Part
@@ -75,9 +75,9 @@ class AnswerToCredit:
         return bool(self.parsed.symbols - set(self.domain.roles))
 
     def sample(self, seed: str) -> dict[str, np.ndarray]:
-        """Return sampled configurations of one arm, whose constants are all positive."""
+        """Return random configurations of one arm, whose constants are all positive."""
         samples = self.domain.sample(set(self.domain.roles), READABLE + POINTS, Stream(f"{self.seed}/{seed}"))
-        return {  # the first samples, with readable values, are left out because factors may be zero there
+        return {  # the first samples have readable values and are omitted, because factors may be zero there
             name: column[READABLE:] if name in self.varying else np.full(POINTS, abs(column[-1]))
             for name, column in samples.items()
         }
@@ -85,7 +85,7 @@ class AnswerToCredit:
 
 @dataclass(frozen=True)
 class _Credit:
-    """A share of a part's points, and the reason for it in words."""
+    """A share of a part's points, and the reason for it."""
 
     share: Fraction
     words: str
@@ -96,8 +96,8 @@ def give_partial_credit(
 ) -> Judgement:
     """Return a judgement with the share that the assignment gives for a partly correct answer.
 
-    An answer that is correct for another student's problem, according to `is_copied`, gets no credit for a known
-    mistake.
+    An answer for which `is_copied` returns True (it is correct for another student's problem) gets no credit for a
+    known mistake.
     """
     if judgement.outcome not in (Outcome.WRONG, Outcome.PARTIAL) or answer.parsed.refusal is not None:
         return judgement
@@ -130,7 +130,7 @@ def _with_share(judgement: Judgement, share: Fraction) -> Judgement:
 
 
 def _count_entries(answer: AnswerToCredit, judgement: Judgement, share: Fraction) -> tuple[Judgement, Fraction]:
-    """Return the judgement and its share, by columns if the assignment says so.
+    """Return the judgement on a matrix and its share, counted by columns if the assignment says so.
 
     The share is 0 if no correct entry depends on the configuration.
     """
@@ -165,9 +165,9 @@ def _entries_that_vary(answer: AnswerToCredit) -> list[bool]:
 def _credit_but_for_factor(answer: AnswerToCredit, judgement: Judgement) -> _Credit | None:
     """Return the credit for an answer whose wrong entries are all correct except for signs or a common factor.
 
-    The factor is a constant or, in a result that is divided by the determinant, the determinant. If the expected
-    entries are numbers, only wrong signs earn credit, because any number is correct up to a factor. A single nonzero
-    number earns nothing.
+    The factor is a constant. It may also be the determinant if the reference is divided by it. If the expected entries
+    are numbers, only wrong signs earn credit, because any number is correct up to a factor. A single nonzero number
+    earns nothing.
     """
     part, parsed, domain, varying = answer.part, answer.parsed, answer.domain, answer.varying
     expected = [entry for row in part.answer.trees(domain.roles) for entry in row]
@@ -203,9 +203,9 @@ def _credit_but_for_factor(answer: AnswerToCredit, judgement: Judgement) -> _Cre
 def _factor_of_values(
     table: Table, which: Sequence[int], expected: Sequence[Node], domain: Domain, constants: AbstractSet[str]
 ) -> Factor | None:
-    """Return the factor by which a function's values differ from the reference, apart from signs; None if none fits.
+    """Return the factor by which a function's values differ from the reference, apart from signs; None without one.
 
-    The factor is a number, multiplied or divided by lengths.
+    The factor is a number, which may be multiplied or divided by lengths.
     """
     count = len(table.values)
     if table.shape is None or not count or not which or table.values.shape[1] <= max(which):
@@ -234,7 +234,7 @@ def _factor_of_values(
 def _credit_factors(answer: AnswerToCredit) -> _Credit | None:
     """Return the credit for a determinant in which only some of the factors are wrong.
 
-    Only factors that depend on the configuration count. A wrong factor is a missing factor and an extra one. The
+    Only factors that depend on the configuration count. A wrong factor counts as a missing one and an extra one. The
     constant factor is ignored, because its numbers and lengths may belong to a wrong factor.
     """
     part, domain = answer.part, answer.domain
@@ -266,7 +266,7 @@ def _count_in_words(number: int, what: str) -> str:
 
 
 def _factors(reference: sp.Expr) -> list[sp.Expr]:
-    """Return the factors of a product, each repeated according to its power."""
+    """Return the factors of a product; a factor with a power is repeated."""
     repeated: list[sp.Expr] = []
     for factor in sp.Mul.make_args(reference):
         base, power = factor.as_base_exp()
@@ -277,9 +277,9 @@ def _factors(reference: sp.Expr) -> list[sp.Expr]:
 def _is_product_of(
     answer: AnswerToCredit, written: Sequence[Node], expected: Sequence[Node], lost: int, too_many: int
 ) -> bool:
-    """Return whether a product of given factors equals a product of expected ones, up to a constant factor.
+    """Return whether some factors of an answer and some of the expected ones have equal products, up to a constant.
 
-    `written` are the factors of the answer, of which `too_many` are left out; `lost` of the expected ones are left out.
+    `too_many` factors of the answer, `written`, are omitted, and `lost` of the expected factors.
     """
     domain, varying, seed = answer.domain, answer.varying, f"{answer.seed}/factors"
     values = evaluate(compile_program([*written, *expected]), answer.sample("factors"), POINTS)[0]
@@ -324,7 +324,7 @@ def _credit_numbers(answer: AnswerToCredit) -> _Credit | None:
 
 
 def _credit_one_mistake(answer: AnswerToCredit, is_copied: IsCopied) -> _Credit | None:
-    """Return the credit for an answer whose wrong entries, however many, are explained by one known mistake."""
+    """Return the credit for an answer in which one known mistake explains all wrong entries, however many."""
     part, parsed = answer.part, answer.parsed
     if any(parsed.blanks) or not (part.answer.is_formulas or len(part.answer.units_due) > 1):
         return None
@@ -336,7 +336,10 @@ def _credit_one_mistake(answer: AnswerToCredit, is_copied: IsCopied) -> _Credit 
 
 
 def _varies_as_expected(answer: AnswerToCredit) -> bool:
-    """Return whether an answer depends on the configuration if the reference does; constants may match by chance."""
+    """Return whether an answer depends on the configuration, if the reference does.
+
+    A constant answer may match by chance.
+    """
     if not answer.part.answer.is_formulas or answer.parsed.table is not None:
         return True
     if not any(_entries_that_vary(answer)) or answer.has_unknown_symbols:

@@ -1,4 +1,4 @@
-"""The verdict on an answer: outcome, points, reason, and the certificate of the comparison."""
+"""Define the verdict on an answer: outcome, points, reason, and the certificate of the comparison."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -21,7 +21,7 @@ class Outcome(StrEnum):
 class Judgement:
     """The judgement on an answer: its share of the points from 0 to 1, the reason, and which entries are correct.
 
-    If the outcome is UNGRADED, `over_limit` tells whether a limit was exceeded; else qdot failed.
+    If the outcome is UNGRADED, either a limit was exceeded (`over_limit`) or qdot failed.
     """
 
     outcome: Outcome
@@ -39,9 +39,9 @@ class Judgement:
 class Diagnosis:
     """The names of the mistakes that together explain a wrong answer, and the feedback `says` for the student.
 
-    If no mistake is named, the feedback tells what to look at. `cause` is the name and the words of a single mistake
-    that explains the whole answer. `inherited` is the earlier part in which the mistake was found, if it has no name
-    in this part. `known_by` lists the mistakes and where they were made, regardless of those found in earlier parts.
+    If no mistake is named, the feedback says what to look at. `cause` is the name and the words of a single mistake
+    that explains the whole answer. If the mistake was already found in an earlier part, `inherited` is that part, and
+    the mistake is not named again. `known_by` lists the mistakes and where they were made, including inherited ones.
     """
 
     mistakes: tuple[str, ...]
@@ -64,11 +64,11 @@ class Diagnosis:
 
 
 NOT_THE_MISTAKE = ("degrees", "every", "zero")
-"""Words of a sentence that don't identify the mistake: numbers of the student's own arm, and properties of J."""
+"""Words of a message that don't identify the mistake: numbers of the student's own arm, and properties of J."""
 
 
 def locate_mistake(mistake: str, words: Mapping[str, object]) -> str:
-    """Return a mistake's name and location, such as the joint; the text doesn't depend on the arm's numbers.
+    """Return a mistake's name and location, such as the joint, as a text that doesn't depend on the arm's numbers.
 
     >>> locate_mistake("offset-sign", {"joint": 2, "degrees": "45°"})
     'offset-sign joint=2'
@@ -83,9 +83,9 @@ def locate_mistake(mistake: str, words: Mapping[str, object]) -> str:
 class Verdict:
     """The judgement on one part with its points (None if ungraded), the answer's text, and its diagnosis.
 
-    `group` is the key shared by all equivalent wrong answers (`grader.groups`). `follows` marks the entries that follow
-    from the earlier answer. `attempt` tells whether a symbolic answer is an attempt at this arm, as a correct one is;
-    None for options and if that is unknown.
+    `group` is the key that all equivalent wrong answers share (`diagnosis.groups`). `follows` marks the entries that
+    follow from the earlier answer. `attempt` is whether a symbolic answer is an attempt at this arm, as correct ones
+    are; it is None for options, or if this is unknown.
     """
 
     part: str
@@ -115,7 +115,7 @@ def wrong(reason: str, certificate: Certificate | None = None) -> Judgement:
 
 
 def partial(share: float, reason: str, certificate: Certificate | None = None) -> Judgement:
-    """Return the judgement for a share of the points; only `correct` returns CORRECT."""
+    """Return the judgement on an answer that earns a share of the points; only `correct` returns CORRECT."""
     outcome = Outcome.WRONG if share <= 0 else Outcome.PARTIAL
     return Judgement(outcome, max(0.0, share), reason, certificate)
 
@@ -125,11 +125,11 @@ def correct(certificate: Certificate | None = None, reason: str = "right") -> Ju
     return Judgement(Outcome.CORRECT, 1.0, reason, certificate)
 
 
-# --- a counterexample in words, as part of a reason; `feedback_levels` can remove them ---
+# --- phrases that describe a counterexample within a reason; `feedback_levels` can remove them ---
 
 
 def at_words(at: Mapping[str, float]) -> str:
-    """Return the point at which an entry differs, as in " at theta1 = 0.61, theta2 = -1.32"; "" without symbols."""
+    """Return in words the point at which an entry differs, as in " at theta1 = 0.61"; "" without symbols."""
     assignments = ", ".join(f"{name} = {value:g}" for name, value in at.items())
     return f" at {assignments}" if assignments else ""
 
@@ -146,7 +146,7 @@ def number_words(example: EntryDifference, unit: str = "") -> str:
 
 
 def pose_words(at: Mapping[str, float], joints: Sequence[str]) -> str:
-    """Return a configuration, as in ": theta1 = 0.61, theta2 = -1.32"; joints first."""
+    """Return a configuration in words, as in ": theta1 = 0.61, theta2 = -1.32"; the joints come first."""
     names = [name for name in (*joints, *(n for n in at if n not in joints)) if name in at]
     return f": {', '.join(f'{name} = {at[name]:.4g}' for name in names) or '(any)'}"
 
