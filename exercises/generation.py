@@ -1,4 +1,4 @@
-"""Generate problems. The same id and the same engine give the same problem, byte for byte."""
+"""Generate problems; the same id and the same version of the generator always give the same problem."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
@@ -19,7 +19,9 @@ from qdot.exercises.questions import QUESTIONS, Question
 from qdot.exercises.quizzes import ASKED, QUIZZES
 
 ATTEMPTS = 8
-"""Maximum number of arms that are tried until every question finds something to ask (varied families and quizzes)."""
+"""Maximum number of arms that are tried until every question finds something to ask about.
+
+Only families with varied structures and quizzes try more than one."""
 
 DRAWS = 200
 """Maximum number of arms that are sampled to find one in a band of difficulty."""
@@ -31,10 +33,12 @@ SHORT_QUIZ = (
 """Candidates for a quiz: it takes the first question of each form that applies."""
 
 QUIZ_DRAWS, QUIZ_LOOKED_AT = 12, 2
-"""Number of arms that are sampled before a short question is given up, and checked before it is put into a quiz."""
+"""Maximum number of arms that are sampled until all short questions apply, and the number that decides on a quiz.
+
+A short question is put into a family's quiz only if it applies to all of the latter."""
 
 LOOKED_AT, LOOKED_AT_VARIED = 8, 120
-"""Number of arms from which a family's difficulty is determined: more if structures vary, as hard ones are rare."""
+"""Number of arms from which a family's difficulty is determined; more if structures vary, as hard ones are rare."""
 
 
 def look_up_family(name: str) -> Family:
@@ -90,7 +94,7 @@ def _in_convention(chain: Chain, convention: str, twist_order: str = "") -> Chai
 
 
 def _sample_arms(family: Family, stream: Stream, axes: tuple[str, ...]) -> Iterator[Chain]:
-    """Yield arms without end. A problem takes the first one that is suitable."""
+    """Yield random arms of a family without end; a problem takes the first one that is suitable."""
     yield family.sample(stream, axes)
     for sample_number in count(1):
         yield family.sample(stream.part(f"draw {sample_number}"), axes)
@@ -114,7 +118,7 @@ def _find_family(family: str | Family) -> Family:
 
 
 def _look_up_listing(family: Family) -> FamilyListing | None:
-    """Return the stored listing of a registered family, or None; to compute a listing takes seconds."""
+    """Return the stored listing of a registered family, or None for other families; computing one takes seconds."""
     return listing().get(family.name) if FAMILIES.get(family.name) is family else None
 
 
@@ -153,7 +157,7 @@ def find_questions(family: Family, convention: str = "") -> tuple[str, ...]:
 def _sampled_arms(family: Family) -> tuple[Chain, ...]:
     """Return the arms from which a family's questions and difficulty are determined.
 
-    If structures are sampled, take one arm from each structure, covering all classes before any class occurs twice.
+    If structures are sampled, these are one arm of each structure, and every class occurs once before any occurs twice.
     The arms of a class lose rank in the same way, so a question that applies to none of these arms applies to no other.
     """
     if family.structures is None:

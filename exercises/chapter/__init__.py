@@ -1,4 +1,4 @@
-"""The chapter's Examples 6.1 to 6.4 as qdot solves them, and the errors in the chapter as printed (errata.toml)."""
+"""Solve the chapter's Examples 6.1 to 6.4, and read the errors in the printed chapter from errata.toml."""
 
 import tomllib
 from dataclasses import dataclass, replace
@@ -30,9 +30,9 @@ def scorbot_arm() -> Chain:
 
 @dataclass(frozen=True)
 class Example:
-    """One example of the chapter: its arm, its drawings (docs/examples/KEY.svg) and its steps with titles.
+    """One example of the chapter: its arm, its drawings (docs/examples/KEY.svg), and the title and text of each step.
 
-    `drawn` says whether the arm is shown, and `singular` whether its singular configurations are shown.
+    `drawn` says whether the example shows the arm, and `singular` whether it shows the singular configurations.
     """
 
     number: str
@@ -100,10 +100,10 @@ def examples(language: str = ENGLISH) -> tuple[Example, ...]:
 
 @dataclass(frozen=True)
 class Erratum:
-    """A correction of the chapter: where it is, the printed and the correct text, the reason, and numbers as evidence.
+    """A correction of the chapter: its place, the printed and the correct text, the reason, and numbers as evidence.
 
-    `kind` is "wrong", "incomplete" or "lost in the layout". `at` is the configuration that `values` are for; `values`
-    are pairs of words and a number.
+    `kind` is "wrong", "incomplete" or "lost in the layout". `values` are numbers with their descriptions, at the
+    configuration `at`.
     """
 
     where: str

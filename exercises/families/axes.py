@@ -1,6 +1,6 @@
-"""The axes of variation of a family: each function varies one property of the arm (`base.Axis`).
+"""Define the axes of variation of families: each function changes one property of the arm at random (`base.Axis`).
 
-Numbers are easy to work with: lengths in steps of 5 cm, angles with a well-known sine, positions in decimetres.
+Numbers are easy to work with: lengths in steps of 5 cm, angles with a well-known sine, base positions in decimetres.
 """
 
 from collections.abc import Mapping, Sequence
@@ -23,6 +23,7 @@ HEIGHT: Centimetres = tuple(range(20, 95, 5))
 SLIDE: Centimetres = (10, 15, 20, 25, 30, 40, 45, 50, 60, 70, 75, 80, 90)
 BOTH_WAYS: Centimetres = (*SLIDE, *(-length for length in SLIDE))
 PLACES = tuple(k for k in range(-9, 10) if k)
+"""Coordinates of a displaced base, in decimetres."""
 
 APART = 5
 """Minimum difference of two numeric lengths, in centimetres: equal lengths add unwanted singular configurations."""
@@ -61,9 +62,9 @@ def set_lengths(chain: Chain, rng: Stream, ranges: Mapping[str, Centimetres], st
 
 
 def set_lengths_together(chain: Chain, rng: Stream, ranges: Mapping[str, Centimetres]) -> Chain:
-    """Return the arm with lengths at the same index of each range.
+    """Return the arm with a number for each length, taken at the same random index of all ranges.
 
-    The ranges then determine the possible ratios of the lengths, on which singular angles may depend.
+    The ranges then determine the ratios of the lengths, on which singular angles may depend.
     """
     index = rng.choice(range(min(map(len, ranges.values()))))
     return with_lengths_in_cm(chain, {name: lengths[index] for name, lengths in ranges.items()})
@@ -155,10 +156,10 @@ def mount_base(chain: Chain, rng: Stream) -> Chain:
 
 
 def place_point(chain: Chain, rng: Stream, bend: sp.Expr = sp.S.Zero) -> Chain:
-    """Return the arm with the tool point P at O_n, or with P displaced from O_n by one length of the table.
+    """Place the tool point P at O_n, or displace P from O_n by a length that moves from the table to P.
 
-    In half of all samples P is O_n, or `bend` away from it along y_n. In the others, a length moves from the table to
-    the coordinates of P in frame n. The Jacobian always has the same number of terms, so that no student's arm is
+    In half of all samples, P is O_n, or displaced from it by `bend` along y_n. In the others, a length of the table
+    becomes a coordinate of P in frame n. The Jacobian always has the same number of terms, so that no student's arm is
     harder than another's.
     """
     n = chain.n
@@ -206,9 +207,10 @@ def _place_on_link(rng: Stream, joints: tuple[Joint, ...], bend: sp.Expr) -> tup
 
 
 def _place_on_slide(rng: Stream, joints: tuple[Joint, ...]) -> tuple[tuple[Joint, ...], Point]:
-    """Move a part of the prismatic joint's offset to P, or a_(n-1), which is along x_n if the joint's angle is 0.
+    """Move a part of the last prismatic joint's offset to P, or the length a_(n-1) if the joint's angle is 0.
 
-    If both are zero, P stays at O_n: elsewhere, each entry of J would have one more term.
+    That length is along x_n. If both are zero, P stays at O_n, because each entry of J would otherwise have one more
+    term.
     """
     n, (previous_joint, last_joint) = len(joints), joints[-2:]
     joint_offset = last_joint.d - sp.Symbol(f"d{n}")

@@ -1,4 +1,4 @@
-"""Define a family: an arm as drawn in the chapter, and what may vary from one student's arm to another's."""
+"""Define a family of arms: an arm as drawn in the chapter, and what may vary from one student's arm to another's."""
 
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, field
@@ -8,21 +8,21 @@ from qdot.exercises.common.stream import Stream
 from qdot.exercises.common.variation import AXES, axes_of
 
 Axis = Callable[[Chain, Stream], Chain]
-"""A function that varies one property of an arm with samples from the stream."""
+"""An axis of variation: a function that changes one property of an arm at random, with numbers from the stream."""
 
 
 @dataclass(frozen=True)
 class Family:
-    """A kind of arm: its name, its title, its source in the chapter, and how arms are sampled.
+    """A family of arms: its name, its title, its source in the chapter, and how arms are sampled.
 
     `plain` is the arm as drawn in the chapter. Its lengths are symbols, its joints have no offset, its base frame is
-    the world frame, and its tool point is a frame's origin. `axes` maps the family's axes of variation, by their names
-    in `variation.AXES`, to the functions that vary the arm.
+    the world frame, and its tool point is a frame's origin. `axes` are the family's axes of variation: for each name in
+    `common.variation`, the function that varies the arm.
 
-    A family without a plain arm also samples the structure, by `structures`. Its arms differ in difficulty and in the
-    questions that apply to them. `structures` therefore takes, after the stream and the axes, `band` (lowest and
-    highest step of difficulty) and `accepts` (a test of a chain). If the arm belongs to no registered family, `robot`
-    is its file or its name in the library, as given to `qdot families`.
+    A family without such an arm has `structures`, a function that also samples the structure. Its arms differ in
+    difficulty and in the questions that apply to them. Therefore the function takes a stream, the names of the axes of
+    variation, the minimum and maximum difficulty, and a test that the chain must pass. For the family of an
+    instructor's robot, `robot` is the file or the name in the library, as given to `qdot families`.
     """
 
     name: str
@@ -44,7 +44,7 @@ class Family:
         return tuple(name for name in AXES if name in self.axes)
 
     def sample(self, rng: Stream, axes: Collection[str]) -> Chain:
-        """Return a random arm. Each axis has its own stream, so its samples don't depend on the other axes."""
+        """Return a random arm; each axis of variation has a stream of its own, so it doesn't depend on the others."""
         chain = self.plain
         if chain is None:
             raise TypeError(f"{self.name} samples its structure, too")
@@ -55,7 +55,7 @@ class Family:
 
 
 def describe_variation(family: Family, variation: str) -> str:
-    """Return a phrase that says how the arms of a family differ; in a robot file, only the lengths in [draw] vary.
+    """Return a phrase that says how the arms of a family differ; of a robot in a file, only the lengths in [draw] vary.
 
     >>> describe_variation(Family("mine", "my arm", "mine.toml", None, robot="mine.toml"), "zeros")
     'one arm for all, as no length is drawn'

@@ -1,4 +1,4 @@
-"""Stored properties of each family: joints, difficulty, questions. `make docs` computes them from sampled arms."""
+"""Read the stored properties of each family: joints, difficulty, questions. `make docs` computes them."""
 
 import json
 from dataclasses import dataclass
@@ -10,9 +10,10 @@ LISTING = Path(__file__).with_name("listing.json")
 
 @dataclass(frozen=True)
 class FamilyListing:
-    """One family: its kinds of joints, such as RRP, its lowest and highest step of difficulty, and its questions.
+    """The properties of a family: its kinds of joints, such as RRP, its difficulty, and its questions.
 
-    `by_variation` is the difficulty of an arm at each step of variation, empty if structures are sampled.
+    `steps` are the minimum and the maximum difficulty. `by_variation` is the difficulty at each step of variation,
+    empty if the structure is sampled.
     """
 
     kinds: str

@@ -1,4 +1,4 @@
-"""An instructor's own robot (ROBOT.toml) as a family: the lengths under [draw] differ from student to student."""
+"""Make a family of an instructor's own robot (ROBOT.toml): the lengths under [draw] differ among students."""
 
 import re
 import shlex
@@ -14,14 +14,11 @@ from qdot.exercises.families.axes import are_apart, metres, with_values
 from qdot.exercises.families.base import Family
 
 TRIES = 50
-"""Number of samples after which nearly equal lengths are accepted, in case the instructor's ranges allow no others."""
+"""Maximum number of attempts to sample clearly different lengths, because the instructor's ranges may allow none."""
 
 
 def read_robot_family(path: Path, robot: Robot | None = None) -> Family:
-    """Return the family of a robot file, named after the file.
-
-    The file is parsed unless `robot` is given. Raises QdotError.
-    """
+    """Return the family of a robot file, named after the file; parse it unless `robot` is given. Raises QdotError."""
     robot = robot or read_robot_file(path)
     name = re.sub(r"[^a-z0-9]+", "-", path.stem.lower()).strip("-") or "robot"
     axes = {"lengths": partial(_sample_lengths, draws=robot.draws)} if robot.draws else {}

@@ -1,7 +1,7 @@
-"""random-2, random-3, random-4: arms whose structure is also sampled, from all clean structures.
+"""Define the families random-2, random-3 and random-4, whose structure is also sampled, from all clean structures.
 
 The structures of one class give the same problem. First a class is sampled, all with equal probability, then one of its
-structures. Then the axes of variation change what leaves the problem the same:
+structures. Then the axes of variation change properties that leave the problem the same:
 
 - numbers for lengths, joint offsets, and mirror images;
 - position and orientation of the base (with the rows of the task);
@@ -50,9 +50,11 @@ Values = dict[sp.Symbol, sp.Rational]
 TRIES, ROUNDS, NUMBERS = 400, 4, 60
 """Maximum numbers of samples: arms in total, arms of one structure, and sets of lengths for one arm."""
 INVERSE = (sp.atan, sp.acos, sp.asin)
+"""Inverse functions, which the joint values of easy singular configurations don't contain."""
 POSES, CLEARLY = 400, 0.02
-"""Number of sampled configurations, and the fraction of a condition's largest absolute value that it must exceed with
-both signs there to count as one that can hold."""
+"""Number of sampled configurations, and a fraction of a condition's largest absolute value at these configurations.
+
+If a condition exceeds this value with both signs, it has a zero and therefore can hold."""
 
 
 LENGTHS = tuple(range(10, 100, 5))
@@ -62,6 +64,7 @@ LENGTHS = tuple(range(10, 100, 5))
 def _sample(
     n: int, rng: Stream, axes: Collection[str], band: Band | None = None, accepts: Accepts | None = None
 ) -> Chain:
+    """Return a random arm of n joints whose difficulty is in the band and that `accepts` accepts. Raises QdotError."""
     low, high = band or (0, HARDEST)
     classes = [
         near_band for same_class in group_clean_structures(n) if (near_band := _select_near_band(same_class, low, high))
@@ -116,9 +119,10 @@ def _sample_arm(structure: Structure, rng: Stream, axes: Collection[str]) -> Cha
 
 
 def _sample_lengths(chain: Chain, rng: Stream, clean_roots: bool) -> Values | None:
-    """Return numbers for the lengths for which every condition can hold; one length without influence stays symbolic.
+    """Return lengths for which every condition of the singular set can hold, or None if no sampled lengths allow it.
 
-    With `clean_roots`, the singular set contains no inverse functions such as arctan(35/6).
+    One length that no condition contains stays symbolic. With `clean_roots`, the joint values of singular
+    configurations contain no inverse functions such as arctan(35/6).
     """
     components = singular_set(chain) or ()
     conditions = tuple(condition for component in components for condition in component.conditions)

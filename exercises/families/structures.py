@@ -1,4 +1,4 @@
-"""The structures of 2, 3 or 4 joints that are suitable for a problem ("clean"), as listed in structures.txt.
+"""Read the structures of 2, 3 or 4 joints that can be solved by hand ("clean"), as listed in structures.txt.
 
 A structure states for each joint:
 
@@ -26,6 +26,7 @@ from qdot.exercises.arm.singularity import singular_set
 
 TABLE = Path(__file__).with_name("structures.txt")
 MOST_TERMS, MOST_TERMS_OF_A_CONDITION = 15, 4
+"""Maximum number of terms in the entries of J, and in a condition of the singular set, of a clean structure."""
 RIGHT = sp.pi / 2
 
 

@@ -1,4 +1,4 @@
-"""The families of textbook arms defined in families.toml: an arm, and what varies from student to student."""
+"""Read the families of textbook arms from families.toml: each is an arm, and what varies from student to student."""
 
 import tomllib
 from collections.abc import Mapping, Sequence
@@ -29,7 +29,7 @@ RANGES: Mapping[str, Sequence[int]] = {
     "forearm": (35, 40, 45, 50, 60, 70),
     "upper arm": (50, 60, 70, 75, 80, 90),
 }
-"""The ranges that families.toml refers to by name: lengths in centimetres, angles in degrees."""
+"""The ranges of values that families.toml refers to by name: lengths in centimetres, angles in degrees."""
 
 BASES: Mapping[str, Axis] = {
     "displaced": axes.displace_base,

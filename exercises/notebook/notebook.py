@@ -99,9 +99,10 @@ def _notebook(
 
 
 def claims(kind: str, key: str, student: str, problems: Problems) -> dict[str, object]:
-    """Return the notebook's claims about itself for `qdot check`, which has no assignment to look them up in.
+    """Return what the notebook's metadata says about its problems, for `qdot check`, which has no assignment.
 
-    For each problem: its symbols, the joint variables, the expected form of each answer. The grader trusts none of it.
+    It has for each problem its symbols, its joint variables and the expected form of each answer. The grader does not
+    trust this metadata.
     """
     content: dict[str, object] = {"assignment": key, "student": student, "engine": ENGINE, "kind": kind}
     content["symbols"] = {slot: sorted(problem.symbols()) for slot, problem in problems}
@@ -132,7 +133,7 @@ def _form(problem: Problem, part: Part) -> dict[str, object]:
 def _problem_cells(
     kind: str, number: int, slot: str, problem: Problem, hinted: bool, written: Mapping[str, str]
 ) -> "Iterator[NotebookNode]":
-    """Yield the cells of a problem; `written` has existing texts by the ids of their cells."""
+    """Yield the cells of a problem; `written` has the texts of a released notebook by the ids of their cells."""
     statement_id = f"{slot}-statement"
     opening = written.get(statement_id) or statement(problem, f"{number} {problem.title}", figure_image(problem, slot))
     yield _markdown(statement_id, opening)

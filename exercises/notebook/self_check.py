@@ -1,7 +1,7 @@
-"""Let a student's notebook check its answers against each other, without access to the correct answers.
+"""Write cells with which students check their answers against each other, without access to the correct answers.
 
-A table relates answers to each other in Python code for the cell that a student runs. The function that the cell
-calls (`templates/notebook/self-check.py.j2`) is in the notebook and needs only SymPy and NumPy.
+The table `RELATIONS` has equations between answers, in Python code for the cell that a student runs. The function that
+the cell calls (`templates/notebook/self-check.py.j2`) is in the notebook and needs only SymPy and NumPy.
 """
 
 from collections.abc import Callable, Iterator, Sequence
@@ -17,15 +17,19 @@ SELF_CHECK = "self_check"
 """Prefix of all names that belong to the checks."""
 
 Problems = Sequence[tuple[str, Problem]]
+"""The problems of a notebook with their slots, p1, p2, …"""
 Asked = dict[str, Part]
+"""The parts of a problem by their kind of question."""
 
 
 @dataclass(frozen=True)
 class Relation:
-    """An equation between answers to several questions, in Python; `{position}` stands for the answer on position.
+    """An equation between answers to several questions: Python code for its left and its right side.
 
-    `at` is a random configuration: `at(answer)` has the answer's values there, `at.slope(answer)` has its derivatives
-    with respect to the joint variables.
+    In the code, `{position}` stands for the answer on position. `at` is a random configuration: `at(answer)` are the
+    values of an answer there, and `at.slope(answer)` its derivatives with respect to the joint variables. `needs` are
+    the questions whose answers occur, and `question` is what the check prints. `holds` says whether the equation
+    applies to an arm. `singular` means that the left side is a singular set, which is checked against a Jacobian.
     """
 
     needs: tuple[str, ...]
@@ -196,7 +200,7 @@ def _find_relations(problem: Problem) -> Iterator[tuple[str, Relation]]:
 
 
 def _by_kind(problem: Problem) -> Asked:
-    """Return the parts by their kind of question, without parts that repeat a kind at a given configuration."""
+    """Return the parts by their kind of question, without parts that ask the same at a given configuration."""
     return {part.kind: part for part in reversed(problem.parts) if part.name == part.kind}
 
 

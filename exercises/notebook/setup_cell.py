@@ -20,7 +20,7 @@ def setup_cell(problems: Problems) -> str:
 
 
 def setup_of(*names: Sequence[str]) -> str:
-    """Return a first cell that defines symbols with the given names, one line for each list of names."""
+    """Return a first cell that defines symbols with the given names, with one line of code for each list of names."""
     return render(
         "notebook/setup.py.j2", symbol_lines=[_symbols_line(line_names) for line_names in names if line_names]
     )
