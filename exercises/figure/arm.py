@@ -59,9 +59,9 @@ class Scene:
     def is_beside(self, i: int) -> bool:
         """Return whether the glyph of joint i is on the joint's axis but neither on the link nor at the origin."""
         start, glyph_position = self.bones.origins[i - 1], self.places[i - 1]
-        along, reach = float((glyph_position - start) @ self.axis(i)), self.bones.corners[i - 1] - start
-        share = along / float(reach @ self.axis(i)) if _is_movable(self.bones, i - 1) else np.inf
-        return abs(along) > 1e-9 and not 0.0 <= share <= 1.0
+        distance_along_axis, link = float((glyph_position - start) @ self.axis(i)), self.bones.corners[i - 1] - start
+        share = distance_along_axis / float(link @ self.axis(i)) if _is_movable(self.bones, i - 1) else np.inf
+        return abs(distance_along_axis) > 1e-9 and not 0.0 <= share <= 1.0
 
 
 def make_scene(chain: Chain, bones: Skeleton, view: View, sparse: bool = False) -> Scene:
@@ -107,9 +107,9 @@ def _crowded_frames(origins: np.ndarray) -> frozenset[int]:
 
 
 def _free_place(bones: Skeleton, view: View, i: int, taken: list[np.ndarray]) -> np.ndarray:
-    origin, along = bones.origins[i], bones.corners[i] - bones.origins[i]
+    origin, link = bones.origins[i], bones.corners[i] - bones.origins[i]
     z = bones.frames[i, :3, 2]
-    candidates = [origin + share * along for share in (0.0, 0.45, 0.6, 0.3)]
+    candidates = [origin + share * link for share in (0.0, 0.45, 0.6, 0.3)]
     if not view.is_end_on(z):
         steps: tuple[float, ...] = (-APART, APART) if i == 0 else (APART, -APART)
         if not _is_movable(bones, i) and is_point(bones):
@@ -183,12 +183,12 @@ def anchors_beside(first: Pair, second: Pair) -> tuple[tuple[Pair, Pair], ...]:
     """Return anchors along a drawn line, with directions to both of its sides."""
     dx, dy = second[0] - first[0], second[1] - first[1]
     size = max(math.hypot(dx, dy), 1e-9)
-    up = (dy / size, -dx / size)
-    if (round(up[1], 3), round(up[0], 3)) > (0.0, 0.0):
-        up = (-up[0], -up[1])
-    down = (-up[0], -up[1])
+    first_side = (dy / size, -dx / size)
+    if (round(first_side[1], 3), round(first_side[0], 3)) > (0.0, 0.0):
+        first_side = (-first_side[0], -first_side[1])
+    second_side = (-first_side[0], -first_side[1])
     points = [(first[0] + share * dx, first[1] + share * dy) for share in (0.5, 0.65, 0.35, 0.8, 0.2)]
-    return tuple((point, side) for point in points for side in (up, down))
+    return tuple((point, side) for point in points for side in (first_side, second_side))
 
 
 def draw_joint(scene: Scene, i: int) -> Drawing:
@@ -256,22 +256,22 @@ def _hatched_line(view: View, middle: np.ndarray, x: np.ndarray, down: np.ndarra
 
 def draw_joint_angle(scene: Scene, i: int) -> Drawing:
     """Return the arc of theta_i from x_{i-1} to x_i about z_{i-1}, with dashed lines for axes that are not drawn."""
-    table, bones, view = scene.chain.joints[i - 1], scene.bones, scene.view
+    row, bones, view = scene.chain.joints[i - 1], scene.bones, scene.view
     convention = convention_of(scene.chain)
-    if table.kind != "R" or convention.is_drawn_at_home:  # without x axes, no angle is shown
+    if row.kind != "R" or convention.is_drawn_at_home:  # without x axes, no angle is shown
         return Drawing()
     angle = float(np.arctan2(np.sin(bones.entries[i - 1]), np.cos(bones.entries[i - 1])))
     x, y, center = bones.frames[i - 1, :3, 0], bones.frames[i - 1, :3, 1], scene.places[i - 1]
     label = with_offset(scene.chain.q[i - 1], scene.offsets[i - 1], angle=True)
-    dashed = []
+    directions = []
     is_apart = bool(np.linalg.norm(center - bones.origins[i - 1]) > 1e-9)
     if is_apart or i - 1 in scene.without_x or convention.is_proximal:
-        dashed.append(x)
-    if np.linalg.norm(bones.corners[i - 1] - center) > 1e-9 or table.a == 0:
-        dashed.append(direction_at(x, y, angle))
+        directions.append(x)
+    if np.linalg.norm(bones.corners[i - 1] - center) > 1e-9 or row.a == 0:
+        directions.append(direction_at(x, y, angle))
     radius = ARC[scene.is_planar] + (5.0 if i == 1 and not scene.is_planar else 0.0)
     return draw_arc(view, center, (x, y), angle, radius, Request(label, (), "angle")) + Drawing(
-        tuple(Polyline(view.path([center, center + v * (radius + 14) / view.scale]), "dashed") for v in dashed)
+        tuple(Polyline(view.path([center, center + v * (radius + 14) / view.scale]), "dashed") for v in directions)
     )
 
 
@@ -286,8 +286,8 @@ def draw_arc(
     for share in (0.5, 0.35, 0.65, 0.2, 0.8):
         outward = direction_at(*xy, share * angle)
         anchors.append((view.px(center + outward * radius / view.scale), view.heading(outward)))
-    reach = points[:: max(1, count // 8)]
-    request = Request(label.pieces, tuple(anchors), label.style, gap=4.0, kind="angle", reach=reach)
+    further_points = points[:: max(1, count // 8)]
+    request = Request(label.pieces, tuple(anchors), label.style, gap=4.0, kind="angle", reach=further_points)
     return Drawing(tip(points, "arc", 7.0), (request,))
 
 
@@ -318,10 +318,10 @@ def draw_dimension(
 
 def _side(scene: Scene, start: np.ndarray, end: np.ndarray) -> np.ndarray:
     """Return the unit vector perpendicular to a line, in the plane of the drawing, that points away from the arm."""
-    toward = scene.view.axes[2]
-    side = np.cross(toward, end - start)
+    toward_reader = scene.view.axes[2]
+    side = np.cross(toward_reader, end - start)
     if np.linalg.norm(side) < 1e-9:
-        side = perpendicular_vectors(toward)[0]
+        side = perpendicular_vectors(toward_reader)[0]
     side = side / np.linalg.norm(side)
     middle = np.mean(np.vstack([scene.bones.origins, scene.bones.corners]), axis=0)
     return np.asarray(-side if float(side @ (middle - start)) > 1e-9 else side)
@@ -334,20 +334,20 @@ def draw_body(stage: Scene) -> Drawing:
     """Return ground, links and joints from back to front, with the lengths of the links."""
     chain, bones, view = stage.chain, stage.bones, stage.view
     is_ground_in_front = not stage.is_planar and view.toward(bones.frames[0, :3, 2]) < -1e-9
-    part = Drawing() if is_ground_in_front else draw_ground(stage)
+    drawing = Drawing() if is_ground_in_front else draw_ground(stage)
     for i in range(1, chain.n + 1):
         along = view.toward(bones.corners[i - 1] - bones.origins[i - 1])
         joint_and_link = [draw_joint(stage, i), draw_link(stage, i)]
-        part += (
+        drawing += (
             joint_and_link[0] + joint_and_link[1]
             if along > 1e-9 and chain.joints[i - 1].kind == "R"
             else joint_and_link[1] + joint_and_link[0]
         )
         if i == chain.point.frame:
-            part += draw_way_to_point(stage)
+            drawing += draw_way_to_point(stage)
         if i == 1 and is_ground_in_front:
-            part += draw_ground(stage)
-    return part
+            drawing += draw_ground(stage)
+    return drawing
 
 
 def fit_drawing(
@@ -366,14 +366,14 @@ def fit_drawing(
     """
     view = _first_view(chain, bones, room, camera(chain) if axes is None else axes)
     for _ in range(3):
-        part = draw(view)
-        low, high = extent(part.shapes)
+        drawing = draw(view)
+        low, high = extent(drawing.shapes)
         spread = max(high[0] - low[0], 1e-9), max(high[1] - low[1], 1e-9)
         scale_factor = min((size[0] - 2 * margin[0]) / spread[0], (size[1] - 2 * margin[1]) / spread[1])
         offset = (size[0] / 2 - (low[0] + high[0]) / 2, size[1] / 2 - (low[1] + high[1]) / 2)
         shift = (offset[0] + view.shift[0], offset[1] + view.shift[1])
         if scale_factor >= 0.999:
-            return part.shift(offset), View(view.axes, view.scale, shift)
+            return drawing.shift(offset), View(view.axes, view.scale, shift)
         view = View(view.axes, view.scale * scale_factor, shift)
     return draw(view), view
 

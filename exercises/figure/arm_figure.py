@@ -109,14 +109,14 @@ def _draw_with_labels(chain: Chain, pose: tuple[tuple[str, float], ...] | None) 
 def _draw_model(chain: Chain, pose: tuple[tuple[str, float], ...] | None) -> tuple[Figure, tuple[float, ...]]:
     """Return the drawing of a model, and its table's entries (n)."""
     if pose is None:
-        (part, layout), entries = _draw_in_clearest_pose(chain)
+        (drawing, layout), entries = _draw_in_clearest_pose(chain)
     else:
         entries = entries_of_pose(chain, dict(pose))
-        part, layout = _draw_in_given_pose(chain, entries)
+        drawing, layout = _draw_in_given_pose(chain, entries)
     for _ in range(1, ROUNDS):
         layout.place_all()
     placed = layout.placement
-    return Figure(WIDTH, HEIGHT, part.shapes + placed.leaders, placed.texts), tuple(map(float, entries))
+    return Figure(WIDTH, HEIGHT, drawing.shapes + placed.leaders, placed.texts), tuple(map(float, entries))
 
 
 def _draw_in_clearest_pose(chain: Chain) -> tuple[Composed, np.ndarray]:
@@ -124,11 +124,11 @@ def _draw_in_clearest_pose(chain: Chain) -> tuple[Composed, np.ndarray]:
     best: tuple[float, Composed, np.ndarray] | None = None
     for order, entries in enumerate(best_poses(chain, drawn_chain(chain), TRIED[chain.n > LONG])):
         max_cost = math.inf if best is None else best[0] - DELAY * order
-        composed, cost = _compose(chain, _base_distances(chain, entries), max_cost)
+        labelled_drawing, cost = _compose(chain, _base_distances(chain, entries), max_cost)
         cost = round(cost + DELAY * order, 1)  # rounded: a tie goes to the first on every machine
         if best is None or cost < best[0]:
-            best = (cost, composed, entries)
-        if best[0] <= max(GOOD * (1 + order / 5) * len(composed[0].labels), DELAY * (order + 1)):
+            best = (cost, labelled_drawing, entries)
+        if best[0] <= max(GOOD * (1 + order / 5) * len(labelled_drawing[0].labels), DELAY * (order + 1)):
             break
     assert best is not None
     return best[1:]
@@ -136,20 +136,20 @@ def _draw_in_clearest_pose(chain: Chain) -> tuple[Composed, np.ndarray]:
 
 def _draw_in_given_pose(chain: Chain, entries: np.ndarray) -> Composed:
     """Return the drawing in a given pose: with all names if it is clear from some side, else with few of them."""
-    flat = is_flat(chain)
-    views = [camera(chain)] if flat else best_views(drawn_chain(chain), entries, SIDES)
+    is_planar = is_flat(chain)
+    views = [camera(chain)] if is_planar else best_views(drawn_chain(chain), entries, SIDES)
     for sparse in (False, True) if chain.n <= LONG else (True,):
         best: tuple[float, Composed] | None = None
         for axes in views:
             max_cost = math.inf if best is None else best[0]
-            composed, cost = _compose(chain, _base_distances(chain, entries), max_cost, axes, sparse)
+            labelled_drawing, cost = _compose(chain, _base_distances(chain, entries), max_cost, axes, sparse)
             if best is None or round(cost, 1) < best[0]:
-                best = (round(cost, 1), composed)
+                best = (round(cost, 1), labelled_drawing)
         assert best is not None
-        cost, composed = best
-        if cost <= CLEAR[flat] * len(composed[0].labels):
+        cost, labelled_drawing = best
+        if cost <= CLEAR[is_planar] * len(labelled_drawing[0].labels):
             break
-    return composed
+    return labelled_drawing
 
 
 def figure_svg(chain: Chain, name: str = "arm", pose: Mapping[str, float] | None = None) -> str:
@@ -277,18 +277,18 @@ def _arrange(drawings: Sequence[tuple[str, Figure]], below: str, name: str, titl
         for k, (caption, figure) in enumerate(drawings)
     ]
     end = (panel_height + LINE) * rows
-    remark = [
+    remark_lines = [
         {"y": end + LINE * k + LINE // 2, "text": text}
         for k, text in enumerate(textwrap.wrap(below, (WIDTH - 2 * GAP) // LETTER))
     ]
     return render(
         "figure/panels.svg.j2",
         panels=panels,
-        remark=remark,
+        remark=remark_lines,
         name=name,
         font=FONT,
         width=WIDTH,
-        height=end + LINE * len(remark),
+        height=end + LINE * len(remark_lines),
         scale=SHRUNK / 100,
         title=title,
         description=description,
@@ -313,31 +313,31 @@ def _compose(
     """
     layers: list[tuple[float, float, Drawing]] = []
     for bones in choices:
-        part, view = fit_drawing(
+        drawing, view = fit_drawing(
             chain, bones, partial(_draw_parts, chain, bones, sparse), ROOM, (WIDTH, HEIGHT), MARGIN, axes
         )
         arm_cost, world_cost = frames.crowding_cost(make_scene(chain, bones, view))
-        layers.append((round(world_cost, 1), arm_cost, part))
+        layers.append((round(world_cost, 1), arm_cost, drawing))
         if world_cost == 0.0:
             break
-    world_cost, arm_cost, part = min(layers, key=lambda layer: layer[0])
-    layout = Layout(part.labels, part.shapes, (WIDTH, HEIGHT))
+    world_cost, arm_cost, drawing = min(layers, key=lambda layer: layer[0])
+    layout = Layout(drawing.labels, drawing.shapes, (WIDTH, HEIGHT))
     complete = layout.place_all(most + CLEARLY - arm_cost - world_cost)
-    return (part, layout), layout.cost + arm_cost + world_cost if complete else math.inf
+    return (drawing, layout), layout.cost + arm_cost + world_cost if complete else math.inf
 
 
 def _draw_parts(chain: Chain, bones: Skeleton, sparse: bool, view: View) -> Drawing:
     """Return all parts from back to front."""
-    stage = make_scene(chain, bones, view, sparse)
+    scene = make_scene(chain, bones, view, sparse)
     on_top = convention_of(chain).is_drawn_at_home  # because at home, a link may run along an axis of the space frame
     world_underneath, world_on_top = (
-        (Drawing(), frames.draw_world(stage)) if on_top else (frames.draw_world(stage), Drawing())
+        (Drawing(), frames.draw_world(scene)) if on_top else (frames.draw_world(scene), Drawing())
     )
     if sparse:
-        part = world_underneath + Drawing(draw_body(stage).shapes) + world_on_top
+        drawing = world_underneath + Drawing(draw_body(scene).shapes) + world_on_top
     else:
-        part = world_underneath + draw_body(stage) + world_on_top
+        drawing = world_underneath + draw_body(scene) + world_on_top
         for i in range(1, chain.n + 1):
-            part += draw_joint_angle(stage, i) + draw_slide(stage, i)
-    part += frames.draw_body_frame(stage) + frames.draw_axes(stage)
-    return part + frames.page_normals(stage) + frames.draw_origins(stage)
+            drawing += draw_joint_angle(scene, i) + draw_slide(scene, i)
+    drawing += frames.draw_body_frame(scene) + frames.draw_axes(scene)
+    return drawing + frames.page_normals(scene) + frames.draw_origins(scene)

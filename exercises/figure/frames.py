@@ -39,24 +39,24 @@ def draw_axes(scene: Scene) -> Drawing:
     """Return the axes of frames 0 ... n; axes that coincide are drawn once, with all their names."""
     if not convention_of(scene.chain).frame_numbers:
         return _joint_axes(scene)
-    view, flat = scene.view, scene.is_planar
+    view, is_flat = scene.view, scene.is_planar
     base = convention_of(scene.chain).base
-    length = AXIS[flat] if not is_point(scene.bones) else LONG
+    length = AXIS[is_flat] if not is_point(scene.bones) else LONG
     axes_by_position: dict[tuple[int, ...], tuple[np.ndarray, np.ndarray, str, tuple[TextRun, ...]]] = {}
     for i, frame in enumerate(scene.frames):
         for k, name in enumerate(NAMES):
             axis, origin = frame[:3, k], frame[:3, 3]
-            is_shown = view.lies_flat(axis) if flat else name != "y" or (i == 0 and base.is_world)
+            is_shown = view.lies_flat(axis) if is_flat else name != "y" or (i == 0 and base.is_world)
             if not is_shown or (i in scene.without_x and (name == "x" or (name == "y" and scene.sparse))):
                 continue
-            key = tuple(round(part) for part in (*(origin * view.scale / 2).tolist(), *(axis * 10).tolist()))
+            key = tuple(round(drawing) for drawing in (*(origin * view.scale / 2).tolist(), *(axis * 10).tolist()))
             earlier_names = axes_by_position[key][3] + roman(", ") if key in axes_by_position else ()
             axes_by_position.setdefault(key, (origin, axis, name, ()))
             axes_by_position[key] = (*axes_by_position[key][:3], (*earlier_names, *symbol(name, str(i))))
-    part = Drawing()
+    drawing = Drawing()
     for origin, axis, name, pieces in axes_by_position.values():
-        part += _axis(view, origin, axis, name, pieces, length)
-    return part
+        drawing += _axis(view, origin, axis, name, pieces, length)
+    return drawing
 
 
 def _joint_axes(scene: Scene) -> Drawing:
@@ -64,19 +64,19 @@ def _joint_axes(scene: Scene) -> Drawing:
 
     The name has a prime if the arm is not at home.
     """
-    view, part = scene.view, Drawing()
+    view, drawing = scene.view, Drawing()
     home = entries_of_pose(scene.chain, {q.name: 0.0 for q in scene.chain.q})
     prime = () if np.allclose(scene.bones.entries, home) else roman("′")
     for i, joint in enumerate(scene.chain.joints, 1):
         name, axis, position = symbol("ω" if joint.kind == "R" else "v", str(i)), scene.axis(i), scene.places[i - 1]
         name = (*name, *prime)
         if not view.is_end_on(axis):
-            part += _axis(view, position, axis, "z", name, AXIS[scene.is_planar])
+            drawing += _axis(view, position, axis, "z", name, AXIS[scene.is_planar])
             continue
         pixel = view.px(position)
         anchors = tuple((pixel, direction) for direction in ((0.7, -0.7), (-0.7, -0.7), (0.7, 0.7), (-0.7, 0.7)))
-        part += Drawing((), (Request(name, anchors, "z", gap=13.0, rank=2, kind="axis"),))
-    return part
+        drawing += Drawing((), (Request(name, anchors, "z", gap=13.0, rank=2, kind="axis"),))
+    return drawing
 
 
 def _axis(
@@ -96,10 +96,10 @@ def draw_body_frame(scene: Scene) -> Drawing:
     """
     if not has_body_frame(scene) or _is_at_world(scene):
         return Drawing()
-    view, point, part = scene.view, scene.bones.path[-1], Drawing()
+    view, point, drawing = scene.view, scene.bones.path[-1], Drawing()
     for k in [k for k in range(3) if not scene.is_planar or view.lies_flat(np.eye(3)[k])]:
-        part += _axis(view, point, np.eye(3)[k], "w", symbol(NAMES[k], "b"), BODY)
-    return part
+        drawing += _axis(view, point, np.eye(3)[k], "w", symbol(NAMES[k], "b"), BODY)
+    return drawing
 
 
 def has_body_frame(scene: Scene) -> bool:
@@ -113,25 +113,25 @@ def _is_at_world(scene: Scene) -> bool:
 
 def draw_origins(scene: Scene) -> Drawing:
     """Return the names of the origins O_0 ... O_n and of P; coincident points share a label."""
-    names: list[tuple[np.ndarray, tuple[TextRun, ...]]] = []
+    labelled_points: list[tuple[np.ndarray, tuple[TextRun, ...]]] = []
     point = scene.bones.path[-1]
     origins = [(i, scene.frames[i, :3, 3]) for i in convention_of(scene.chain).frame_numbers]
-    body = roman(", {b}") if has_body_frame(scene) else ()
-    marks = [(point, (*symbol("P"), *body))] + [(o, symbol("O", str(i))) for i, o in origins]
-    for position, pieces in marks:
-        for k, (earlier_position, earlier_pieces) in enumerate(names):
+    body_name = roman(", {b}") if has_body_frame(scene) else ()
+    named_points = [(point, (*symbol("P"), *body_name))] + [(o, symbol("O", str(i))) for i, o in origins]
+    for position, pieces in named_points:
+        for k, (earlier_position, earlier_pieces) in enumerate(labelled_points):
             if np.linalg.norm(position - earlier_position) * scene.view.scale < 1.0:
-                names[k] = (earlier_position, (*earlier_pieces, *roman(" = "), *pieces))
+                labelled_points[k] = (earlier_position, (*earlier_pieces, *roman(" = "), *pieces))
                 break
         else:
-            names.append((position, pieces))
-    labels = []
-    for number, (position, pieces) in enumerate(names):
+            labelled_points.append((position, pieces))
+    requests = []
+    for number, (position, pieces) in enumerate(labelled_points):
         pixel = scene.view.px(position)
         anchors = tuple((pixel, direction) for direction in ((0.6, 0.8), (-0.6, 0.8), (0.7, -0.7), (-0.7, -0.7)))
-        labels.append(Request(pieces, anchors, gap=11.0, rank=1 if number == 0 else 3, kind="origin"))
+        requests.append(Request(pieces, anchors, gap=11.0, rank=1 if number == 0 else 3, kind="origin"))
     dot = (Circle(scene.view.px(point), 4.6, "point"),)
-    return Drawing(dot, tuple(labels))
+    return Drawing(dot, tuple(requests))
 
 
 def crowding_cost(scene: Scene) -> tuple[float, float]:
@@ -193,25 +193,25 @@ def draw_world(scene: Scene) -> Drawing:
     base_origin = scene.frames[0, :3, 3]
     is_apart = float(np.linalg.norm(base_origin)) * view.scale > 1.0
     length = AXIS[scene.is_planar] + (0.0 if is_apart else 18.0)
-    part, corner = Drawing(), np.zeros(3)
+    drawing, corner = Drawing(), np.zeros(3)
     for k in [k for k in range(3) if not scene.is_planar or view.lies_flat(np.eye(3)[k])]:
         body_name = (*roman(", "), *symbol(NAMES[k], "b")) if has_body_frame(scene) and _is_at_world(scene) else ()
-        part += _axis(view, np.zeros(3), np.eye(3)[k], "w", (*symbol(NAMES[k], name), *body_name), length)
-        leg = np.eye(3)[k] * base_origin[k]
+        drawing += _axis(view, np.zeros(3), np.eye(3)[k], "w", (*symbol(NAMES[k], name), *body_name), length)
+        edge = np.eye(3)[k] * base_origin[k]
         if scene.sparse:
-            part += Drawing((Polyline(view.path([corner, corner + leg]), "leg"),) if base.position[k] != 0 else ())
+            drawing += Drawing((Polyline(view.path([corner, corner + edge]), "leg"),) if base.position[k] != 0 else ())
         elif base.position[k] != 0 and _is_along_first_link(scene, k):
-            part += draw_dimension(scene, corner, corner + leg, magnitude(base.position[k]), 46.0)
+            drawing += draw_dimension(scene, corner, corner + edge, magnitude(base.position[k]), 46.0)
         elif base.position[k] != 0:
-            line = Polyline(view.path([corner, corner + leg]), "leg")
-            anchors = anchors_beside(*view.path([corner, corner + leg]))
-            part += Drawing((line,), (Request(magnitude(base.position[k]), anchors, "text", gap=4.0, rank=1),))
-        corner = corner + leg
+            line = Polyline(view.path([corner, corner + edge]), "leg")
+            anchors = anchors_beside(*view.path([corner, corner + edge]))
+            drawing += Drawing((line,), (Request(magnitude(base.position[k]), anchors, "text", gap=4.0, rank=1),))
+        corner = corner + edge
     if is_apart:
         pixel = view.px(np.zeros(3))
         anchors = ((pixel, (-0.7, 0.7)), (pixel, (0.7, 0.7)))
-        part += Drawing((), (Request(symbol("O", name), anchors, gap=6.0, rank=3, kind="origin"),))
-    return part + _yaw(scene, is_apart) if convention.frame_numbers else part
+        drawing += Drawing((), (Request(symbol("O", name), anchors, gap=6.0, rank=3, kind="origin"),))
+    return drawing + _yaw(scene, is_apart) if convention.frame_numbers else drawing
 
 
 def _first_length(scene: Scene) -> Drawing:
@@ -238,7 +238,7 @@ def _yaw(scene: Scene, apart: bool) -> Drawing:
     angle = float(np.arctan2(x[1], x[0]))
     radius = AXIS[scene.is_planar] - 7.0
     end = origin + np.eye(3)[0] * (radius + 16) / view.scale
-    dashed: tuple[Shape, ...] = (Polyline(view.path([origin, end]), "dashed"),) if apart else ()
+    dashed_line: tuple[Shape, ...] = (Polyline(view.path([origin, end]), "dashed"),) if apart else ()
     sign, letters = sign_and_lettering(base.yaw, angle=True)
     label = Request((*(roman("−") if sign == "−" else ()), *letters), (), "angle")
-    return Drawing(dashed) + draw_arc(view, origin, (np.eye(3)[0], np.eye(3)[1]), angle, radius, label)
+    return Drawing(dashed_line) + draw_arc(view, origin, (np.eye(3)[0], np.eye(3)[1]), angle, radius, label)

@@ -66,12 +66,12 @@ class Layout:
 
     def __init__(self, requests: Sequence[Request], shapes: Sequence[Shape], size: Pair) -> None:
         ink = Ink(shapes)
-        reaches = [(*request.spots, *request.reach) for request in requests]
+        points_by_request = [(*request.spots, *request.reach) for request in requests]
         self._requests = requests
         self._places: list[Places] = []
         for i, request in enumerate(requests):
             same_kind = (k for k, another in enumerate(requests) if another.kind == request.kind and k != i)
-            rivals = [point for k in same_kind for point in reaches[k]]
+            rivals = [point for k in same_kind for point in points_by_request[k]]
             self._places.append(Places(request.pieces, request.anchors, request.gap, request.far, rivals, ink, size))
         self._order = sorted(range(len(requests)), key=lambda k: requests[k].rank)
         self._boxes: dict[int, Box] = {}
@@ -89,8 +89,8 @@ class Layout:
             leader = self._leaders.pop(i, None)
             leaders = {k: line.shape for k, line in self._leaders.items()}
             if self._seen.get(i) != (boxes, leaders):
-                others = list(boxes.values()), list(self._leaders.values())
-                best_place = self._places[i].best(*others, most - self.cost)
+                obstacles = list(boxes.values()), list(self._leaders.values())
+                best_place = self._places[i].best(*obstacles, most - self.cost)
                 if best_place is None:
                     return False
                 self._boxes[i], self._costs[i] = best_place

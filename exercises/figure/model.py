@@ -59,17 +59,19 @@ def model_of(chain: Chain) -> Model:
     """Return the model of an arm. An arm described by its axes is its own model, because it is drawn at home."""
     if convention_of(chain).is_drawn_at_home:
         return Model(chain, chain, {}, 1.0)
-    letters: dict[tuple[TextRun, ...], tuple[TextRun, ...]] = {}
-    length, longer = _model_lengths(chain, letters)
+    lettering: dict[tuple[TextRun, ...], tuple[TextRun, ...]] = {}
+    length, longer = _model_lengths(chain, lettering)
     joints = []
     for joint, q, offset in zip(chain.joints, chain.q, chain.offsets, strict=True):
-        entry = q + _model_offset(q, offset, joint.kind == "R", letters)
+        entry = q + _model_offset(q, offset, joint.kind == "R", lettering)
         joint_entries = {"theta": entry, "d": length(joint.d)} if joint.kind == "R" else {"d": entry}
         joints.append(replace(joint, **joint_entries, a=length(joint.a)))
     u, v, w = map(length, chain.point.offset)
     point = Point(chain.point.frame, (u, v, w))
     model_chain = Chain("model", tuple(joints), chain.task, chain.base, point, convention=chain.convention)
-    return Model(chain, model_chain, {runs(model): runs(arm_letters) for model, arm_letters in letters.items()}, longer)
+    return Model(
+        chain, model_chain, {runs(model): runs(arm_letters) for model, arm_letters in lettering.items()}, longer
+    )
 
 
 def _model_lengths(

@@ -219,10 +219,10 @@ def _score_without_clearance(
     frames, corners, path = skeletons(drawn, entries)
     view = camera(chain)
     pieces = segments(frames, corners, path, drawn.point.frame)
-    flat = pieces @ view[:2].T
-    spread = np.ptp(flat.reshape(len(entries), -1, 2), axis=1)
+    drawn_segments = pieces @ view[:2].T
+    spread = np.ptp(drawn_segments.reshape(len(entries), -1, 2), axis=1)
     scale = 1.0 / np.maximum(np.max(spread / ROOM, axis=1), 1e-9)
-    lengths = np.linalg.norm(flat[:, :, 1] - flat[:, :, 0], axis=2) * scale[:, None]
+    lengths = np.linalg.norm(drawn_segments[:, :, 1] - drawn_segments[:, :, 0], axis=2) * scale[:, None]
     score = 1.5 * np.minimum(lengths.min(axis=1) / 85, 1)
     score = score + 0.3 * np.minimum(lengths.mean(axis=1) / 150, 1) + _angle_score(chain, frames, entries, view)
     up = frames[:, 0, :3, 1 if abs(view[2] @ frames[0, 0, :3, 2]) > 0.999 else 2]
@@ -235,17 +235,17 @@ def _score_without_clearance(
         score = score - TIGHT * _count_crowded(frames, view, scale)
     ends = (frames[:, -1, :3, 3] - frames[:, 0, :3, 3]) @ view[:2].T
     score = score + 0.9 * np.minimum(np.linalg.norm(ends, axis=1) * scale / 260, 1)
-    return np.asarray(score), _add_last_axes(flat, frames, view, scale), scale
+    return np.asarray(score), _add_last_axes(drawn_segments, frames, view, scale), scale
 
 
 def segments(frames: np.ndarray, corners: np.ndarray, path: np.ndarray, moved: int) -> np.ndarray:
     """Return the segments of all links with a length (k x s x 2 x 3), in the arm's order."""
-    chain = [frames[:, 0, :3, 3]]
+    points = [frames[:, 0, :3, 3]]
     for i in range(corners.shape[1]):
-        chain += [corners[:, i], frames[:, i + 1, :3, 3]]
+        points += [corners[:, i], frames[:, i + 1, :3, 3]]
     if moved == corners.shape[1]:
-        chain += [path[:, k] for k in range(1, 4)]
-    pairs = np.stack([np.stack(chain[:-1], axis=1), np.stack(chain[1:], axis=1)], axis=2)
+        points += [path[:, k] for k in range(1, 4)]
+    pairs = np.stack([np.stack(points[:-1], axis=1), np.stack(points[1:], axis=1)], axis=2)
     has_length = np.linalg.norm(pairs[:, :, 1] - pairs[:, :, 0], axis=2).max(axis=0) > 1e-6
     return pairs[:, has_length] if has_length.any() else pairs[:, :1]
 
@@ -317,7 +317,7 @@ def _count_crowded(frames: np.ndarray, view: np.ndarray, scale: np.ndarray) -> n
     """
     axes = [frames[:, :, :3, 3] + 54 / scale[:, None, None] * frames[:, :, :3, k] for k in (0, 2)]
     points = np.concatenate([frames[:, :, :3, 3], *axes], axis=1)
-    flat = np.moveaxis(points @ view[:2].T, 0, 2) * scale
+    drawn_points = np.moveaxis(points @ view[:2].T, 0, 2) * scale
     total = np.zeros(len(frames))
     for i in range(points.shape[1] - 1):
         others = np.arange(i + 1, points.shape[1])
@@ -325,7 +325,7 @@ def _count_crowded(frames: np.ndarray, view: np.ndarray, scale: np.ndarray) -> n
         coincident = others[is_coincident][
             np.abs(points[:, others[is_coincident]] - points[:, [i]]).max(axis=(0, 2)) <= 1e-6
         ]
-        differences = flat[np.setdiff1d(others, coincident)] - flat[i]
+        differences = drawn_points[np.setdiff1d(others, coincident)] - drawn_points[i]
         gaps = np.sqrt(differences[:, 0] * differences[:, 0] + differences[:, 1] * differences[:, 1])
         total += np.maximum(0.0, 1.0 - gaps / CLOSE).sum(axis=0)
     return total
@@ -366,15 +366,15 @@ def _view_scores(drawn: Chain, entries: np.ndarray, views: np.ndarray) -> np.nda
     """Return how clearly views (k x 3 x 3) show the links, the origins and the z axes of an arm."""
     frames, corners, path = skeletons(drawn, entries[None])
     pieces = segments(frames, corners, path, drawn.point.frame)[0]
-    flat = np.einsum("spx,kyx->kspy", pieces, views[:, :2])
-    spread = np.ptp(flat.reshape(len(views), -1, 2), axis=1)
+    drawn_segments = np.einsum("spx,kyx->kspy", pieces, views[:, :2])
+    spread = np.ptp(drawn_segments.reshape(len(views), -1, 2), axis=1)
     scale = 1.0 / np.maximum(np.max(spread / ROOM, axis=1), 1e-9)
     origins, z = frames[0, :, :3, 3], frames[0, :, :3, 2]
     drawn_origins = scale[:, None, None] * np.einsum("ix,kyx->kiy", origins, views[:, :2])
     drawn_axes = np.einsum("ix,kyx->kiy", z, views[:, :2])
     ends = np.stack([origins[-1], origins[-1] + 1e-6 * z[-1]])  # the axis that `clearance` expects, too short to matter
     last_axis = np.broadcast_to(np.einsum("px,kyx->kpy", ends, views[:, :2])[:, None], (len(views), 1, 2, 2))
-    clearances = np.clip(clearance(np.concatenate([flat, last_axis], axis=1), 1) * scale / 50, 0, 1)
+    clearances = np.clip(clearance(np.concatenate([drawn_segments, last_axis], axis=1), 1) * scale / 50, 0, 1)
     visible_shares = np.minimum(np.linalg.norm(drawn_axes, axis=2) / VISIBLE, 1)
     is_hidden = np.round(views[:, 2] @ z[0], 6) < 0  # the wall that carries the arm hides it
     return np.asarray(
@@ -391,10 +391,10 @@ def _count_crowded_in_views(origins: np.ndarray, z: np.ndarray, places: np.ndarr
     The arguments are both in the world (n+1 x 3) and in the drawing (k x n+1 x 2). Coincident points don't count.
     """
     points = np.concatenate([origins, origins + 0.37 * z])
-    drawn, count = np.concatenate([places, places + REACH * ways], axis=1), len(origins)
+    drawn_points, count = np.concatenate([places, places + REACH * ways], axis=1), len(origins)
     total = np.zeros(len(places))
     for i, j in itertools.combinations(range(len(points)), 2):
         if np.linalg.norm(points[i] - points[j]) > 1e-6:
-            gaps = np.linalg.norm(drawn[:, i] - drawn[:, j], axis=1)
+            gaps = np.linalg.norm(drawn_points[:, i] - drawn_points[:, j], axis=1)
             total += np.maximum(0.0, 1.0 - gaps / NEAR) * (4.0 if j < count else 1.0)
     return total

@@ -58,9 +58,9 @@ def figure_in_pose(chain: Chain, pose: Mapping[str, float], beside: np.ndarray |
 
     `beside` (3, in m) is the vector from P to a point that is marked by a cross.
     """
-    scaled = _scale_arm(exact(chain))
-    entries = scaled.entries(np.array([pose[q.name] for q in chain.q]) + scaled.offsets)
-    return _figure(scaled.drawn, entries, PANEL, beside=None if beside is None else beside / scaled.unit)
+    scaled_arm = _scale_arm(exact(chain))
+    entries = scaled_arm.entries(np.array([pose[q.name] for q in chain.q]) + scaled_arm.offsets)
+    return _figure(scaled_arm.drawn, entries, PANEL, beside=None if beside is None else beside / scaled_arm.unit)
 
 
 def _figure(
@@ -87,27 +87,27 @@ def _draw_cached(
     entries, vectors = np.array(pose), [np.array(vector) for vector in places]
     cross_vector = vectors.pop() if with_cross else None
     lost_directions = tuple(vectors)
-    bones, shown_hand = skeleton(drawn, entries), size == PANEL and _hides_hand(drawn)
+    bones, shows_hand_axis = skeleton(drawn, entries), size == PANEL and _hides_hand(drawn)
 
     def draw(view: View) -> Drawing:
         dot = Circle(view.px(bones.path[-1]), 5.0, "point")
         marks = itertools.chain(
             *(_blocked_direction_mark(view, bones.path[-1], direction) for direction in lost_directions)
         )
-        hand, z = bones.origins[-1], bones.frames[-1, :3, 2]
-        hand_axis = arrow(view, hand, hand + HAND / view.scale * z, "axis-z") if shown_hand else ()
+        last_origin, z = bones.origins[-1], bones.frames[-1, :3, 2]
+        hand_axis = arrow(view, last_origin, last_origin + HAND / view.scale * z, "axis-z") if shows_hand_axis else ()
         cross = () if cross_vector is None else _cross(view.px(bones.path[-1] + cross_vector))
         return Drawing((*draw_body(make_scene(drawn, bones, view)).shapes, *hand_axis, *marks, dot, *cross))
 
-    part, _ = fit_drawing(drawn, bones, draw, (0.9 * size[0], 0.9 * size[1]), size, MARGIN)
-    return Figure(*size, part.shapes, ())
+    drawing, _ = fit_drawing(drawn, bones, draw, (0.9 * size[0], 0.9 * size[1]), size, MARGIN)
+    return Figure(*size, drawing.shapes, ())
 
 
 def _hides_hand(drawn: Chain) -> bool:
     """Return whether the last link is too short to show its z axis, whose direction the previous joint changes."""
     sizes = [max(abs(float(v)) for v in (joint.a, joint.d) if v.is_number) for joint in drawn.joints]
-    wrist = drawn.n > 1 and drawn.joints[-1].kind == "R" and drawn.joints[-2].alpha not in (0, sp.pi, -sp.pi)
-    return wrist and not is_flat(drawn) and sizes[-1] < SHORT * max(sizes)
+    has_wrist_joint = drawn.n > 1 and drawn.joints[-1].kind == "R" and drawn.joints[-2].alpha not in (0, sp.pi, -sp.pi)
+    return has_wrist_joint and not is_flat(drawn) and sizes[-1] < SHORT * max(sizes)
 
 
 def _cross(at: Pair) -> tuple[Shape, ...]:
@@ -228,12 +228,12 @@ def _scale_arm(chain: Chain) -> _ScaledArm:
         replace(joint, theta=q) if joint.kind == "R" else replace(joint, d=q)
         for joint, q in zip(joints, chain.q, strict=True)
     )
-    filled = replace(chain, joints=joints, base=base, tool=tool)
-    offsets = np.array([float(value) for value in filled.offsets])
+    numeric_arm = replace(chain, joints=joints, base=base, tool=tool)
+    offsets = np.array([float(value) for value in numeric_arm.offsets])
     drawn, unit = _normalize_size(
-        replace(filled, name="drawn", title="", joints=joints_without_offsets, axis_points=())
+        replace(numeric_arm, name="drawn", title="", joints=joints_without_offsets, axis_points=())
     )
-    return _ScaledArm(filled, drawn, offsets, values, unit)
+    return _ScaledArm(numeric_arm, drawn, offsets, values, unit)
 
 
 def _normalize_size(chain: Chain) -> tuple[Chain, float]:
@@ -330,9 +330,9 @@ def _lost_directions(chain: Chain, scaled: _ScaledArm, entries: np.ndarray) -> t
     if jacobian.shape[0] > jacobian.shape[1]:
         return ()
     directions = []
-    for lost in _canonical_basis(u[:, rank:]):
+    for lost_direction in _canonical_basis(u[:, rank:]):
         vector = np.zeros(6)
-        vector[task] = lost
+        vector[task] = lost_direction
         if np.linalg.norm(vector[3:]) < 1e-6:
             directions.append(vector[:3])
     return tuple(directions)

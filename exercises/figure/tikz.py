@@ -121,12 +121,12 @@ def _colour(code: str) -> str:
 
 def _lettering(element: ET.Element, attributes: Mapping[str, str], frame: _Frame) -> Lettering:
     runs: list[Run] = []
-    low = 0.0
+    lowered_by = 0.0
     for run in element if len(element) else (element,):
-        low += float(run.get("dy", 0))
+        lowered_by += float(run.get("dy", 0))
         size = POINTS * frame.scale * float(run.get("font-size", attributes.get("font-size", 15)))
         runs.append(
-            Run(_to_latex(run.text or "", run.get("font-style") == "italic"), size, -POINTS * frame.scale * low)
+            Run(_to_latex(run.text or "", run.get("font-style") == "italic"), size, -POINTS * frame.scale * lowered_by)
         )
     return Lettering(frame.at(attributes["x"], attributes["y"]), _colour(attributes["fill"]), tuple(runs))
 

@@ -133,10 +133,10 @@ def box(view: View, center: np.ndarray, axis: np.ndarray, half: float, side: flo
     faces = []
     for k in range(3):
         normal, first, second = edges[k], edges[(k + 1) % 3], edges[(k + 2) % 3]
-        toward = float(view.axes[2] @ normal)
-        if abs(toward) * view.scale < 1e-6:
+        toward_reader = float(view.axes[2] @ normal)
+        if abs(toward_reader) * view.scale < 1e-6:
             continue
-        middle = center + normal * (1.0 if toward > 0 else -1.0)
+        middle = center + normal * (1.0 if toward_reader > 0 else -1.0)
         corners = [middle + first + second, middle - first + second, middle - first - second, middle + first - second]
         faces.append(Polyline(view.path(corners), "joint-face" if k == 0 else "joint-side", True))
     return tuple(faces)

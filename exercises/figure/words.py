@@ -136,11 +136,11 @@ def _sum(value: sp.Expr, unit: str) -> str:
     if value == 0:
         return "0"
     words = ""
-    number, letters = sp.expand(value).as_independent(sp.Symbol, as_Add=True)
-    for term in (*([sp.N(number)] if number != 0 else []), *(sp.Add.make_args(letters) if letters != 0 else [])):
-        number, letters = term.as_independent(*term.free_symbols, as_Add=False)
+    number, symbols = sp.expand(value).as_independent(sp.Symbol, as_Add=True)
+    for term in (*([sp.N(number)] if number != 0 else []), *(sp.Add.make_args(symbols) if symbols != 0 else [])):
+        number, symbols = term.as_independent(*term.free_symbols, as_Add=False)
         size = f"{abs(float(number)):.3g}"
-        name = str(letters) if letters != 1 else ""
+        name = str(symbols) if symbols != 1 else ""
         term_text = f"{size} {name}" if name and size != "1" else name or f"{size}{unit}"
         sign = "minus " if number < 0 else "plus " if words else ""
         words += f"{' ' if words else ''}{sign}{term_text}"

@@ -61,12 +61,12 @@ def generate(
     for message in assignment.notes:
         note(message)
     counts = {"written": 0, "rewritten": 0, "completed": 0, "kept": 0, "left out": 0}
-    failed: list[FailedSlot] = []
+    failed_slots: list[FailedSlot] = []
     with progress("generating", len(assignment.roster)) as counter:
 
         def report_student(released: ReleaseResult) -> None:
             counts[released.outcome] += 1
-            failed.extend(released.given_up)
+            failed_slots.extend(released.given_up)
             for slot in released.given_up:
                 note(str(slot))
             if released.given_up and (old := notebook_path(assignment, released.student)).exists():
@@ -81,10 +81,10 @@ def generate(
     for message in (*describe_redraws(assignment, released_assignment), *describe_shared_answers(released_assignment)):
         note(message)
     if former := find_former_students(released_assignment):
-        named = ", ".join(former[:3]) + (f" and {len(former) - 3} more" if len(former) > 3 else "")
+        name_list = ", ".join(former[:3]) + (f" and {len(former) - 3} more" if len(former) > 3 else "")
         released = folder / "released"
-        note(f"{released} still has notebooks of who is not on the roster ({named}): hand these out to nobody")
-    raise_left_out(released_assignment, failed)
+        note(f"{released} still has notebooks of who is not on the roster ({name_list}): hand these out to nobody")
+    raise_left_out(released_assignment, failed_slots)
 
 
 def verify(
@@ -216,8 +216,8 @@ def compare(
         for answer in compare_lines(_read_lines(batch), refused):
             say(answer)
         if refused:
-            more = f", and {len(refused) - 1} more lines are no requests" if len(refused) > 1 else ""
-            raise QdotError(f"{refused[0]}{more}; all others were compared")
+            others_clause = f", and {len(refused) - 1} more lines are no requests" if len(refused) > 1 else ""
+            raise QdotError(f"{refused[0]}{others_clause}; all others were compared")
         return
     if not reference:
         raise QdotError("compare takes two texts, STUDENT and REFERENCE, or --batch FILE.jsonl")
@@ -268,8 +268,8 @@ def doctor(as_json: AsJson = False) -> None:
     say("")
     for remedy in guarantees.list_remedies(findings):
         say(remedy)
-    can = "can" if findings.is_strict else "can't"
-    say(f'sandbox = "strict" in assignment.toml {can} be had on this machine')
+    verb = "can" if findings.is_strict else "can't"
+    say(f'sandbox = "strict" in assignment.toml {verb} be had on this machine')
 
 
 def demo(

@@ -130,15 +130,15 @@ def run_demo(folder: Path, jobs: int) -> None:
         init_assignment(folder, TITLE, KEY, students, SECRET)
     assignment = load_assignment(folder)
     jobs = min(jobs, len(students))
-    failed: list[FailedSlot] = []
+    failed_slots: list[FailedSlot] = []
     with progress("generating", len(students)) as counter:
 
         def count_student(released: ReleaseResult) -> None:
-            failed.extend(released.given_up)
+            failed_slots.extend(released.given_up)
             counter.step()
 
         assignment = release(assignment, CERTIFIER, jobs, count_student)
-    raise_left_out(assignment, failed)
+    raise_left_out(assignment, failed_slots)
     with progress("handing in", len(students)) as counter:
         for student, kind in zip(assignment.roster, kinds(), strict=True):
             hand_in(assignment, student.id, kind)

@@ -88,15 +88,15 @@ def export(
         note(message)
     parent = folder / "exports" if out is None else out
     targets = {name: parent if out and len(names) == 1 else parent / name for name in names}
-    failed = _write(order, targets)
+    failed_formats = _write(order, targets)
     redrawn_assignment = replace(assignment, redrawn=read_redrawn(folder))
     for message in (*describe_redraws(assignment, redrawn_assignment), *dict.fromkeys(map(str, failed_slots))):
         note(message)
-    if failed and failed_slots:  # report both, the failed slots as the error
-        note(_describe_failures(failed, names))
+    if failed_formats and failed_slots:  # report both, the failed slots as the error
+        note(_describe_failures(failed_formats, names))
     raise_left_out(redrawn_assignment, failed_slots)
-    if failed:
-        raise QdotError(_describe_failures(failed, names))
+    if failed_formats:
+        raise QdotError(_describe_failures(failed_formats, names))
 
 
 def report(
@@ -154,18 +154,18 @@ def _check(names: Sequence[str], sheet: str, page: str, variation: str) -> None:
 def _write(order: Order, targets: Mapping[str, Path]) -> dict[str, str]:
     """Write each export format into its folder; return the formats that can't be written, each with the reason."""
     assignment = order.assignment
-    failed = {name: reason for name in targets if (reason := EXPORT_FORMATS[name].missing())}
+    failed_formats = {name: reason for name in targets if (reason := EXPORT_FORMATS[name].missing())}
     for name, target in targets.items():
-        if name in failed:
+        if name in failed_formats:
             continue
         redrawn = read_redrawn(assignment.folder)  # the previous format may have added to it
         try:
             count = _export(replace(order, assignment=replace(assignment, redrawn=redrawn)), name, target)
         except QdotError as error:
-            failed[name] = str(error)
+            failed_formats[name] = str(error)
             continue
         say(f"{name}: {count} {'file' if count == 1 else 'files'} in {target}")
-    return failed
+    return failed_formats
 
 
 def _describe_failures(failed: Mapping[str, str], names: Sequence[str]) -> str:
@@ -173,9 +173,9 @@ def _describe_failures(failed: Mapping[str, str], names: Sequence[str]) -> str:
     if len(names) == 1:
         return failed[names[0]]
     verb = "is" if len(failed) == 1 else "are"
-    rest = "; all others are" if len(failed) < len(names) else ""
+    others_clause = "; all others are" if len(failed) < len(names) else ""
     reasons = ". ".join(f"{name}: {error}" for name, error in failed.items())
-    return f"{', '.join(failed)} {verb} not written{rest}. {reasons}"
+    return f"{', '.join(failed)} {verb} not written{others_clause}. {reasons}"
 
 
 def _export(order: Order, name: str, target: Path) -> int:

@@ -173,8 +173,8 @@ def _check_all_there(
     this run.
     """
     names = [student.id for student in assignment.roster]
-    submitted = {name for name, result in earlier.items() if result.submission is not None}
-    missing = [name for name in names if name not in by_student and name in submitted]
+    students_with_submission = {name for name, result in earlier.items() if result.submission is not None}
+    missing = [name for name in names if name not in by_student and name in students_with_submission]
     if missing:
         listing = ", ".join(missing[:5]) + (f" and {len(missing) - 5} more" if len(missing) > 5 else "")
         raise QdotError(

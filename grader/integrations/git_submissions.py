@@ -162,8 +162,8 @@ def _collect_one(assignment: Assignment, host: Host, fetched: Path, student: Stu
         _fetch_commit(host, repository, push, folder)
     except (_LeftOut, _Unreached, OSError) as error:
         shutil.rmtree(folder, ignore_errors=True)
-        kind = "left_out" if isinstance(error, _LeftOut) else "unreached"
-        return replace(collected, **{kind: printable(str(error))})
+        field_name = "left_out" if isinstance(error, _LeftOut) else "unreached"
+        return replace(collected, **{field_name: printable(str(error))})
     return collected
 
 
@@ -171,10 +171,10 @@ def _counting_push(host: Host, repository: str, branch: str, until: datetime.dat
     """Return the last push to a branch that came in time; if there is none and `late_too`, the last push of all."""
     try:
         pushes = iter(host.pushes(host, repository, branch))
-        last = next(pushes, None)
-        all_pushes = () if last is None else chain((last,), pushes)
+        last_push = next(pushes, None)
+        all_pushes = () if last_push is None else chain((last_push,), pushes)
         in_time = next((push for push in all_pushes if until is None or push.received <= until), None)
-        counting_push = in_time or (last if late_too else None)
+        counting_push = in_time or (last_push if late_too else None)
     except urllib.error.HTTPError as error:
         why = f"the server answers {error.code} {error.reason}"
         raise _Unreached(f"when it was pushed to is not known: {why}") from None
@@ -220,8 +220,8 @@ def _git(host: Host, *arguments: str, **environment: str) -> str:
         raise _Unreached(f"git took longer than {PATIENCE} s") from None
     if process.returncode:
         lines = [line for line in process.stderr.splitlines() if line.strip()]
-        last = lines[-1] if lines else f"git ended with {process.returncode}"
-        raise _Unreached(printable(next((line for line in lines if ERROR.match(line)), last)))
+        last_line = lines[-1] if lines else f"git ended with {process.returncode}"
+        raise _Unreached(printable(next((line for line in lines if ERROR.match(line)), last_line)))
     return process.stdout
 
 

@@ -73,9 +73,9 @@ def find_submitter(assignment: Assignment, metadata: dict[str, Any], submission:
     owners: dict[str, None] = {}
     for user in metadata["users"]:
         ids = tuple(str(user[key]) for key in ("sid", "email", "id") if user.get(key))
-        match = roster.find_owner(SubmittedPath(submission, ids, str(user.get("name") or ""), "Gradescope"))
-        if len(match.students) == 1 and not match.why:
-            owners[match.students[0]] = None
+        owner = roster.find_owner(SubmittedPath(submission, ids, str(user.get("name") or ""), "Gradescope"))
+        if len(owner.students) == 1 and not owner.why:
+            owners[owner.students[0]] = None
     if len(owners) > 1:
         owners = {name: None for name in owners if name in _claimed_students(assignment, submission)}
     if len(owners) != 1:
@@ -122,14 +122,14 @@ def apply_attempt_policy(
     times = [parse_time(other.get("submission_time")) or epoch + i * DAY for i, other in enumerate(earlier)]
     counting_indices = policy.select_counting([*times, now])
     is_counting = len(earlier) in counting_indices
-    best = max((float(earlier[i]["score"]) for i in counting_indices if i < len(earlier)), default=0.0)
-    if is_counting and best <= results.score:
+    best_score = max((float(earlier[i]["score"]) for i in counting_indices if i < len(earlier)), default=0.0)
+    if is_counting and best_score <= results.score:
         return results
     score = format_points(results.score)
-    message = f"an earlier submission earned {format_points(best)} points, which count; this one earned {score}"
+    message = f"an earlier submission earned {format_points(best_score)} points, which count; this one earned {score}"
     if not is_counting:
         message += f"; {policy.rule}"
-    return replace(results, score=best, output="\n".join(filter(None, (message, results.output))))
+    return replace(results, score=best_score, output="\n".join(filter(None, (message, results.output))))
 
 
 def parse_time(text: object) -> datetime.datetime | None:

@@ -131,8 +131,8 @@ def _grade(assignment: Assignment, about: Any, step: Mark) -> Result:
     received = course.get_existing_timestamp(str(folder))
     if received is not None and received.tzinfo is None:
         received = received.replace(tzinfo=datetime.UTC)
-    handed_in = find_student_files(assignment, folder / f"{about['notebook']}.ipynb", received, "nbgrader")
-    return grade_one(assignment, student, handed_in, make_limits(step.seconds))
+    files = find_student_files(assignment, folder / f"{about['notebook']}.ipynb", received, "nbgrader")
+    return grade_one(assignment, student, files, make_limits(step.seconds))
 
 
 @cache

@@ -252,8 +252,8 @@ class _Typed(AnswerVisitor[str]):
     def _chosen(self) -> str:
         """Return the letters of the ticked options; the element lists them in qdot's order, with its own keys."""
         keys = [option["key"] for option in self.data["params"].get(self.part.name, ())]
-        ticked = self.data["submitted_answers"].get(self.part.name) or ()
-        return "".join(LETTERS[keys.index(key)] for key in ticked if key in keys)
+        ticked_keys = self.data["submitted_answers"].get(self.part.name) or ()
+        return "".join(LETTERS[keys.index(key)] for key in ticked_keys if key in keys)
 
 
 _NUMBERS = [str(number) for number in range(len(LETTERS))]
@@ -294,14 +294,14 @@ def _why_unreadable(problem: Problem, part: Part, typed: str) -> str:
 def _describe_outcome(problem: Problem, verdict: Verdict) -> str:
     """Return the feedback on an answer, without correct values, because students may try a variant again."""
     outcome, entries = verdict.judgement.outcome, verdict.judgement.entries
-    words = _OUTCOMES[outcome]
+    sentence = _OUTCOMES[outcome]
     if verdict.followed_from is not None:
-        earlier = ASKED[problem[verdict.followed_from].kind].title
-        return f"It follows from your answer to “{earlier}”, which is not right."
+        earlier_title = ASKED[problem[verdict.followed_from].kind].title
+        return f"It follows from your answer to “{earlier_title}”, which is not right."
     if outcome in (Outcome.WRONG, Outcome.PARTIAL) and entries is not None and sum(map(len, entries)) > 1:
-        wrong = [f"({i}, {j})" for i, row in enumerate(entries, 1) for j, same in enumerate(row, 1) if not same]
-        return f"{words} What is off: {', '.join(wrong)}."
-    return words
+        wrong_entries = [f"({i}, {j})" for i, row in enumerate(entries, 1) for j, same in enumerate(row, 1) if not same]
+        return f"{sentence} What is off: {', '.join(wrong_entries)}."
+    return sentence
 
 
 _OUTCOMES = {

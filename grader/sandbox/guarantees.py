@@ -93,30 +93,30 @@ def probe(without: Iterable[str] = (), quick: bool = False) -> Findings:
     A full probe computes for a second, until it is stopped for its processor time; a quick probe does not.
     """
     if not hasattr(os, "fork"):
-        missing = tuple(Guarantee(name, promise, MISSING, (), ()) for name, promise in PROMISES.items())
-        return Findings(missing, {"system": REFUSED})
+        guarantees = tuple(Guarantee(name, promise, MISSING, (), ()) for name, promise in PROMISES.items())
+        return Findings(guarantees, {"system": REFUSED})
     achieved: dict[str, list[str]] = {name: [] for name in PROMISES}
     limits = Limits(seconds=10, memory=1 << 30)
     with _make_targets() as targets, Sandbox(limits, without, loaded=False, processor_seconds=1) as sandbox:
-        tried: set[str] = set()
+        tested_guarantees: set[str] = set()
 
         def take(line: dict[str, Any]) -> None:
-            tried.add(line["guarantee"])
+            tested_guarantees.add(line["guarantee"])
             if line["achieved"]:
                 achieved[line["guarantee"]].append(line["achieved"])
 
-        probing = {**targets, "memory": limits.memory, "seconds": 0 if quick else 1, "alone": None}
-        end = sandbox.exchange({"attempts": probing}, take)
+        probe_targets = {**targets, "memory": limits.memory, "seconds": 0 if quick else 1, "alone": None}
+        end = sandbox.exchange({"attempts": probe_targets}, take)
         unbegun_reason = sandbox.unbegun
         if sandbox.left_running:
             achieved["processes"].append("left processes running")
         lacking_measures = sandbox.lacking
         for number in range(len(ALONE)) if end in ENDS[quick] else ():
-            if sandbox.exchange({"attempts": {**probing, "seconds": 0, "alone": number}}, take) == "lost":
+            if sandbox.exchange({"attempts": {**probe_targets, "seconds": 0, "alone": number}}, take) == "lost":
                 achieved["processes"].append("killed the process that starts notebooks")
         if sandbox.left_behind:
             achieved["files"].append("left files behind")
-    if end not in ENDS[quick] or not tried >= PROMISES.keys() - {"time"}:
+    if end not in ENDS[quick] or not tested_guarantees >= PROMISES.keys() - {"time"}:
         reason = f": {unbegun_reason}" if unbegun_reason else ""
         raise QdotError(f"the sandbox of this machine does not work, its probe ended early ({end}{reason})")
     if end == "overtime" and not achieved["time"]:
@@ -133,8 +133,8 @@ def _guarantee(name: str, achieved: list[str], lacking: dict[str, str]) -> Guara
     if "namespaces" not in lacking and "quota" in available:
         available.remove("quota")  # the notebook's own file system has a limited size, so nothing is counted
     means = tuple(MEASURES[measure][0] for measure in available)
-    watched = name in WATCHED and "watch" not in lacking
-    by = KERNEL if not achieved else PYTHON if watched else MISSING
+    is_watched = name in WATCHED and "watch" not in lacking
+    by = KERNEL if not achieved else PYTHON if is_watched else MISSING
     return Guarantee(name, PROMISES[name], by, means, tuple(achieved))
 
 

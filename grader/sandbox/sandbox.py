@@ -119,13 +119,13 @@ class Run:
 
     def note(self, cell: str = "it") -> str:
         """Return a sentence on how the run ended, in a `cell` of this name; empty if it ended normally."""
-        where, limits = ("" if cell == "it" else f" in {cell}"), self.limits or Limits()
+        location, limits = ("" if cell == "it" else f" in {cell}"), self.limits or Limits()
         descriptions = {
-            "overtime": f"the notebook used up its {limits.seconds:g} s{where}",
-            "crashed": f"the notebook crashed Python{where}",
-            "closed": f"the notebook ended its own process{where}",
-            "killed": f"the notebook was stopped{where}: it took more than a notebook may ({limits.in_words})",
-            "lost": f"the notebook killed the process that runs it{where}",
+            "overtime": f"the notebook used up its {limits.seconds:g} s{location}",
+            "crashed": f"the notebook crashed Python{location}",
+            "closed": f"the notebook ended its own process{location}",
+            "killed": f"the notebook was stopped{location}: it took more than a notebook may ({limits.in_words})",
+            "lost": f"the notebook killed the process that runs it{location}",
         }
         if self.end == "unbegun":
             return "the machine ended the process that was to run the notebook; nothing was run"

@@ -138,30 +138,30 @@ class _Notebook:
     def locate(self, part: str) -> None:
         """Make sure that the answer to a part is found: if no cell sets its variable, change the source that is run."""
         name, setters = self.names[part], self.setters(self.names[part])
-        marked = [index for index in self.marked_cells(part) if index in self.sources]
-        assigning = [index for index in marked if isinstance(self._answer_statement(index), ast.Assign)]
+        marked_cells = [index for index in self.marked_cells(part) if index in self.sources]
+        assigning_cells = [index for index in marked_cells if isinstance(self._answer_statement(index), ast.Assign)]
         if setters:
-            if assigning and not set(marked) & set(setters):
+            if assigning_cells and not set(marked_cells) & set(setters):
                 self.notes.append(
                     f"{name} is set in {_name_cells(setters)}, and was read there; "
-                    f"the answer cell, {_name_cells(assigning)}, does not set it"
+                    f"the answer cell, {_name_cells(assigning_cells)}, does not set it"
                 )
             return
-        several = f", the last of {_name_cells(marked)}," if len(marked) > 1 else ""
-        for index in reversed(assigning or marked):
+        several = f", the last of {_name_cells(marked_cells)}," if len(marked_cells) > 1 else ""
+        for index in reversed(assigning_cells or marked_cells):
             if self._use_as_answer(index, part, f"{_name_cells([index])}{several} is the answer cell of {name}"):
                 return
         assignment = re.compile(rf"(?m)^ *`*{name} *=(?!=)")
         texts = (
             (index, cell) for index, cell in enumerate(self.cells) if not cell.is_code and index not in self.sources
         )
-        likely = (index for index, cell in texts if cell.part == part or assignment.search(cell.source))
-        if not any(self._use_text_cell(index, part) for index in itertools.islice(likely, MOST)):
+        likely_cells = (index for index, cell in texts if cell.part == part or assignment.search(cell.source))
+        if not any(self._use_text_cell(index, part) for index in itertools.islice(likely_cells, MOST)):
             self._use_misspelt(name)
 
     def _use_misspelt(self, name: str) -> None:
         """Use a misspelt variable, such as P1_Jacobian, for one that no cell sets, if exactly one name is similar."""
-        similar = [
+        candidates = [
             candidate
             for candidate in sorted({set_name for names in self.sets.values() for set_name in names})
             if abs(len(candidate) - len(name)) < 3
@@ -170,7 +170,7 @@ class _Notebook:
         ][:MOST]
         similar_names = [
             candidate
-            for candidate in similar
+            for candidate in candidates
             if difflib.get_close_matches(candidate.casefold(), list(self.names.values()), 1, 0.87) == [name]
         ]
         if len(similar_names) != 1:
@@ -191,17 +191,17 @@ class _Notebook:
         tree = self._parse_cell(self.sources[index])
         if tree is None or not tree.body:
             return None
-        assigned = {
+        statements = {
             target.id: statement
             for statement in tree.body
             if isinstance(statement, ast.Assign) and isinstance(target := statement.targets[-1], ast.Name)
         }
         last_statement = tree.body[-1]
         if isinstance(last_statement, ast.Expr) and isinstance(last_statement.value, ast.Name):
-            return assigned.get(last_statement.value.id, last_statement)
-        if isinstance(last_statement, ast.Expr) and not assigned and not _only_displays(last_statement):
+            return statements.get(last_statement.value.id, last_statement)
+        if isinstance(last_statement, ast.Expr) and not statements and not _only_displays(last_statement):
             return last_statement
-        return max(assigned.values(), key=lambda statement: (statement.lineno, statement.col_offset), default=None)
+        return max(statements.values(), key=lambda statement: (statement.lineno, statement.col_offset), default=None)
 
     def _use_as_answer(self, index: int, part: str, because: str) -> bool:
         """Use the value of an answer cell as the answer to its part; return False if it has no value to use."""
@@ -373,8 +373,8 @@ def _describe_overtime(notebook: _Notebook, run: Run) -> list[str]:
     notes = []
     for index, error in run.cell_errors.items():
         if error.startswith(OVERTIME):
-            found = [name for name in notebook.names.values() if name in notebook.sets[index] and name in run.answers]
-            effect = f"; {' and '.join(found)}, which it had set by then, was read" if found else ""
+            read = [name for name in notebook.names.values() if name in notebook.sets[index] and name in run.answers]
+            effect = f"; {' and '.join(read)}, which it had set by then, was read" if read else ""
             notes.append(f"{_name_cells([index])} was stopped: {error}{effect}")
     return notes
 

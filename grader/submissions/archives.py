@@ -101,9 +101,9 @@ def _check_directory(path: Path) -> None:
     """Raise OverLimit if a zip's list of files would take too long to read; the last bytes of a zip have its length."""
     with path.open("rb") as file:
         file.seek(max(0, path.stat().st_size - 65_557))
-        end = file.read()
-    position = end.rfind(b"PK\x05\x06")
-    if position >= 0 and int.from_bytes(end[position + 12 : position + 16], "little") > 150 * MOST_FILES:
+        last_bytes = file.read()
+    position = last_bytes.rfind(b"PK\x05\x06")
+    if position >= 0 and int.from_bytes(last_bytes[position + 12 : position + 16], "little") > 150 * MOST_FILES:
         raise OverLimit(f"{printable_name(path.name)} has more than {MOST_FILES} files in it; {INSTEAD}")
 
 
@@ -114,9 +114,9 @@ def _list_tar(path: Path) -> list[ArchiveMember]:
 def _members(path: Path) -> Iterator[tuple[tarfile.TarInfo, tarfile.TarFile]]:
     """Yield the members of a tar archive, compressed or not. Raises OverLimit if it is too large."""
     with path.open("rb") as file:
-        compressed = file.read(2) == b"\x1f\x8b"
+        is_compressed = file.read(2) == b"\x1f\x8b"
     with path.open("rb") as file, gzip.GzipFile(fileobj=file) as unzipped:
-        content = io.BytesIO((unzipped if compressed else file).read(LARGEST + 1))
+        content = io.BytesIO((unzipped if is_compressed else file).read(LARGEST + 1))
     if content.getbuffer().nbytes > LARGEST:
         raise OverLimit(f"{printable_name(path.name)} unpacks to more than {LARGEST // 1_000_000} MB; {INSTEAD}")
     with tarfile.open(fileobj=content, mode="r:") as tar:

@@ -85,8 +85,8 @@ def printable_name(name: str) -> str:
     >>> print(printable_name("a\nb.ipynb"))
     a�b.ipynb
     """
-    shown = "".join(ch if ch.isprintable() else "\N{REPLACEMENT CHARACTER}" for ch in name)
-    return shown if len(shown) <= 120 else f"{shown[:80]}…{shown[-30:]}"
+    printable = "".join(ch if ch.isprintable() else "\N{REPLACEMENT CHARACTER}" for ch in name)
+    return printable if len(printable) <= 120 else f"{printable[:80]}…{printable[-30:]}"
 
 
 def read_cells(name: str, data: bytes) -> Content:
@@ -101,8 +101,8 @@ def _read_in_subprocess(label: str, data: bytes) -> Content:
     """Return the content of a file, parsed by another process within limits. Raises Unreadable."""
     try:
         program = [sys.executable, "-I", __file__, label, str(MEMORY), str(SECONDS)]
-        completed = subprocess.run(program, input=data, capture_output=True, timeout=10 * SECONDS)
-        report = json.loads(completed.stdout)
+        process = subprocess.run(program, input=data, capture_output=True, timeout=10 * SECONDS)
+        report = json.loads(process.stdout)
     except (subprocess.TimeoutExpired, ValueError):  # the process was killed, or ran out of memory
         raise OverLimit(_TOO_MUCH.format(label)) from None
     if "why" in report:

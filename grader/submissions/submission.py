@@ -456,21 +456,21 @@ def _read_from_archive(path: Path, key: str) -> tuple[str, bytes, str, list[_Nea
         raise Unreadable(f"{label} has {content} in it; hand in the notebook itself, the file that ends in .ipynb")
 
     shallow = sorted(candidates, key=lambda member: (_kind(member.name), _depth(member.name), member.name))[:20]
-    chosen, *rest = sort_candidates(shallow, lambda member: member.name, partial(_read_small_member, path), key)
-    if chosen.size > LARGEST:
+    best, *others = sort_candidates(shallow, lambda member: member.name, partial(_read_small_member, path), key)
+    if best.size > LARGEST:
         raise OverLimit(
-            f"{printable_name(chosen.name)} in {label} is larger than {LARGEST // 1_000_000} MB; clear its outputs"
+            f"{printable_name(best.name)} in {label} is larger than {LARGEST // 1_000_000} MB; clear its outputs"
         )
-    note = f"{label} is an archive; {printable_name(chosen.name)} in it was read"
-    similar = [printable_name(member.name) for member in rest if _kind(member.name) <= _kind(chosen.name)]
-    note += f", not {', '.join(similar[:5])}" if similar else ""
-    notebook_path = PurePosixPath(chosen.name)
+    note = f"{label} is an archive; {printable_name(best.name)} in it was read"
+    names = [printable_name(member.name) for member in others if _kind(member.name) <= _kind(best.name)]
+    note += f", not {', '.join(names[:5])}" if names else ""
+    notebook_path = PurePosixPath(best.name)
     neighbours: list[_Near] = [
         (PurePosixPath(member.name).name, partial(_read_small_member, path, member))
         for member in files
-        if PurePosixPath(member.name).parent == notebook_path.parent and member != chosen
+        if PurePosixPath(member.name).parent == notebook_path.parent and member != best
     ]
-    return notebook_path.name, read_member(path, chosen.name), note, neighbours
+    return notebook_path.name, read_member(path, best.name), note, neighbours
 
 
 # --- metadata ---
@@ -478,9 +478,9 @@ def _read_from_archive(path: Path, key: str) -> tuple[str, bytes, str, list[_Nea
 
 def explain_wrong_assignment(submission: Submission, assignment: "Assignment") -> str | None:
     """Return a message if, according to its metadata, a notebook belongs to another assignment; else None."""
-    claimed = submission.claims.get("assignment")
-    if isinstance(claimed, str) and claimed != assignment.key:
-        return f"this notebook belongs to the assignment {claimed[:80]!r}, and {assignment.key!r} is graded here"
+    claimed_key = submission.claims.get("assignment")
+    if isinstance(claimed_key, str) and claimed_key != assignment.key:
+        return f"this notebook belongs to the assignment {claimed_key[:80]!r}, and {assignment.key!r} is graded here"
     return None
 
 
@@ -513,11 +513,11 @@ def find_oddities(submission: Submission, assignment: "Assignment", student: str
     parts = {f"{slot.name}.{question}" for slot in assignment.slots for question in slot.questions}
     unknown = sorted({cell.part for cell in submission.cells if cell.part is not None} - parts)
     if unknown:
-        shown = ", ".join(printable_name(part) for part in unknown[:3]) + (", …" if len(unknown) > 3 else "")
-        notes.append(Note(f"cells are marked as answers to what is not asked: {shown}"))
+        listing = ", ".join(printable_name(part) for part in unknown[:3]) + (", …" if len(unknown) > 3 else "")
+        notes.append(Note(f"cells are marked as answers to what is not asked: {listing}"))
     if submission.foreign:
-        changed = ", ".join(submission.foreign[:5])
-        notes.append(Note(f"its cells' metadata were changed, which decides nothing: {changed}"))
+        changed_keys = ", ".join(submission.foreign[:5])
+        notes.append(Note(f"its cells' metadata were changed, which decides nothing: {changed_keys}"))
     if submission.late:
         notes.append(Note("the platform has marked it as late"))
     return notes

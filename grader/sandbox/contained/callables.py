@@ -89,16 +89,16 @@ def _arguments(function: Any, calls: Mapping[str, Any], value: Any) -> list[Any]
     """Return the arguments for a function, matched by the names of its parameters; `value` returns a symbol's value."""
     if isinstance(function, sympy.Lambda):
         names: list[str] = [str(symbol) for symbol in function.variables]
-        spread = False
+        takes_any_number = False
     else:
         if isinstance(function, numpy.vectorize):
             function = function.pyfunc
         parameters = inspect.signature(function).parameters.values()
         positional = (inspect.Parameter.POSITIONAL_ONLY, inspect.Parameter.POSITIONAL_OR_KEYWORD)
         names = [p.name for p in parameters if p.kind in positional and p.default is inspect.Parameter.empty]
-        spread = any(p.kind is inspect.Parameter.VAR_POSITIONAL for p in parameters)
+        takes_any_number = any(p.kind is inspect.Parameter.VAR_POSITIONAL for p in parameters)
     joints: list[str] = list(calls["joints"])
-    if spread and not names:
+    if takes_any_number and not names:
         return [value(joint) for joint in joints]
     targets = [_match_parameter(name, joints, calls["symbols"]) for name in names]
     if all(target is None for target in targets) and len(names) == len(joints):

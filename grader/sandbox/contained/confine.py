@@ -106,12 +106,12 @@ def enter() -> None:
 def private_root(mountpoint: str) -> None:
     """Make a read-only root folder that contains Python, its libraries and an empty folder."""
     kernel.mount("qdot", mountpoint, "tmpfs", kernel.MS_NOSUID | kernel.MS_NODEV, "size=4m,mode=755")
-    shown: list[str] = []
+    bound_paths: list[str] = []
     for path in sorted(guard.PLACES, key=len):
-        real = _copy_links(path, mountpoint)
-        if os.path.exists(real) and not guard.is_inside(real, tuple(shown)):
-            _show(real, mountpoint)
-            shown.append(real)
+        resolved_path = _copy_links(path, mountpoint)
+        if os.path.exists(resolved_path) and not guard.is_inside(resolved_path, tuple(bound_paths)):
+            _show(resolved_path, mountpoint)
+            bound_paths.append(resolved_path)
     for folder in guard.LIBRARIES:
         for name in guard.HIDDEN:
             if os.path.isdir(hidden := mountpoint + os.path.realpath(f"{folder}/{name}")):
@@ -288,14 +288,14 @@ def _limit(measures: Measures) -> None:
         limits.append(("RLIMIT_SIGPENDING", SIGNALS))
     if measures.processes is not None:
         limits.append(("RLIMIT_NPROC", measures.processes))
-    refused = []
+    refused_limits = []
     for name, value in limits:
         try:
             resource.setrlimit(getattr(resource, name), (value, value))
         except (AttributeError, ValueError, OSError) as error:
-            refused.append(f"{name}: {error}")
-    if refused:
-        raise OSError("; ".join(refused))
+            refused_limits.append(f"{name}: {error}")
+    if refused_limits:
+        raise OSError("; ".join(refused_limits))
 
 
 def become(user: int | None) -> None:

@@ -38,17 +38,17 @@ def python_of(source: str) -> str:
     if _HINT.search(source) is None:
         return source
     lines = source.split("\n")
-    first = next((n for n, line in enumerate(lines) if not _COMMENT.fullmatch(line)), len(lines))
-    if first == len(lines):
+    first_code_line = next((n for n, line in enumerate(lines) if not _COMMENT.fullmatch(line)), len(lines))
+    if first_code_line == len(lines):
         return source
-    lines = _strip_indent(_strip_prompts(lines, first), first)
-    while first < len(lines) and (magic := _CELL_MAGIC.fullmatch(lines[first])):
+    lines = _strip_indent(_strip_prompts(lines, first_code_line), first_code_line)
+    while first_code_line < len(lines) and (magic := _CELL_MAGIC.fullmatch(lines[first_code_line])):
         if magic[1] in NOT_PYTHON:
-            body = "\n".join(lines[first + 1 :]).removesuffix("\n") + "\n"
-            lines[first:] = [f"get_ipython().run_cell_magic({magic[1]!r}, {magic[2]!r}, {body!r})"]
+            body = "\n".join(lines[first_code_line + 1 :]).removesuffix("\n") + "\n"
+            lines[first_code_line:] = [f"get_ipython().run_cell_magic({magic[1]!r}, {magic[2]!r}, {body!r})"]
             break
-        lines[first] = "pass"
-        first += 1
+        lines[first_code_line] = "pass"
+        first_code_line += 1
     return "\n".join(_translate_statements(lines))
 
 

@@ -114,12 +114,12 @@ def run_cells(request: dict[str, Any], report: Report) -> None:
 def _run_cell(session: Session, index: int, source: str, alarm: Alarm, report: Report) -> None:
     """Run a cell; report the line on which it stopped or an import failed, and the error."""
     outcome: dict[str, Any] = {}
-    missed: list[FailedImport] = []
+    failed_imports: list[FailedImport] = []
     name = f"<cell {index + 1}>"
     session.asked_for_input = False
     try:
         with alarm:
-            session.run(source, name, missed.append)
+            session.run(source, name, failed_imports.append)
     except Overtime as overtime:
         outcome = {"error": f"it {overtime}"}
     except SystemExit:
@@ -129,7 +129,7 @@ def _run_cell(session: Session, index: int, source: str, alarm: Alarm, report: R
             "error": describe(raised) + (NO_INPUT if session.asked_for_input else ""),
             "line": _line(raised, name),
         }
-    for failed_import in missed[:MOST_MISSED]:
+    for failed_import in failed_imports[:MOST_MISSED]:
         report({"missed": index, "error": describe(failed_import.error), "line": failed_import.line})
     if outcome:
         report({"cell": index, **outcome})
@@ -236,19 +236,19 @@ def report_answers(
         try:
             with alarm:
                 parts = parts_of(namespace[name])
-                reported = (
+                message = (
                     previous.message
                     if is_same(previous.parts, parts)
                     else {"text": text_of(value_of(namespace[name], name, request))[: LONGEST_ANSWER + 1]}
                 )
         except Overtime as overtime:
-            reported = {"error": f"working it out {overtime}"}
+            message = {"error": f"working it out {overtime}"}
         except BaseException as raised:
-            reported = {"error": describe(raised)}
-        last[name] = AnswerReport(parts, reported)
-        if reported != previous.message:
-            report({"name": name, **reported})
-            texts += [reported["text"]] if "text" in reported else []
+            message = {"error": describe(raised)}
+        last[name] = AnswerReport(parts, message)
+        if message != previous.message:
+            report({"name": name, **message})
+            texts += [message["text"]] if "text" in message else []
     return texts
 
 

@@ -62,13 +62,13 @@ class Session:
                     self._execute(code)
                 return
             except Exception as error:
-                failed = _split_at_failed_import(error, source, name)
-                if failed is None:
+                split_cell = _split_at_failed_import(error, source, name)
+                if split_cell is None:
                     raise
-                statement, rest = failed
+                statement, remaining_code = split_cell
                 if not self._stand_in(statement):
                     missed(FailedImport(statement.lineno, error))
-                codes = [compile(rest, name, "exec", _AWAIT, True)]
+                codes = [compile(remaining_code, name, "exec", _AWAIT, True)]
 
     def _compile(self, source: str, name: str) -> list[CodeType]:
         """Return a cell's code; if results are stored, return the code of its last expression separately."""

@@ -105,8 +105,8 @@ class Finder:
 
     def find_spec(self, name: str, _path: object = None, _target: object = None) -> ModuleSpec | None:
         """Return how to make the stand-in for a module; None if the module has none."""
-        dotted = f"{name}."
-        if dotted in self._parents or any(map(dotted.startswith, self._beginnings)):
+        dotted_name = f"{name}."
+        if dotted_name in self._parents or any(map(dotted_name.startswith, self._beginnings)):
             return ModuleSpec(name, self, is_package=True)  # type: ignore[arg-type]
         return None
 

@@ -119,13 +119,13 @@ def _process_limit(measures: Measures) -> int | None:
         kernel_version = tuple(int(part) for part in os.uname().release.split(".")[:2])
         if measures.holds("namespaces") and kernel_version >= (5, 14):  # since 5.14, per namespace
             return confine.PROCESSES
-    user, used = os.geteuid(), 0
+    user, thread_count = os.geteuid(), 0
     with contextlib.suppress(OSError):
         for process in Path("/proc").iterdir():
             with contextlib.suppress(OSError):
                 if process.name.isdigit() and process.stat().st_uid == user:
-                    used += len(list(process.joinpath("task").iterdir()))
-        return used + 2 * confine.PROCESSES
+                    thread_count += len(list(process.joinpath("task").iterdir()))
+        return thread_count + 2 * confine.PROCESSES
     return None
 
 
@@ -168,11 +168,11 @@ def _serve(control: socket.socket, measures: Measures, parent: str, namespace: i
                 while (request := control.recv(1)) == b"t":
                     _reply(control, {"used": _processor_time(child.pid)})
                     _watch(control, measures, child)
-        how, cost = _end_child(child.pid, patience=0.2 if request == b"c" else 0.0)
+        ending_signal, cost = _end_child(child.pid, patience=0.2 if request == b"c" else 0.0)
         _remove(measures, child.folder)
         if not request:
             return
-        _reply(control, {"signal": how, **cost})
+        _reply(control, {"signal": ending_signal, **cost})
 
 
 EVERY = 0.01
@@ -228,9 +228,9 @@ def _be_child(measures: Measures, folder: str, parent: int, inbox: int, outbox: 
         os.environ.update(HOME=folder, TMPDIR=folder, MPLCONFIGDIR=folder, XDG_CACHE_HOME=folder)
         tempfile.tempdir = folder
         try:
-            null = os.open(os.devnull, os.O_RDWR)
+            null_device = os.open(os.devnull, os.O_RDWR)
             for descriptor in (0, 1, 2):
-                os.dup2(null, descriptor)
+                os.dup2(null_device, descriptor)
             _close_all_but({inbox, outbox})
             os.chdir(folder)
             failed = confine.apply(measures, folder, parent)
@@ -300,19 +300,19 @@ def _end_child(pid: int, patience: float) -> tuple[int, dict[str, float]]:
     itself: if it has closed its pipe, this shows the cause.
     """
     deadline = time.monotonic() + patience
-    ended, status, used = os.wait4(pid, os.WNOHANG)  # not waitid, which macOS has only since Python 3.13
-    while not ended and time.monotonic() < deadline:
+    ended_pid, status, usage = os.wait4(pid, os.WNOHANG)  # not waitid, which macOS has only since Python 3.13
+    while not ended_pid and time.monotonic() < deadline:
         time.sleep(0.001)
-        ended, status, used = os.wait4(pid, os.WNOHANG)
+        ended_pid, status, usage = os.wait4(pid, os.WNOHANG)
     with contextlib.suppress(ProcessLookupError, PermissionError):
         os.killpg(pid, signal.SIGKILL)
-    if not ended:
+    if not ended_pid:
         with contextlib.suppress(ProcessLookupError, PermissionError):
             os.kill(pid, signal.SIGKILL)
-        _, _, used = os.wait4(pid, 0)
+        _, _, usage = os.wait4(pid, 0)
     _kill_orphans()
-    ended_by = os.WTERMSIG(status) if ended and os.WIFSIGNALED(status) else 0
-    return ended_by, {"seconds": used.ru_utime + used.ru_stime, "memory": used.ru_maxrss * _UNIT_OF_MEMORY}
+    ending_signal = os.WTERMSIG(status) if ended_pid and os.WIFSIGNALED(status) else 0
+    return ending_signal, {"seconds": usage.ru_utime + usage.ru_stime, "memory": usage.ru_maxrss * _UNIT_OF_MEMORY}
 
 
 _UNIT_OF_MEMORY = 1 if sys.platform == "darwin" else 1024
