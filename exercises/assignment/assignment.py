@@ -1,4 +1,4 @@
-"""An assignment folder: reads and checks assignment.toml, roster.csv and the secret, and explains errors."""
+"""Read and check an assignment folder: assignment.toml, roster.csv and the secret. Errors name file and line."""
 
 import datetime
 import hashlib
@@ -138,10 +138,10 @@ class Student:
 class Slot:
     """A slot of the assignment, in which every student has a problem of the same family with the same questions.
 
-    `band` is the range of difficulty. `robot` is a digest of the file of an instructor's own robot, "" for a family.
-    `variation` is how much arms differ from the chapter's. `convention` describes the arms, and `twist_order` is the
-    order of their twists. `decimals` are the questions that accept rounded decimals, with their tolerances. `credit`
-    are the assignment's own rules for partial credit.
+    `band` is the minimum and maximum difficulty. `robot` is a digest of the file of an instructor's own robot, "" for a
+    family. `variation` is how much arms differ from the chapter's. `convention` describes the arms, and `twist_order`
+    is the order of their twists. `decimals` are the questions that accept rounded decimals, with their tolerances.
+    `credit` are the assignment's own rules for partial credit, by question.
     """
 
     name: str
@@ -162,7 +162,7 @@ class Slot:
         return self.points or tuple(ASKED[name].points for name in self.questions)
 
     def identity(self, secret: str, student: str, draw: int = 1) -> ProblemId:
-        """Return the identity of a student's problem in this slot; draws after the first have different seeds."""
+        """Return the identity of a student's problem in this slot; each draw has a seed of its own."""
         seed_name = self.name if draw == 1 else f"{self.name}/{draw}"
         return student_problem_id(secret, student, seed_name, self.identity_of_seed(0))
 
@@ -249,15 +249,12 @@ class Assignment:
 
     @property
     def marking(self) -> str:
-        """A short text that changes whenever the points or the feedback for an answer may change.
-
-        Penalties for late work are not included.
-        """
+        """A short text that changes whenever the rules for points change, except the penalty for late work."""
         return _short_hash(repr((self.follow_through, [slot.credit for slot in self.slots])))
 
     @property
     def digest(self) -> str:
-        """A short text that changes whenever the problems change (engine, secret, key, families, questions …)."""
+        """A short text that changes whenever the problems change, for example the secret, the families or questions."""
         slots = [
             (slot.name, slot.family.name, slot.questions, slot.band, slot.robot, slot.variation)
             + ((slot.convention,) if slot.convention else ())
@@ -268,7 +265,7 @@ class Assignment:
 
     @property
     def edition(self) -> str:
-        """A short text that changes whenever the notebooks change: with the digest, title, points or hints."""
+        """A short text that changes whenever the notebooks change: the problems, the title, the points or the hints."""
         hints_marker = ("hints",) if self.hints else ()  # otherwise nothing, as in older versions of qdot
         return _short_hash(
             repr((self.digest, self.title, [(slot.points, slot.decimals) for slot in self.slots], *hints_marker))
@@ -280,11 +277,11 @@ class Assignment:
         return _short_hash(repr((self.secret, "mark", self.key)))
 
     def digest_of(self, student: str) -> str:
-        """Return the digest in a student's notebook, which differs if a problem of the student was regenerated."""
+        """Return the digest for a student's notebook; it differs from `digest` if a problem was generated again."""
         return self._add_redraws(self.digest, student)
 
     def edition_of(self, student: str) -> str:
-        """Return the edition in a student's notebook."""
+        """Return the edition for a student's notebook; it differs from `edition` if a problem was generated again."""
         return self._add_redraws(self.edition, student)
 
     def _add_redraws(self, of_all: str, student: str) -> str:
@@ -369,10 +366,10 @@ def _validate(file: TomlFile) -> AssignmentFile:
 
 
 def _slot(file: TomlFile, content: AssignmentFile, index: int, variation: str, notes: list[str]) -> Slot:
-    """Return a slot of the assignment; its own variation and convention override the assignment's.
+    """Read a slot of the assignment; its own variation and convention override the assignment's.
 
-    If neither sets a convention, an instructor's robot has that of its file. Warnings about the robot are appended to
-    `notes`. Raises QdotError.
+    If neither sets a convention, an instructor's robot has the convention of its file. Warnings about the robot are
+    appended to `notes`. Raises QdotError.
     """
     entry, place = content.problem[index], ("problem", index)
     with file.at(*place):
@@ -446,9 +443,9 @@ def _twist_order_of(setting: str | None, default: str | None, family: Family, co
 
 
 def _has_twist_order(convention: str, family: Family) -> bool:
-    """Return whether a convention describes arms by their axes.
+    """Return whether arms are described by their axes, so that their twists have an order.
 
-    The default is the first convention for a family, and that of the file for a robot.
+    If `convention` is "", it is the first convention for a family, and the convention of its file for a robot.
     """
     default = CONVENTIONS[0] if family.plain is None else family.plain.convention
     return bool(REGISTRY[convention or default].twist_orders)
@@ -522,7 +519,7 @@ def _parse_due_date(where: str, text: str) -> datetime.datetime | None:
     if not text:
         return None
     try:
-        if ":" in text:  # a date alone would mean midnight at its beginning
+        if ":" in text:  # a date without a time would mean the midnight at which that day begins
             return datetime.datetime.fromisoformat(text)
     except ValueError:
         pass

@@ -1,6 +1,6 @@
-"""Which of a student's notebooks count: the last, or the best of a few submitted at different times.
+"""Decide which of a student's notebooks count: the last, or the best of a few submitted at different times.
 
-Many guesses within a short time are one attempt: a notebook that follows soon after another one replaces it.
+A notebook that follows soon after another one replaces it, so many guesses within a short time are one attempt.
 """
 
 import datetime
@@ -38,7 +38,7 @@ class AttemptPolicy:
         return f"{apart}{self.best_of} attempt{'' if self.best_of == 1 else 's'} count at most"
 
     def select_counting(self, received: Sequence[datetime.datetime]) -> list[int]:
-        """Return the indices of the notebooks that count, from the times of receipt; of equal times, the first counts.
+        """Return the indices of the notebooks that count, from their times of receipt; if times are equal, the first.
 
         >>> at = [datetime.datetime(2027, 1, 15, 12, minute) for minute in (0, 5, 11, 30)]
         >>> AttemptPolicy(best_of=2).select_counting(at), AttemptPolicy(best_of=None).select_counting(at)

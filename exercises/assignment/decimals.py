@@ -1,4 +1,4 @@
-"""The tolerance of decimals in an assignment: `decimals` of a [[problem]], for all its questions or by question."""
+"""Parse the tolerance of decimals in an assignment: `decimals` of a [[problem]], for all questions or by question."""
 
 import re
 from collections.abc import Mapping, Sequence
@@ -40,7 +40,7 @@ def read_decimals(
 
 
 def _parse_rounding(setting: int | str) -> Rounding | None:
-    """Return the tolerance; None for "exact", which leaves every question its own rule."""
+    """Return the tolerance; None for "exact", with which every question keeps its own rule."""
     if setting == "exact":
         return None
     if isinstance(setting, int):

@@ -1,4 +1,4 @@
-"""Generates problems until one passes its certificate.
+"""Generate a problem again until it passes its certificate.
 
 Each attempt is called a draw and has a seed of its own. The order of a student's draws depends only on the assignment
 and redrawn.csv. So no student's problem delays or changes another student's.
@@ -24,20 +24,20 @@ CHANGE = "Change the questions, the variation or the family of {} in assignment.
 
 
 class Uncertified(QdotError):
-    """A problem does not pass its certificate, but another draw may."""
+    """Raised if a problem does not pass its certificate, but another draw of it may pass."""
 
 
 Failures = Callable[[Problem], Sequence[str]]
 """A function that returns what is wrong with a problem. It must belong to a module, to be pickled for processes."""
 Certify = Callable[[Problem], Record]
-"""A function that returns the record of a problem if it passes its certificate. Raises Uncertified if not."""
+"""A function that returns a record of a problem that passes its certificate, and raises Uncertified otherwise."""
 
 
 @dataclass(frozen=True)
 class CertifiedProblem(Generic[Record]):
-    """A problem that passed its certificate, with the number of its draw and its record.
+    """A problem that passed its certificate, with the number of its draw and the record of its certificate.
 
-    `why` is what was wrong with the first draw.
+    `why` says why the first draw failed, "" if this is the first draw.
     """
 
     problem: Problem
@@ -48,7 +48,7 @@ class CertifiedProblem(Generic[Record]):
 
 @dataclass(frozen=True)
 class FailedSlot:
-    """A slot for which no draw passed its certificate; `why` is what was wrong with the first draw.
+    """A slot for which no draw passed its certificate; `why` says why the first draw failed.
 
     `student` is empty for a problem of a bank.
     """
@@ -65,7 +65,7 @@ class FailedSlot:
 
 @dataclass(frozen=True)
 class Variant:
-    """A problem of the bank: its slot in the assignment, and its number within the slot, from 1."""
+    """A problem of a problem bank: its slot in the assignment, and its number within the slot, from 1."""
 
     slot: Slot
     number: int
@@ -78,7 +78,7 @@ class Variant:
 
 
 def check(problem: Problem, failed: Sequence[str]) -> None:
-    """Raise Uncertified if a problem has failed, or QdotError if every problem with its arm would fail, too."""
+    """Raise Uncertified if there are failures, or QdotError if every other draw would fail for the same reason."""
     if failed and failed[0].startswith(FULL_RANK):
         raise QdotError(
             f"the problem {problem.id} failed its own certificate and is not handed out: {failed[0]}; name another task"
@@ -97,7 +97,7 @@ def _certify(failures: Failures, problem: Problem) -> None:
 
 
 def require_certified(problem: Problem, failures: Failures) -> Problem:
-    """Return the problem, which has no other draws, if it passes its certificate. Raises QdotError if it fails."""
+    """Return a problem for which no other draw is possible, if it passes its certificate. Raises QdotError if not."""
     try:
         check(problem, failures(problem))
     except Uncertified as error:
@@ -106,7 +106,7 @@ def require_certified(problem: Problem, failures: Failures) -> Problem:
 
 
 def attempt(make: Callable[[], Problem], certify: Certify[Record]) -> tuple[Problem, Record] | str:
-    """Return a problem and its record, or the reason why it can't be asked.
+    """Generate and certify a problem; return it with its record, or return the reason why it can't be used.
 
     An internal error of qdot is returned as a reason, so that it affects only this problem. Raises QdotError if all
     other draws would fail, too. OSError and MemoryError are not caught.
@@ -130,7 +130,7 @@ def attempt(make: Callable[[], Problem], certify: Certify[Record]) -> tuple[Prob
 
 
 def describe_own_failure(error: Exception) -> str:
-    """Return a message that qdot itself failed on a problem."""
+    """Return a message that an internal error of qdot occurred on a problem."""
     return f"qdot itself failed: {type(error).__name__}: {error}; please report it"
 
 
@@ -188,7 +188,7 @@ def record_redraws(assignment: Assignment, student: str, redrawn: Mapping[str, R
 def settle_problems(
     assignment: Assignment, students: Sequence[str], failures: Failures, jobs: int, each: Callable[[], None]
 ) -> tuple[Assignment, list[FailedSlot]]:
-    """Return the assignment with draws that pass for these students, and the slots that failed.
+    """Find certified problems for some students; return the assignment with the new draws, and the slots that failed.
 
     `each` is called after every student. Raises QdotError.
     """

@@ -1,4 +1,4 @@
-"""Reads a learning platform's export as roster.csv: Canvas's gradebook, or Moodle's participants or grades.
+"""Read a learning platform's export that is used as roster.csv: Canvas's gradebook, or Moodle's participants or grades.
 
 Each line names a student. The columns are preserved, so that the platform can import the file that `qdot grade
 --report canvas=…` or `moodle=…` writes. Sources: Canvas's lib/gradebook_exporter.rb and lib/gradebook_importer.rb,
@@ -50,7 +50,7 @@ class Gradebook:
 
     @property
     def identity(self) -> int:
-        """The number of Canvas's first columns that identify the student, up to "Section"."""
+        """The number of columns that identify the student in Canvas: the first ones, up to "Section"."""
         return next((index + 1 for index, name in enumerate(self.header) if "Section" in name), 3)
 
 
@@ -82,7 +82,7 @@ def read_export(path: Path) -> Export | None:
 
 
 def identifier_of(text: str) -> str:
-    """Return an identifier in normalised form for comparison."""
+    """Normalise an identifier (Unicode NFC, no surrounding spaces), so that identifiers can be compared."""
     return unicodedata.normalize("NFC", text.strip())
 
 

@@ -1,4 +1,4 @@
-"""The penalty for late work: the table `late` of an assignment, and the share of the earned points that is deducted."""
+"""Compute the penalty for late work from the table `late` of an assignment, as a share of the earned points."""
 
 import datetime
 import math
@@ -25,9 +25,9 @@ KEYS = {
 
 @dataclass(frozen=True)
 class LateRule:
-    """The penalty for late work: none within `grace` seconds, then `per_day` for each started day.
+    """The rule for late work: no penalty within `grace` seconds, then a share `per_day` for each started day.
 
-    It is at most `at_most`, but after `until` all points are deducted.
+    The penalty is at most `at_most`, but after `until` all points are deducted.
     """
 
     grace: int = 0
@@ -52,7 +52,7 @@ class LateRule:
 
 
 def with_zone(moment: datetime.datetime, zone: datetime.tzinfo | None = None) -> datetime.datetime:
-    """Return a time with a time zone: its own, or else `zone`, or else the machine's."""
+    """Return a time with a time zone: its own if it has one, else `zone` if given, else the machine's."""
     if moment.tzinfo is not None:
         return moment
     return moment.replace(tzinfo=zone) if zone is not None else moment.astimezone()

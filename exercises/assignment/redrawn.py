@@ -1,7 +1,8 @@
-"""redrawn.csv, a part of the assignment: problems that were regenerated because an earlier draw failed its certificate.
+"""Read and write redrawn.csv, which lists the problems that were generated again because a draw failed its certificate.
 
-Its columns are student, problem (p1, p2, …), family, draw and why. All other problems are first draws. `qdot generate`
-and `qdot export` write it before any notebook, and every command that regenerates a class reads it.
+A draw is an attempt to generate a student's problem, with a seed of its own. The columns are student, problem (p1, p2,
+…), family, draw and why. All problems that are not listed are first draws. `qdot generate` and `qdot export` write the
+file before any notebook, and every command that regenerates a class reads it.
 """
 
 import csv
@@ -18,12 +19,12 @@ REDRAWN = "redrawn.csv"
 COLUMNS = ("student", "problem", "family", "draw", "why")
 
 DRAWS = 10
-"""Number of draws that are tried for a problem: if half of all draws fail, one problem in a thousand fails."""
+"""Maximum number of draws for a problem: if half of all draws fail, only one problem in a thousand fails."""
 
 
 @dataclass(frozen=True)
 class Redraw:
-    """The number of the draw (from 1) that a student has in a slot, its family, and what was wrong with draw 1."""
+    """The number of the draw (from 1) that a student has in a slot, its family, and why draw 1 failed."""
 
     family: str
     draw: int

@@ -1,4 +1,4 @@
-"""Makes a new assignment folder, and writes two notebooks per student: one to hand out and one for the staff."""
+"""Make a new assignment folder, and write two notebooks for each student: one to hand out and one for the staff."""
 
 import os
 import re
@@ -69,11 +69,14 @@ KINDS = ("released", "solutions")
 
 @dataclass(frozen=True)
 class ReleaseResult:
-    """The outcome for a student's notebooks: "written", "kept" (up to date already), "completed" or "rewritten".
+    """The outcome for a student's notebooks.
 
-    "completed" means that a file was missing after an interrupted run; the notebook to hand out is unchanged.
-    "rewritten" means that the notebook has changed. "left out" means that there is no notebook because problems were
-    `given_up`; "redrawn" that nothing is written yet, because new draws must be recorded first.
+    - "written": they are new
+    - "kept": they were up to date
+    - "completed": a file was missing after an interrupted run; the notebook to hand out is unchanged
+    - "rewritten": the notebook to hand out has changed
+    - "left out": there is no notebook, because no draw passed for the slots in `given_up`
+    - "redrawn": nothing is written yet, because the new draws in `redrawn` must be recorded first
     """
 
     student: str
@@ -84,9 +87,9 @@ class ReleaseResult:
 
 @dataclass(frozen=True)
 class Certifier:
-    """Certifies problems: `record` returns the record of a problem that passes (see `Certify`).
+    """Two functions: `record` certifies a problem and returns its record (see `Certify`).
 
-    `text` returns the certificate of a student from these records, by slot, and the notebook.
+    `text` returns the certificate of a student, from the assignment, the student, the records by slot and the notebook.
     """
 
     record: Certify[Any]
@@ -152,7 +155,7 @@ def _write(assignment: Assignment, student: str, notebooks: "Sequence[NotebookNo
 def _describe_unwritable(
     assignment: Assignment, student: str, problems: Sequence[tuple[str, Problem]], error: Exception
 ) -> FailedSlot:
-    """Return the problem whose notebook can't be written, with the error."""
+    """Find the problem because of which a student's notebook can't be written, and return its slot with the error."""
     for slot, problem in problems:
         try:
             _notebooks(assignment, student, [(slot, problem)])

@@ -1,4 +1,4 @@
-"""Ready-made sets of problems, from which `qdot init --set NAME` makes an assignment: templates/init/sets.toml.
+"""Read the ready-made sets of problems for `qdot init --set NAME` from templates/init/sets.toml.
 
 Variation and difficulty increase within a set, and its last part asks for the meaning of a result.
 """
@@ -14,10 +14,10 @@ from qdot.exercises.writing.render import template_folder
 
 @dataclass(frozen=True)
 class ProblemSet:
-    """A set: its name, a title for the assignment, its purpose, and the minutes it should take.
+    """A set of problems: its name, a title for the assignment, its purpose, and the minutes it should take.
 
-    `note` tells the staff how to hand it out, unless it is for notebooks only. `variation` is the default for its
-    problems.
+    `note` tells the staff how to hand it out; it is empty if the set is for notebooks. `variation` is the default
+    variation of its problems.
     """
 
     name: str

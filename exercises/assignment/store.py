@@ -1,7 +1,7 @@
-"""Stores problems, figures and texts when notebooks are made, so that grading need not derive and draw them again.
+"""Store problems, figures and texts when notebooks are made, so that grading need not derive and draw them again.
 
-A file of DIR/.qdot can be deleted at any time: everything in it can be regenerated from the assignment and its secret.
-It is signed with the secret and valid for this code, assignment and student only; others are ignored.
+The files of DIR/.qdot can be deleted at any time: everything in them can be regenerated from the assignment and its
+secret. A file is signed with the secret, and is ignored unless it belongs to this code, assignment and student.
 """
 
 import base64
@@ -36,9 +36,10 @@ FOLDER = ".qdot"
 
 @dataclass(frozen=True)
 class StoredProblems:
-    """The problems of a student with their slots, and figures (SVG) and texts by slot or slot-part.
+    """The problems of a student with their slots, and the figures (SVG) and texts (HTML) that are stored.
 
-    Figures and texts may be missing.
+    The keys of figures and texts are the slot ("p1") for the problem, and slot and part ("p1-jacobian") for a part.
+    Those that are not stored are made again.
     """
 
     problems: list[tuple[str, Problem]]
@@ -94,7 +95,7 @@ def store_problems(assignment: Assignment, student: str, problems: list[tuple[st
 
 
 class _Pickler(pickle.Pickler):
-    """Restores sums, products and powers unchanged; by default SymPy would evaluate each one again on loading."""
+    """Pickles sums, products and powers so that they load unchanged; SymPy would evaluate each one again."""
 
     def reducer_override(self, value: object) -> Any:
         if isinstance(value, (sp.Add, sp.Mul)):
