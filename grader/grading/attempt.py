@@ -87,21 +87,24 @@ def read_attempts(student_files: StudentFiles, key: str) -> list[Attempt]:
         return [
             replace(_unreadable(student_files.files[0], student_files.obstacle), over_limit=student_files.over_limit)
         ]
-    likely, note = select_likely_notebooks(student_files.files)
+    likely_paths, note = select_likely_notebooks(student_files.files)
     student_files = replace(student_files, notes=(*student_files.notes, note)) if note else student_files
-    attempts = [_read(student_files, path, key) for path in likely]
+    attempts = [_read(student_files, path, key) for path in likely_paths]
     if not any(attempt.submission for attempt in attempts):
-        others = (_read(student_files, path, key) for path in student_files.files[:MOST_TRIED] if path not in likely)
-        attempts += [attempt for attempt in others if attempt.submission][:1]
-    readable = [attempt for attempt in attempts if attempt.submission]
-    failed = [attempt.unreadable for attempt in attempts if not attempt.submission]
-    if not readable:
+        other_attempts = (
+            _read(student_files, path, key) for path in student_files.files[:MOST_TRIED] if path not in likely_paths
+        )
+        attempts += [attempt for attempt in other_attempts if attempt.submission][:1]
+    readable_attempts = [attempt for attempt in attempts if attempt.submission]
+    failure_reasons = [attempt.unreadable for attempt in attempts if not attempt.submission]
+    if not readable_attempts:
         return attempts[:1]
     return [
         replace(
-            attempt, notes=tuple(f"{why}; {printable_name(attempt.file.name)} was graded instead" for why in failed)
+            attempt,
+            notes=tuple(f"{why}; {printable_name(attempt.file.name)} was graded instead" for why in failure_reasons),
         )
-        for attempt in readable
+        for attempt in readable_attempts
     ]
 
 
@@ -111,10 +114,12 @@ MOST_TRIED = 10
 
 def _read(student_files: StudentFiles, path: Path, key: str) -> Attempt:
     try:
-        content = read_submission(path, key, student_files.files)
+        submission_content = read_submission(path, key, student_files.files)
     except Unreadable as error:
         return replace(_unreadable(path, str(error)), over_limit=isinstance(error, OverLimit))
-    submission = replace(content, notes=(*student_files.notes, *content.notes), late=student_files.late)
+    submission = replace(
+        submission_content, notes=(*student_files.notes, *submission_content.notes), late=student_files.late
+    )
     if student_files.received is not None:
         submission = replace(submission, received=student_files.received, received_from=student_files.platform)
     return Attempt(path, submission.received, submission)
@@ -174,27 +179,27 @@ def grade_attempt(grader: Grader, student: str, attempt: Attempt | None) -> Mark
     """Grade one notebook: load the student's problems, run the cells, mark every part. Raises OverLimit."""
     assignment, problems = grader.assignment, load_stored_problems(grader.assignment, student).problems
     submission = None if attempt is None else attempt.submission
-    obstacle: str | None = "nothing was handed in"
+    ungraded_reason: str | None = "nothing was handed in"
     notes, answers = list[Note](), Answers(Run())
     seed = f"{assignment.secret}/{'' if submission is None else submission.sha256}"
     if attempt is not None:
         if attempt.over_limit:
             raise OverLimit(attempt.unreadable)
         notes += [Note(note, note) for note in attempt.notes]
-        obstacle = attempt.unreadable
+        ungraded_reason = attempt.unreadable
     if submission is not None:
         notes += [Note(note, note) for note in submission.notes if note]
-        obstacle = explain_wrong_assignment(submission, assignment)
-        if obstacle is None:
+        ungraded_reason = explain_wrong_assignment(submission, assignment)
+        if ungraded_reason is None:
             answers = run_notebook(grader.sandbox, submission, problems, seed)
             notes += find_oddities(submission, assignment, student)
             notes += [Note(note, note) for note in answers.notes if note]
             notes += [Note(f"refused: {stop}") for stop in answers.refused if stop not in answers.notes]
-    is_of_another = submission is not None and submission.claims.get("student") not in (None, student)
-    credit, allowance = Fraction(0) if is_of_another else assignment.follow_through, Allowance()
+    is_other_students = submission is not None and submission.claims.get("student") not in (None, student)
+    credit, allowance = Fraction(0) if is_other_students else assignment.follow_through, Allowance()
     results = list[ProblemResult]()
     for slot, problem in problems:
-        reasons = {part.name: obstacle or answers.reason(slot, part.name) for part in problem.parts}
+        reasons = {part.name: ungraded_reason or answers.reason(slot, part.name) for part in problem.parts}
         is_copied = partial(grader.copies.is_right_for_another, problem, slot)
         rules = MarkingRules(credit, is_copied)
         verdicts = mark(
@@ -204,7 +209,7 @@ def grade_attempt(grader: Grader, student: str, attempt: Attempt | None) -> Mark
         results.append(ProblemResult(str(problem.id), slot, tuple(part_result(slot, verdict) for verdict in verdicts)))
     return Marked(
         sha256=None if submission is None else submission.sha256,
-        obstacle=obstacle,
+        obstacle=ungraded_reason,
         notes=tuple(note.student for note in notes if note.student),
         staff_notes=tuple(note.staff for note in notes),
         made_from=marking_versions(assignment, student),
@@ -240,8 +245,8 @@ def _run_or_try_again(sandbox: Sandbox, run: Callable[[], Run]) -> Run:
         if crash_count == 2:
             break
     if crash_count < 2 or sandbox.run((), ()).end != "done":  # not the notebook's fault: out of memory or disk space
-        why = f" ({sandbox.unbegun})" if sandbox.unbegun else "; is there memory, and room on the disk?"
-        raise RuntimeError(f"the process that runs notebooks ends by itself{why}")
+        detail = f" ({sandbox.unbegun})" if sandbox.unbegun else "; is there memory, and room on the disk?"
+        raise RuntimeError(f"the process that runs notebooks ends by itself{detail}")
     return result
 
 
@@ -275,8 +280,8 @@ def mark_ungraded(
     assignment: Assignment, student: str, attempt: Attempt | None, why: str, over_limit: bool = False
 ) -> Marked:  # fmt: skip
     """Return marks without points for a notebook that exceeded a limit or that qdot failed to grade."""
-    for_staff = (why if over_limit else f"qdot could not grade this ({why})") + "; it has no mark yet"
-    reason = f"{for_staff}, tell your instructor"
+    staff_reason = (why if over_limit else f"qdot could not grade this ({why})") + "; it has no mark yet"
+    reason = f"{staff_reason}, tell your instructor"
 
     def part(name: str, max_points: float) -> PartResult:
         outcome = Outcome.UNGRADED
@@ -287,7 +292,7 @@ def mark_ungraded(
     return Marked(
         sha256=None if attempt is None or attempt.submission is None else attempt.submission.sha256,
         obstacle=reason,
-        staff_notes=(for_staff,),
+        staff_notes=(staff_reason,),
         made_from=marking_versions(assignment, student),
         problems=tuple(
             ProblemResult(

@@ -76,8 +76,8 @@ def grade_class(
     mistake in overrides.csv.
     """
     overrides = read_overrides(assignment)
-    chosen = assignment.roster if students is None else students
-    tasks = [Task(student.id, submissions.get(student.id)) for student in chosen]
+    chosen_students = assignment.roster if students is None else students
+    tasks = [Task(student.id, submissions.get(student.id)) for student in chosen_students]
     cache = cache_folder(assignment.folder)
     make_folder(cache)
     results, costs = [], [("student", "seconds", "megabytes")]
@@ -88,13 +88,13 @@ def grade_class(
     ]
     mark_lost = partial(_mark_failed, assignment) if jobs else None
     with clean_up_after(cache_paths), flush_disks_after():
-        graded = (
+        notebooks_by_student = (
             _grade_on_cluster(executor, tasks, assignment, limits, cache)
             if executor
             else ordered_map(_grade_or_mark_failed, tasks, jobs, _Worker, (assignment, limits, cache), mark_lost)
         )
-        with contextlib.closing(graded) as submitted_notebooks:
-            for student, handed_in in zip(chosen, submitted_notebooks, strict=True):
+        with contextlib.closing(notebooks_by_student) as submitted_notebooks:
+            for student, handed_in in zip(chosen_students, submitted_notebooks, strict=True):
                 results.append(_settle(assignment, student, handed_in, overrides))
                 costs.append((student.id, *_cost(handed_in)))
                 each(results[-1])
@@ -203,13 +203,13 @@ class _Worker:
             return [Graded(marked=self._mark(task.student, None))]
         attempts = read_attempts(task.files, self.assignment.key)
         counting_attempts = _counting_attempts(self.assignment, attempts)
-        handed_in = []
+        graded_notebooks = []
         for attempt in sorted(attempts, key=lambda attempt: attempt.received):
             submission = attempt.submission
             marked = self._mark(task.student, attempt) if attempt in counting_attempts else None
             lateness = ("file", None) if submission is None else (submission.received_from, submission.late)
-            handed_in.append(Graded(printable_name(attempt.file.name), attempt.received, marked, *lateness))
-        return handed_in
+            graded_notebooks.append(Graded(printable_name(attempt.file.name), attempt.received, marked, *lateness))
+        return graded_notebooks
 
     def _mark(self, student: str, attempt: Attempt | None) -> Marked:
         """Return the marks of a notebook; they are loaded from the cache if nothing has changed since."""
@@ -241,8 +241,8 @@ class _Worker:
 
     def _key(self, student: str, attempt: Attempt | None) -> str:
         """Return a digest that changes whenever the notebook's points may change, or the limits do."""
-        handed_in = "" if attempt is None else f"{attempt.file.name}/{attempt.fingerprint}/{self._limits}"
-        content = f"{json.dumps(as_json(marking_versions(self.assignment, student)))}/{student}/{handed_in}"
+        submission_key = "" if attempt is None else f"{attempt.file.name}/{attempt.fingerprint}/{self._limits}"
+        content = f"{json.dumps(as_json(marking_versions(self.assignment, student)))}/{student}/{submission_key}"
         return hashlib.sha256(content.encode("utf-8", "replace")).hexdigest()
 
 
@@ -274,9 +274,9 @@ def _counting_attempts(assignment: Assignment, attempts: list[Attempt]) -> list[
 
     If the names or the metadata of some notebooks name the assignment, the other notebooks are ignored.
     """
-    matching = [attempt for attempt in attempts if attempt.is_of(assignment)] or attempts
-    chosen = assignment.attempts.select_counting([attempt.received for attempt in matching])
-    return [matching[i] for i in chosen]
+    matching_attempts = [attempt for attempt in attempts if attempt.is_of(assignment)] or attempts
+    counting_indices = assignment.attempts.select_counting([attempt.received for attempt in matching_attempts])
+    return [matching_attempts[i] for i in counting_indices]
 
 
 def _mark_failed(assignment: Assignment, task: Task, why: str = DIED) -> list[Graded]:

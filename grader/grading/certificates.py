@@ -85,9 +85,11 @@ def read_certificate(path: Path, assignment: str, student: str) -> Certificate |
     except (FileNotFoundError, NotADirectoryError):
         return None
     except pydantic.ValidationError as error:
-        first = error.errors()[0]
-        location = ".".join(map(str, first["loc"]))
-        raise _unreadable_certificate(path, f"{location}: {first['msg']}" if location else first["msg"]) from None
+        first_error = error.errors()[0]
+        location = ".".join(map(str, first_error["loc"]))
+        raise _unreadable_certificate(
+            path, f"{location}: {first_error['msg']}" if location else first_error["msg"]
+        ) from None
     except (OSError, UnicodeDecodeError) as error:
         raise _unreadable_certificate(path, getattr(error, "strerror", None) or "it is not UTF-8 text") from None
     if (certificate.assignment, certificate.student) != (assignment, student):
@@ -156,29 +158,32 @@ def find_notebook_failures(path: Path, certificate: Certificate) -> list[Failure
         message = f"{path} is missing, and can't be compared with what was handed out; restore it from a backup"
         return [Failure(Kind.NO_NOTEBOOK, f"{student}: {message}")]
     except (OSError, ValueError, RecursionError) as error:
-        why = getattr(error, "strerror", None) or error
-        message = f"{path} can't be read as a notebook ({why}); restore it from a backup"
+        reason = getattr(error, "strerror", None) or error
+        message = f"{path} can't be read as a notebook ({reason}); restore it from a backup"
         return [Failure(Kind.ALTERED, f"{student}: {message}")]
-    concerned: dict[str, list[str]] = {}
+    alterations_by_slot: dict[str, list[str]] = {}
     for cell, difference in find_alterations(certificate.notebook, cell_digests(notebook)):
         slot = cell.partition("-")[0]
-        concerned.setdefault(slot if slot in certificate.problems else "", []).append(f"{cell} {difference}")
+        alterations_by_slot.setdefault(slot if slot in certificate.problems else "", []).append(f"{cell} {difference}")
     message = f"{student}: {path} is not as it was handed out, restore it from a backup: "
-    return [Failure(Kind.ALTERED, message + ", ".join(altered), slot) for slot, altered in concerned.items()]
+    return [
+        Failure(Kind.ALTERED, message + ", ".join(alterations), slot)
+        for slot, alterations in alterations_by_slot.items()
+    ]
 
 
 def find_alterations(recorded: Mapping[str, str], present: Sequence[tuple[str, str]]) -> list[tuple[str, str]]:
     """Return the names of the cells that differ from the recorded digests, each with a word for the difference."""
     present_cells = dict(present)
     digests = Counter(digest for _, digest in present)
-    changed = {
+    differences = {
         name: "changed" if name in present_cells else "gone" for name, digest in recorded.items() if not digests[digest]
     }
-    unmatched = Counter(recorded.values())
+    unmatched_counts = Counter(recorded.values())
     for name, digest in present:
-        unmatched[digest] -= 1
-        if unmatched[digest] < 0:
-            changed.setdefault(name, "added")
-    if not changed and [digest for _, digest in present] != list(recorded.values()):
+        unmatched_counts[digest] -= 1
+        if unmatched_counts[digest] < 0:
+            differences.setdefault(name, "added")
+    if not differences and [digest for _, digest in present] != list(recorded.values()):
         return [("cells", "in another order")]
-    return list(changed.items())
+    return list(differences.items())

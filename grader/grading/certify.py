@@ -66,12 +66,12 @@ class Task:
 def find_failures(problem: Problem, certificate: ProblemCertificate | None = None) -> list[str]:
     """Check a problem, and return its failed checks and the reference answers that don't earn full marks."""
     result = certificate or certify(problem)
-    failed = [f"{check.name}: {check.detail}" for check in result.failures]
+    failures = [f"{check.name}: {check.detail}" for check in result.failures]
     for part in problem.parts:
         judgement = judge(problem, part, part.answer.as_typed(), f"certify/{problem.id}/{part.name}")
         if judgement.outcome is not Outcome.CORRECT:
-            failed.append(f"{part.name}: the reference itself is judged {judgement.outcome}: {judgement.reason}")
-    return failed
+            failures.append(f"{part.name}: the reference itself is judged {judgement.outcome}: {judgement.reason}")
+    return failures
 
 
 def make_record(problem: Problem) -> Record:
@@ -133,14 +133,14 @@ def list_tasks_of_student(assignment: Assignment, student: str) -> list[Task]:
     """Return a student's problems: first those in the assignment's slots, then those in slots since removed."""
     certificate, failures = _read_certificate(assignment, student)
     records = dict(certificate.problems) if certificate else {}
-    against = {
+    failures_by_slot = {
         slot: tuple(failure for failure in failures if failure.slot in ("", slot))
         for slot in [*(slot.name for slot in assignment.slots), *records]
     }
     tasks = []
     for slot in assignment.slots:
         record = records.pop(slot.name, None)
-        task = Task(assignment.identity(slot, student), slot.family, record, student, against[slot.name])
+        task = Task(assignment.identity(slot, student), slot.family, record, student, failures_by_slot[slot.name])
         if certificate and record is None:
             path = certificate_path(assignment, student)
             message = f"{student}: {path} has no {slot.name}, which came into assignment.toml after handing out"
@@ -149,7 +149,7 @@ def list_tasks_of_student(assignment: Assignment, student: str) -> list[Task]:
     for name, record in records.items():
         task = Task(replace(ProblemId.parse(record.problem), questions=record.questions), owner=student, made=False)
         failure = task.failure(Kind.CHANGED, f"it was handed out as {name}, and is not in assignment.toml any more")
-        tasks.append(replace(task, against=(failure, *against[name])))
+        tasks.append(replace(task, against=(failure, *failures_by_slot[name])))
     return tasks
 
 
@@ -167,17 +167,17 @@ def _read_certificate(assignment: Assignment, student: str) -> tuple[Certificate
 
 def _changes_of(task: Task, problem: Problem, record: Record) -> list[Failure]:
     """Return a failure for each difference between a problem and its record."""
-    now = digests(problem)
+    current = digests(problem)
     if record.problem != str(problem.id):
         message = f"another problem than was handed out, {record.problem}: the assignment or secret was changed"
         return [task.failure(Kind.CHANGED, message)]
-    if record.sha256 != now.sha256:
-        changed = [name for name, digest in now.parts.items() if record.parts.get(name) != digest]
-        changed += [name for name in record.parts if name not in now.parts]
-        difference = "the arm" if record.arm != now.arm else ", ".join(changed) or "its digest"
+    if record.sha256 != current.sha256:
+        changed_parts = [name for name, digest in current.parts.items() if record.parts.get(name) != digest]
+        changed_parts += [name for name in record.parts if name not in current.parts]
+        difference = "the arm" if record.arm != current.arm else ", ".join(changed_parts) or "its digest"
         message = f"no longer the problem that was handed out: {difference} changed since qdot {record.qdot}"
         return [task.failure(Kind.CHANGED, message)]
-    if (record.arm, record.parts, set(record.questions)) != (now.arm, now.parts, set(now.parts)):
+    if (record.arm, record.parts, set(record.questions)) != (current.arm, current.parts, set(current.parts)):
         message = "its certificate contradicts itself: it was altered; restore it from a backup"
         return [task.failure(Kind.DAMAGED, message)]
     return []

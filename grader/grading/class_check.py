@@ -26,15 +26,17 @@ def load_class(folder: Path) -> Assignment:
     """Return an assignment. Raises QdotError if its roster or secret doesn't match the notebooks in released/."""
     assignment = load_assignment(folder)
     paths = {student.id: notebook_path(assignment, student.id) for student in assignment.roster}
-    released = {student: StudentFiles((path,)) for student, path in paths.items() if path.exists()}
-    renamed = _same_but_for_spelling(find_former_students(assignment), [name for name in paths if name not in released])
-    if renamed:
-        students = "1 student" if len(renamed) == 1 else f"{len(renamed)} students"
+    released_files = {student: StudentFiles((path,)) for student, path in paths.items() if path.exists()}
+    respelled = _same_but_for_spelling(
+        find_former_students(assignment), [name for name in paths if name not in released_files]
+    )
+    if respelled:
+        students = "1 student" if len(respelled) == 1 else f"{len(respelled)} students"
         raise QdotError(
             f"{folder / 'roster.csv'}: {students} would get other problems than those in {folder / 'released'}, so "
-            f"nothing was done. {_advise_restoring(renamed)}"
+            f"nothing was done. {_advise_restoring(respelled)}"
         )
-    submissions = [submission for _, submission in read_sample(assignment, released, list(paths))]
+    submissions = [submission for _, submission in read_sample(assignment, released_files, list(paths))]
     remedy = "; or delete this folder, if nobody has these notebooks"
     check_secret(assignment, submissions, folder / "released", remedy)
     return assignment
@@ -46,16 +48,16 @@ def check_class(assignment: Assignment, submissions: SubmissionFolder, root: Pat
     `root` is the folder that contains the submissions; `named` is the folder or zip file that the user named.
     """
     ids = [student.id for student in assignment.roster]
-    strangers = submissions.strangers
-    if strangers and not submissions.by_student:
+    unknown_names = submissions.strangers
+    if unknown_names and not submissions.by_student:
         raise QdotError(
             f"{named}: no file or folder here belongs to a student in roster.csv, so nothing was graded. "
-            + _likely_cause([*strangers, *_names_inside(root)], ids, assignment.key)
+            + _likely_cause([*unknown_names, *_names_inside(root)], ids, assignment.key)
         )
-    absent = [student for student in ids if student not in submissions.by_student]
-    if renamed := _same_but_for_spelling(strangers, absent):
-        problem = f"work of {len(renamed)} would be of nobody, so nothing was graded"
-        raise QdotError(f"{named}: {problem}. {_advise_restoring(renamed)}")
+    absent_students = [student for student in ids if student not in submissions.by_student]
+    if respelled := _same_but_for_spelling(unknown_names, absent_students):
+        problem = f"work of {len(respelled)} would be of nobody, so nothing was graded"
+        raise QdotError(f"{named}: {problem}. {_advise_restoring(respelled)}")
     sample = dict(read_sample(assignment, submissions.by_student, ids))
     keys = [key for key in _claims(sample, "assignment").values() if key != assignment.key]
     if 2 * len(keys) > len(sample) > 1:
@@ -96,8 +98,8 @@ def check_secret(assignment: Assignment, submissions: Sequence[Submission], path
 
 def _describe_mixed_up(owners: Mapping[str, str], ids: Sequence[str]) -> str:
     """Return the message on notebooks that other students than their owners submitted, with advice."""
-    renamed = {student: owner for student, owner in owners.items() if _normalize(student) == _normalize(owner)}
-    if len(renamed) < len(owners) and set(owners.values()) <= set(ids):
+    respelled = {student: owner for student, owner in owners.items() if _normalize(student) == _normalize(owner)}
+    if len(respelled) < len(owners) and set(owners.values()) <= set(ids):
         pairs = [f"{student} has that of {owner}" for student, owner in list(owners.items())[:SHOWN]]
         more = f", and {len(owners) - SHOWN} more" if len(owners) > SHOWN else ""
         return (
@@ -105,8 +107,8 @@ def _describe_mixed_up(owners: Mapping[str, str], ids: Sequence[str]) -> str:
             "nothing was graded. Were folders or files renamed or mixed up? Put each notebook back with its own student"
         )
     cause = (
-        f"{SPREADSHEET} Write these into roster.csv as they were: {_list_pairs(renamed)}."
-        if len(renamed) == len(owners)
+        f"{SPREADSHEET} Write these into roster.csv as they were: {_list_pairs(respelled)}."
+        if len(respelled) == len(owners)
         else "Is this the class, and the folder, that the notebooks were handed out to?"
     )
     return (
@@ -120,22 +122,22 @@ SPREADSHEET = "They differ by leading zeros, case or the way in which letters ar
 
 def _likely_cause(strangers: Sequence[str], ids: Sequence[str], key: str) -> str:
     """Return the likely cause of files that belong to no student, with advice."""
-    if renamed := _same_but_for_spelling(strangers, ids):
-        return _advise_restoring(renamed)
+    if respelled := _same_but_for_spelling(strangers, ids):
+        return _advise_restoring(respelled)
     if f"{key}.ipynb" in strangers:
         return f"Whose notebook is {key}.ipynb? Put it into a folder named after the student: STUDENT/{key}.ipynb"
-    packed = [name for name in strangers if name.lower().endswith(ARCHIVES)]
-    if packed and 2 * len(packed) >= len(strangers):
+    archives = [name for name in strangers if name.lower().endswith(ARCHIVES)]
+    if archives and 2 * len(archives) >= len(strangers):
         return (
-            f"It has {_list_names(packed)}, and an archive in it is opened only if it is named after a student. "
+            f"It has {_list_names(archives)}, and an archive in it is opened only if it is named after a student. "
             "Unpack it, and grade the folder that was in it"
         )
-    within = {name: student for name in strangers if (student := _student_in_name(name, ids))}
-    if 2 * len(within) >= len(strangers) > 0 and len(set(within.values())) == len(within):
-        name, student = next(iter(within.items()))
+    matches = {name: student for name in strangers if (student := _student_in_name(name, ids))}
+    if 2 * len(matches) >= len(strangers) > 0 and len(set(matches.values())) == len(matches):
+        name, student = next(iter(matches.items()))
         ending = PurePath(name).suffix
         return (
-            f"{len(within)} of {len(strangers)} have more in their names than the student's identifier. Rename them: "
+            f"{len(matches)} of {len(strangers)} have more in their names than the student's identifier. Rename them: "
             f"{name!r} to {student + (ending if ending[1:].isalnum() else '')!r}, for example"
         )
     return (
@@ -153,11 +155,11 @@ def _student_in_name(name: str, ids: Sequence[str]) -> str:
 
 def _names_inside(root: Path) -> list[str]:
     """Return the names inside a folder's only subfolder, level by level; archives often contain such a subfolder."""
-    names, inner = list[str](), only_folder(root)
+    names, subfolder = list[str](), only_folder(root)
     for _ in range(DEEPEST):
-        if inner is not None:
-            names += [path.name for path in inner.iterdir()]
-            inner = only_folder(inner)
+        if subfolder is not None:
+            names += [path.name for path in subfolder.iterdir()]
+            subfolder = only_folder(subfolder)
     return names
 
 
@@ -178,8 +180,8 @@ def read_sample(
     assignment: Assignment, files: Mapping[str, StudentFiles], ids: Sequence[str]
 ) -> Iterator[tuple[str, Submission]]:
     """Yield the notebooks of a sample of students; unusually large files are skipped without opening them."""
-    present = [student for student in ids if student in files and files[student].files]
-    for student in present[:: -(-len(present) // LOOKED_AT) or 1]:
+    students = [student for student in ids if student in files and files[student].files]
+    for student in students[:: -(-len(students) // LOOKED_AT) or 1]:
         file = files[student].files[0]
         try:
             if file.suffix == ".ipynb" and file.stat().st_size <= LARGEST:

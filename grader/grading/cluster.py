@@ -87,8 +87,8 @@ def brief_of(assignment: Assignment, limits: Limits) -> Brief:
     content = (
         assignment.edition, assignment.marking, assignment.secret, assignment.sandbox, limits, roster, redrawn
     )  # fmt: skip
-    sent = replace(assignment, folder=Path(), roster=roster, notes=())
-    return Brief(hashlib.sha256(repr(content).encode()).hexdigest(), code(), sent, limits)
+    anonymous_assignment = replace(assignment, folder=Path(), roster=roster, notes=())
+    return Brief(hashlib.sha256(repr(content).encode()).hexdigest(), code(), anonymous_assignment, limits)
 
 
 class Cluster:

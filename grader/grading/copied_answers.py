@@ -44,13 +44,15 @@ class ClassAnswers:
         if key not in self._fingerprints:
             self._fingerprints[key] = {self._fingerprint_of(chain, part) for chain in self._chains(slot)}
         entries = [entry for row in rows for entry in row]
-        used = set().union(*map(names, entries)) | {q.name for q in problem.chain.q}
+        symbol_names = set().union(*map(names, entries)) | {q.name for q in problem.chain.q}
         symbols = problem.symbols().items()
-        given_values = {name: float(info.value) for name, info in symbols if name in used and info.value is not None}
+        given_values = {
+            name: float(info.value) for name, info in symbols if name in symbol_names and info.value is not None
+        }
         program = compile_program(entries)
         # A length that is a number here may be symbolic in the other problem, so both are tried.
         candidates = (
-            evaluate(program, self._shared_values(used, known), POINTS)[0].real for known in (given_values, {})
+            evaluate(program, self._shared_values(symbol_names, known), POINTS)[0].real for known in (given_values, {})
         )
         return any(_fingerprint(values) in self._fingerprints[key] for values in candidates)
 

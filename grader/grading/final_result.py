@@ -52,15 +52,17 @@ def settle(
     result = results[chosen]
     if len(handed_in) == 1:
         return result
-    not_counting = [graded.file for i, graded in enumerate(handed_in) if i != chosen]
-    more = f" and {len(not_counting) - MOST_NAMED} more" if len(not_counting) > MOST_NAMED else ""
-    why = f", the {assignment.attempts}" if len(results) > 1 else ""
+    other_files = [graded.file for i, graded in enumerate(handed_in) if i != chosen]
+    more_words = f" and {len(other_files) - MOST_NAMED} more" if len(other_files) > MOST_NAMED else ""
+    reason = f", the {assignment.attempts}" if len(results) > 1 else ""
     if not assignment.attempts.best_of:
         tied = sum(graded.received == handed_in[chosen].received for graded in handed_in)
-        why = ", the last" if tied == 1 else f", of the last {tied}, received at the same time, the likeliest by name"
+        reason = (
+            ", the last" if tied == 1 else f", of the last {tied}, received at the same time, the likeliest by name"
+        )
     note = (
-        f"{len(handed_in)} notebooks were read; {handed_in[chosen].file} counts{why}, "
-        f"not {', '.join(not_counting[:MOST_NAMED])}{more}"
+        f"{len(handed_in)} notebooks were read; {handed_in[chosen].file} counts{reason}, "
+        f"not {', '.join(other_files[:MOST_NAMED])}{more_words}"
     )
     if assignment.attempts.best_of is not None and len(results) < len(handed_in):
         note += f"; {assignment.attempts.rule}"
@@ -98,9 +100,11 @@ def _result_if_counting(
         for problem in marked.problems
     )
     parts = [part for problem in problems for part in problem.parts]
-    unpenalized = sum_points(part.points for part in parts)
-    late = None if graded.late is False else _lateness(assignment, student, graded.received, unpenalized)
-    score = unpenalized if late is None else _subtract_share(unpenalized, Fraction(str(late.penalty)))
+    points_before_penalty = sum_points(part.points for part in parts)
+    late = None if graded.late is False else _lateness(assignment, student, graded.received, points_before_penalty)
+    score = (
+        points_before_penalty if late is None else _subtract_share(points_before_penalty, Fraction(str(late.penalty)))
+    )
     total_override = student_overrides.get(TOTAL)
     submission = CountingSubmission(graded.file, marked.sha256, _iso_time(graded.received), graded.received_from)
     return Result(
@@ -147,8 +151,8 @@ def _subtract_share(points: float, share: Fraction) -> float:
 
 def _greatest_worth(result: Result) -> Fraction:
     """Return a result's points, counting the parts that qdot failed to grade as full marks."""
-    without_points = [part.max_points for part in result.parts.values() if part.points is None]
-    return Fraction(str(result.score)) + sum(Fraction(str(points)) for points in without_points)
+    ungraded_max_points = [part.max_points for part in result.parts.values() if part.points is None]
+    return Fraction(str(result.score)) + sum(Fraction(str(points)) for points in ungraded_max_points)
 
 
 def _iso_time(moment: datetime.datetime | None) -> str | None:

@@ -79,14 +79,14 @@ def plan_forgetting(folder: Path, name: str) -> list[Plan]:
 
     `name` is an identifier in the roster, or a name or e-mail address that only one student has.
     """
-    assignments = [folder] if (folder / "assignment.toml").is_file() else sorted(
+    folders = [folder] if (folder / "assignment.toml").is_file() else sorted(
         path.parent for path in folder.glob("*/assignment.toml")
     )  # fmt: skip
-    if not assignments:
+    if not folders:
         raise QdotError(f"{folder} is not an assignment's folder and contains none; 'qdot init' makes one")
-    rosters = {assignment: _roster(assignment) for assignment in assignments}
+    rosters = {assignment: _roster(assignment) for assignment in folders}
     student = _find_student([student for roster in rosters.values() for student in roster], name)
-    plans = [plan for assignment in assignments if (plan := _plan(assignment, rosters[assignment], student))]
+    plans = [plan for assignment in folders if (plan := _plan(assignment, rosters[assignment], student))]
     if not plans:
         identifiers = sorted({student.id for roster in rosters.values() for student in roster})
         raise QdotError(f"{folder} has nothing of this student: {unknown('student', name, identifiers[:50])}")
@@ -103,14 +103,14 @@ def _find_student(roster: Sequence[Student], name: str) -> Student:
     Students who are no longer on the roster can be found only by their identifiers.
     """
     identifier = identifier_of(name)
-    matching = {student.id: student for student in roster if student.id == identifier}
-    if not matching:
+    matching_students = {student.id: student for student in roster if student.id == identifier}
+    if not matching_students:
         names = ((student, {student.name.casefold(), student.email.casefold()}) for student in roster)
-        matching = {student.id: student for student, aliases in names if identifier.casefold() in aliases}
-    if len(matching) > 1:
-        raise QdotError(f"{name!r} may be {' or '.join(sorted(matching))}; give the identifier")
-    if matching:
-        return next(iter(matching.values()))
+        matching_students = {student.id: student for student, aliases in names if identifier.casefold() in aliases}
+    if len(matching_students) > 1:
+        raise QdotError(f"{name!r} may be {' or '.join(sorted(matching_students))}; give the identifier")
+    if matching_students:
+        return next(iter(matching_students.values()))
     if not identifier or {"/", "\\"} & set(identifier) or identifier.startswith("."):
         raise unknown("student", name, sorted(student.id for student in roster)[:50])
     return Student(identifier)
@@ -125,9 +125,11 @@ def _plan(folder: Path, roster: Sequence[Student], student: Student) -> Plan | N
         return None
     # Files in the cache don't name their student; qdot can recreate both the cache and the report.
     removed += [path for path in (folder / "graded" / ".cache", folder / "graded" / "report.html") if path.exists()]
-    handled = {path for top in removed for path in (top, *(top.rglob("*") if top.is_dir() else ()))} | set(shortened)
+    handled_paths = {path for top in removed for path in (top, *(top.rglob("*") if top.is_dir() else ()))} | set(
+        shortened
+    )
     mentions = [(path.relative_to(folder).as_posix(), "it may belong to this student or another") for path in doubtful]
-    mentions += _mentions(folder, student, handled)
+    mentions += _mentions(folder, student, handled_paths)
     return Plan(folder, student, tuple(dict.fromkeys(removed)), shortened, tuple(mentions))
 
 
@@ -146,9 +148,9 @@ def _shortened(folder: Path, student: str) -> Iterator[tuple[Path, bytes]]:
     results = folder / "graded" / "results.jsonl"
     if results.is_file():
         lines = results.read_bytes().splitlines(keepends=True)
-        others = [line for line in lines if _student_of(line) != student]
-        if len(others) < len(lines):
-            yield results, b"".join(others)
+        other_lines = [line for line in lines if _student_of(line) != student]
+        if len(other_lines) < len(lines):
+            yield results, b"".join(other_lines)
     tables: list[tuple[Path, Callable[[Path], list[tuple[int, dict[str, str]]]]]] = [
         *((folder / name, lambda path: read_table(path, "student", "student")) for name in (
             "graded/grades.csv", "graded/costs.csv", OVERRIDES, REDRAWN, f"submitted/{NOT_FETCHED}",
@@ -185,15 +187,15 @@ def remove_rows(content: bytes, rows: set[int]) -> bytes:
     encodings = {b"\xff\xfe": "utf-16-le", b"\xfe\xff": "utf-16-be"}
     encoding = encodings.get(content[:2], "latin-1")  # works for UTF-8, whose other characters have no newline bytes
     lines = re.findall(r"[^\r\n]*(?:\r\n|\r|\n)|[^\r\n]+$", content.decode(encoding))
-    starts: list[int] = []
-    for _ in csv_rows("\n".join(line.rstrip("\r\n") for line in lines), starts):
+    row_starts: list[int] = []
+    for _ in csv_rows("\n".join(line.rstrip("\r\n") for line in lines), row_starts):
         pass
-    others = (
+    other_lines = (
         line
         for number, line in enumerate(lines, 1)
-        if max((begin for begin in starts if begin <= number), default=0) not in rows
+        if max((begin for begin in row_starts if begin <= number), default=0) not in rows
     )
-    return "".join(others).encode(encoding)
+    return "".join(other_lines).encode(encoding)
 
 
 def _mentions(folder: Path, student: Student, handled: set[Path]) -> Iterator[tuple[str, str]]:
@@ -208,8 +210,8 @@ def _mentions(folder: Path, student: Student, handled: set[Path]) -> Iterator[tu
         if path.name.lower().endswith(PACKED):
             yield path_text, "it can't be searched; remove it or make it again"
         elif pattern is not None and _contains(path, pattern):
-            again = "; 'qdot export' makes it again" if path_text.startswith("exports/") else ""
-            yield path_text, f"it names this student{again}"
+            remedy = "; 'qdot export' makes it again" if path_text.startswith("exports/") else ""
+            yield path_text, f"it names this student{remedy}"
     if any((top / ".git").exists() for top in (folder.resolve(), *folder.resolve().parents)):
         yield ".git", "git keeps everything that was committed"
 

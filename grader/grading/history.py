@@ -61,20 +61,20 @@ def read_last_results(assignment: Assignment) -> tuple[Assignment, list[Result]]
     Raises QdotError if nothing has been graded, or if the results belong to other problems or another version of qdot.
     """
     path = results_path(assignment)
-    again = f"run: qdot grade {assignment.folder}"
+    advice = f"run: qdot grade {assignment.folder}"
     if not path.exists():
-        raise QdotError(f"{path}: there is no such file; nothing has been graded, {again}")
-    earlier = {result.student: (line, result) for line, result in _earlier_lines(assignment)}
-    roster = tuple(student for student in assignment.roster if student.id in earlier)
+        raise QdotError(f"{path}: there is no such file; nothing has been graded, {advice}")
+    previous = {result.student: (line, result) for line, result in _earlier_lines(assignment)}
+    roster = tuple(student for student in assignment.roster if student.id in previous)
     if not roster:
-        raise QdotError(f"{path}: no student of the roster is in it; {again}")
+        raise QdotError(f"{path}: no student of the roster is in it; {advice}")
     max_points = list(list_max_points(assignment).items())
     results = []
-    for line, result in (earlier[student.id] for student in roster):
+    for line, result in (previous[student.id] for student in roster):
         if as_json(result) != json.loads(line):
-            raise QdotError(f"{path}: the result of {result.student} is of another version of qdot; {again}")
+            raise QdotError(f"{path}: the result of {result.student} is of another version of qdot; {advice}")
         if [(name, part.max_points) for name, part in result.parts.items()] != max_points:
-            raise QdotError(f"{path}: assignment.toml was changed after grading; {again}")
+            raise QdotError(f"{path}: assignment.toml was changed after grading; {advice}")
         results.append(result)
     return replace(assignment, roster=roster), results
 
@@ -134,33 +134,33 @@ def describe_reasons(was: Result, now: Result | None) -> str:
     """Return the reasons for a changed result, as text."""
     if now is None:
         return "no longer on the roster"
-    why = _reasons_of_grading(was, now)
+    reasons = _reasons_of_grading(was, now)
     if was.overrides != now.overrides:
-        why.append("override")
+        reasons.append("override")
     if _received_time(was) == _received_time(now):
         if _late_rule(was) != _late_rule(now):
-            why.append("late rule")
-    elif was.late != now.late and not why:
-        why.append("received at another time")
-    return ", ".join(why) or "graded again"
+            reasons.append("late rule")
+    elif was.late != now.late and not reasons:
+        reasons.append("received at another time")
+    return ", ".join(reasons) or "graded again"
 
 
 def _reasons_of_grading(was: Result, now: Result) -> list[str]:
     """Return the reasons why the grader may have given different points."""
-    why = []
+    reasons = []
     if _counting_file(was) != _counting_file(now):
         if now.submission is None:
-            why.append("submission gone")
+            reasons.append("submission gone")
         else:
             earlier_attempts = [(attempt.file, attempt.received) for attempt in was.attempts]
             is_known = (now.submission.file, now.submission.received) in earlier_attempts
-            why.append("another attempt counts" if is_known else "new submission")
+            reasons.append("another attempt counts" if is_known else "new submission")
     before, after = was.made_from, now.made_from
     if before != MadeFrom() and before.assignment != after.assignment:  # results of an older qdot lack it
-        why.append("assignment changed")
+        reasons.append("assignment changed")
     if (before.engine, before.grader) != (after.engine, after.grader):
-        why.append("grader changed")
-    return why
+        reasons.append("grader changed")
+    return reasons
 
 
 def _counting_file(result: Result) -> tuple[str, str | None] | None:
@@ -184,34 +184,42 @@ def find_moves(earlier: Mapping[str, Result], results: Sequence[Result]) -> list
 
     Students on the roster come first, in its order.
     """
-    moved: list[Move] = []
-    now = {result.student: result for result in results}
-    for student, result in now.items():
+    changes: list[Move] = []
+    current_results = {result.student: result for result in results}
+    for student, result in current_results.items():
         if student in earlier:
-            moved += _moves_of_student(student, earlier[student], result)
+            changes += _moves_of_student(student, earlier[student], result)
         else:
-            moved.append(Move(student, "", "–", _points_in_words(result.score), "new on the roster"))
+            changes.append(Move(student, "", "–", _points_in_words(result.score), "new on the roster"))
     for student, was in earlier.items():
-        if student not in now:
-            moved.append(Move(student, "", _points_in_words(was.score), "–", describe_reasons(was, None)))
-    return moved
+        if student not in current_results:
+            changes.append(Move(student, "", _points_in_words(was.score), "–", describe_reasons(was, None)))
+    return changes
 
 
 def _moves_of_student(student: str, was: Result, now: Result) -> list[Move]:
     old_overrides, new_overrides = was.overrides, now.overrides
     grading_reasons = ", ".join(_reasons_of_grading(was, now)) or "graded again"
-    moved = []
+    changes = []
     for part in dict.fromkeys((*now.parts, *was.parts)):
-        old, new = (_points_in_words(parts[part].points) if part in parts else "–" for parts in (was.parts, now.parts))
-        if old != new:
+        old_points, new_points = (
+            _points_in_words(parts[part].points) if part in parts else "–" for parts in (was.parts, now.parts)
+        )
+        if old_points != new_points:
             is_overridden = old_overrides.get(part) != new_overrides.get(part)
-            moved.append(
-                Move(student, part, old, new, _describe_override(part, was, now) if is_overridden else grading_reasons)
+            changes.append(
+                Move(
+                    student,
+                    part,
+                    old_points,
+                    new_points,
+                    _describe_override(part, was, now) if is_overridden else grading_reasons,
+                )
             )
-    if moved or was.score != now.score:
+    if changes or was.score != now.score:
         before, after = _points_in_words(was.score), _points_in_words(now.score)
-        moved.append(Move(student, "", before, after, describe_reasons(was, now)))
-    return moved
+        changes.append(Move(student, "", before, after, describe_reasons(was, now)))
+    return changes
 
 
 def _describe_override(part: str, was: Result, now: Result) -> str:
@@ -219,11 +227,11 @@ def _describe_override(part: str, was: Result, now: Result) -> str:
 
     If a student's answer changes, the override of its previous group no longer applies.
     """
-    before, after = was.overrides.get(part), now.overrides.get(part)
-    override = after or before
+    old_override, new_override = was.overrides.get(part), now.overrides.get(part)
+    override = new_override or old_override
     if override is None or override.group is None:
         return "override"
-    if after is None and now.parts[part].group != override.group:
+    if new_override is None and now.parts[part].group != override.group:
         return ", ".join([*_reasons_of_grading(was, now), f"no longer in {override.group}"])
     return f"override of {override.group}"
 
@@ -236,17 +244,17 @@ def describe_moves(earlier: Mapping[str, Result], results: Sequence[Result]) -> 
     """Return the comparison of a run with the previous one, as `qdot grade --diff` prints it."""
     if not earlier:
         return "nothing to compare with: this is the first run"
-    moved = find_moves(earlier, results)
-    if not moved:
+    changes = find_moves(earlier, results)
+    if not changes:
         return "no mark moved since the last run"
-    rows = [(move.student, move.part or "total", move.was, move.now) for move in moved]
+    rows = [(move.student, move.part or "total", move.was, move.now) for move in changes]
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
     lines = [
         f"{student:<{widths[0]}}  {part:<{widths[1]}}  {was:>{widths[2]}} → {now:<{widths[3]}}  {move.why}"
-        for move, (student, part, was, now) in zip(moved, rows, strict=True)
+        for move, (student, part, was, now) in zip(changes, rows, strict=True)
     ]
     old_sum, new_sum = (sum_points(result.score for result in run) for run in (earlier.values(), results))
-    students = len({move.student for move in moved})
+    students = len({move.student for move in changes})
     change = sum_points((new_sum, -old_sum))
     marks = "1 student's mark" if students == 1 else f"{students} students' marks"
     sign = "+" if change >= 0 else "−"

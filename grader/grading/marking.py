@@ -148,9 +148,9 @@ class _ProblemMarking:
 
         If qdot fails to compare it, the answer becomes UNGRADED, because it might have earned more.
         """
-        names = [other.name for other in self.problem.parts]
-        wrong_parts = [name for name in names if self.judgements[name].outcome in NOT_RIGHT]
-        earlier_parts = [name for name in wrong_parts if names.index(name) < names.index(part.name)]
+        part_names = [other.name for other in self.problem.parts]
+        wrong_parts = [name for name in part_names if self.judgements[name].outcome in NOT_RIGHT]
+        earlier_parts = [name for name in wrong_parts if part_names.index(name) < part_names.index(part.name)]
         if part.name not in wrong_parts or not self.rules.credit or not earlier_parts:
             return None
         followed, seed = None, self.seeds[part.name]
@@ -213,9 +213,9 @@ def _verdict_by_points(
         if followed.judgement.outcome is Outcome.CORRECT:
             judgement = replace(judgement, reason=f"{judgement.reason}; {_no_attempt(followed.idle)}")
     elif followed is not None and followed_points > points:
-        how_far = "follows" if followed.judgement.outcome is Outcome.CORRECT else "follows in part"
+        follows_words = "follows" if followed.judgement.outcome is Outcome.CORRECT else "follows in part"
         reason = (
-            f"this {how_far} from your own answer to {followed.earlier!r}, which is not right, and earns "
+            f"this {follows_words} from your own answer to {followed.earlier!r}, which is not right, and earns "
             f"{float(credit):.0%} of what it would; against the solution: {judgement.reason}"
         )
         judgement, follows = (

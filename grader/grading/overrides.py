@@ -76,7 +76,7 @@ def read_overrides(assignment: Assignment) -> Overrides:
     students = [student.id for student in assignment.roster]
     by_student: dict[str, dict[str, Override]] = {}
     by_group: dict[str, Override] = {}
-    lines: dict[tuple[str, str], int] = {}
+    first_lines: dict[tuple[str, str], int] = {}
     for number, cells in read_table(path, COLUMNS[0], HEADER):
         line = f"{path}: line {number}"
         if not {"part", "points"} <= set(cells):
@@ -96,17 +96,19 @@ def read_overrides(assignment: Assignment) -> Overrides:
         if part not in max_points:
             raise _unknown_part(line, part, list(max_points))
         target = f"the group {group!r}" if group else f"{part or 'the total'} of {student!r}"
-        if (first_line := lines.setdefault((student, group or part), number)) != number:
+        if (first_line := first_lines.setdefault((student, group or part), number)) != number:
             raise QdotError(f"{line}: {target} is set on line {first_line} already")
         if group:
             if not points and not comment:
                 raise QdotError(f"{line}: neither points nor a comment is given for {target}; give one, or both")
-            worth = _parse_points(line, part, points, max_points[part]) if points else None
-            by_group[group] = Override(worth, comment, group)
+            override_points = _parse_points(line, part, points, max_points[part]) if points else None
+            by_group[group] = Override(override_points, comment, group)
         else:
-            worth = _parse_points(line, part, points, max_points[part])
-            by_student.setdefault(student, {})[part] = Override(worth, comment)
-    return Overrides(by_student, by_group, {group: number for (student, group), number in lines.items() if not student})
+            override_points = _parse_points(line, part, points, max_points[part])
+            by_student.setdefault(student, {})[part] = Override(override_points, comment)
+    return Overrides(
+        by_student, by_group, {group: number for (student, group), number in first_lines.items() if not student}
+    )
 
 
 def note_unused_groups(assignment: Assignment, overrides: Overrides, groups: Sequence[str]) -> list[str]:
@@ -117,13 +119,13 @@ def note_unused_groups(assignment: Assignment, overrides: Overrides, groups: Seq
             continue
         part, letters = group.split("/")
         part_groups = [key for key in groups if key.split("/")[0] == part]
-        close = difflib.get_close_matches(letters, [key.split("/")[1] for key in part_groups], n=1, cutoff=0.7)
-        hint = f" (did you mean {group_key(part, close[0])!r}?)" if close else ""
-        more = len(part_groups) - MOST_LISTED
-        keys = ", ".join(part_groups[:MOST_LISTED]) + (
-            f" and {more} more, which `qdot report` shows" if more > 0 else ""
+        close_matches = difflib.get_close_matches(letters, [key.split("/")[1] for key in part_groups], n=1, cutoff=0.7)
+        hint = f" (did you mean {group_key(part, close_matches[0])!r}?)" if close_matches else ""
+        hidden_count = len(part_groups) - MOST_LISTED
+        key_words = ", ".join(part_groups[:MOST_LISTED]) + (
+            f" and {hidden_count} more, which `qdot report` shows" if hidden_count > 0 else ""
         )
-        known_groups = f"groups of {part}: {keys}" if part_groups else f"no answer to {part} is in a group"
+        known_groups = f"groups of {part}: {key_words}" if part_groups else f"no answer to {part} is in a group"
         notes.append(
             f"{assignment.folder / OVERRIDES}: line {overrides.lines[group]}: no answer of this class is in the "
             f"group {group!r}{hint}, so the line does nothing yet; {known_groups}"
@@ -159,15 +161,15 @@ def _unknown_part(where: str, part: str, known: Sequence[str]) -> QdotError:
 
 def _parse_points(where: str, part: str, text: str, most: float) -> float:
     """Parse the points of a line: a number, or a percentage of the maximum `most`. Raises QdotError."""
-    number = text.replace(",", ".")  # a spreadsheet that separates cells by semicolons may write a decimal comma
-    share = re.fullmatch(r"(\d+(?:\.\d{1,4})?) ?%", number)
-    if share and Fraction(share[1]) <= 100:
-        return share_of_points(most, 1.0, Fraction(share[1]) / 100)
-    if not re.fullmatch(r"\d+(\.\d{1,4})?", number):
+    number_text = text.replace(",", ".")  # a spreadsheet that separates cells by semicolons may write a decimal comma
+    percentage = re.fullmatch(r"(\d+(?:\.\d{1,4})?) ?%", number_text)
+    if percentage and Fraction(percentage[1]) <= 100:
+        return share_of_points(most, 1.0, Fraction(percentage[1]) / 100)
+    if not re.fullmatch(r"\d+(\.\d{1,4})?", number_text):
         raise QdotError(
             f"{where}: points = {text!r}: it is a number from 0 to {most:g}, with at most four decimals, as in 1.5, or "
             "a share of them, as in 50 %"
         )
-    if float(number) > most:
+    if float(number_text) > most:
         raise QdotError(f"{where}: points = {text}: {part or 'the total'} has {most:g} points at most")
-    return float(number)
+    return float(number_text)

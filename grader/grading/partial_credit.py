@@ -107,17 +107,17 @@ def give_partial_credit(
     share, reason = Fraction(judgement.share).limit_denominator(1000), judgement.reason
     if part.answer.is_formulas and part.shape is not None:
         judgement, share = _count_entries(answer, judgement, share)
-    better = None
+    credit = None
     if part.answer.is_formulas:
-        better = _credit_but_for_factor(answer, judgement) or _credit_factors(answer)
+        credit = _credit_but_for_factor(answer, judgement) or _credit_factors(answer)
     elif part.answer.units_due:
-        better = _credit_numbers(answer)
-    if answer.policy.is_by_mistakes and max(share, better.share if better else 0) < HALF:
-        better = _credit_one_mistake(answer, is_copied) or better
-    if better is not None and better.share > share:
-        share = better.share
-        words = f"{better.words}, which earns {share * answer.policy.worth}; {reason}"
-        judgement = replace(judgement, reason=words)
+        credit = _credit_numbers(answer)
+    if answer.policy.is_by_mistakes and max(share, credit.share if credit else 0) < HALF:
+        credit = _credit_one_mistake(answer, is_copied) or credit
+    if credit is not None and credit.share > share:
+        share = credit.share
+        reason_words = f"{credit.words}, which earns {share * answer.policy.worth}; {reason}"
+        judgement = replace(judgement, reason=reason_words)
     return _with_share(judgement, share * answer.policy.worth)
 
 
@@ -192,8 +192,10 @@ def _credit_but_for_factor(answer: AnswerToCredit, judgement: Judgement) -> _Cre
             factor = factor and replace(factor, is_other=True)
     if factor is None or (factor.is_other and not set().union(*map(names, expected)) & varying):
         return None
-    signs = "its sign" if part.shape is None else "signs"
-    words = [word for word, is_wrong in ((signs, factor.is_negative), ("a common factor", factor.is_other)) if is_wrong]
+    sign_words = "its sign" if part.shape is None else "signs"
+    words = [
+        word for word, is_wrong in ((sign_words, factor.is_negative), ("a common factor", factor.is_other)) if is_wrong
+    ]
     if not words:  # no error was found, which doesn't mean that the answer is correct
         return None
     share = share_but_for_a_factor(factor.is_negative, factor.is_other)
@@ -243,21 +245,21 @@ def _credit_factors(answer: AnswerToCredit) -> _Credit | None:
     if answer.parsed.tree is None or answer.parsed.table is not None or answer.has_unknown_symbols:
         return None
     (reference,) = part.answer.entries()
-    expected = [tree_of_reference(text_of(factor), frozenset(domain.roles)) for factor in _factors(reference)]
-    expected = [factor for factor in expected if names(factor) & answer.varying]
+    expected_factors = [tree_of_reference(text_of(factor), frozenset(domain.roles)) for factor in _factors(reference)]
+    expected_factors = [factor for factor in expected_factors if names(factor) & answer.varying]
     (entry,) = answer.parsed.entries
-    given = [factor for factor in factors(entry) if names(factor) & answer.varying]
-    if not given or max(len(given), len(expected)) > MOST_FACTORS:
+    given_factors = [factor for factor in factors(entry) if names(factor) & answer.varying]
+    if not given_factors or max(len(given_factors), len(expected_factors)) > MOST_FACTORS:
         return None
     counts = range(MOST_WRONG + 1)
     error_counts = sorted(product(counts, counts), key=lambda way: (max(way), way))[1:]
     for missing, surplus in error_counts:
-        share = share_of_product(len(expected), missing, surplus)
-        if share and _is_product_of(answer, given, expected, missing, surplus):
-            extra = f", and {_count_in_words(surplus, 'other')}" if surplus > missing else ""
-            correct_count = len(expected) - missing
-            summary = f"{correct_count} of {_count_in_words(len(expected), 'factor')} with joints"
-            return _Credit(share, f"{summary} {'is' if correct_count == 1 else 'are'} there{extra}")
+        share = share_of_product(len(expected_factors), missing, surplus)
+        if share and _is_product_of(answer, given_factors, expected_factors, missing, surplus):
+            surplus_words = f", and {_count_in_words(surplus, 'other')}" if surplus > missing else ""
+            correct_count = len(expected_factors) - missing
+            summary = f"{correct_count} of {_count_in_words(len(expected_factors), 'factor')} with joints"
+            return _Credit(share, f"{summary} {'is' if correct_count == 1 else 'are'} there{surplus_words}")
     return None
 
 
@@ -267,11 +269,11 @@ def _count_in_words(number: int, what: str) -> str:
 
 def _factors(reference: sp.Expr) -> list[sp.Expr]:
     """Return the factors of a product; a factor with a power is repeated."""
-    repeated: list[sp.Expr] = []
+    factors_with_powers: list[sp.Expr] = []
     for factor in sp.Mul.make_args(reference):
         base, power = factor.as_base_exp()
-        repeated += [base] * int(power) if power.is_Integer and power > 0 else [factor]
-    return repeated
+        factors_with_powers += [base] * int(power) if power.is_Integer and power > 0 else [factor]
+    return factors_with_powers
 
 
 def _is_product_of(
@@ -293,12 +295,12 @@ def _is_product_of(
                 [len(written) + k for k in expected_indices]
             ].prod(axis=0)
         if np.all(np.isfinite(ratio)) and abs(ratio[0]) > 0 and np.allclose(ratio, ratio[0], rtol=SAME, atol=0):
-            given, reference = (
+            given_product, expected_product = (
                 reduce(times, (written[k] for k in given_indices), ONE),
                 reduce(times, (expected[k] for k in expected_indices), ONE),
             )
-            same = compare_entries([given], [reference], domain, f"{seed}/same").equal[0]
-            if same or constant_factor([given], [reference], domain, varying, seed) is not None:
+            is_equal = compare_entries([given_product], [expected_product], domain, f"{seed}/same").equal[0]
+            if is_equal or constant_factor([given_product], [expected_product], domain, varying, seed) is not None:
                 return True
     return False
 
