@@ -1,4 +1,4 @@
-"""Makes the gallery of arms: every family with its thumbnail, its questions, and a link for practice."""
+"""Make the gallery of arms: every family with its thumbnail, its questions, and a link for practice."""
 
 from collections.abc import Collection
 

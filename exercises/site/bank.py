@@ -1,4 +1,4 @@
-"""Writes the bank of the site: certified problems as JSON. A rerun does not rewrite files that are up to date.
+"""Write the problem bank of the site: certified problems as JSON. A rerun does not rewrite files that are up to date.
 
 bank/index.json                 the list of problems
 bank/FAMILY/KEY.json            a problem (`record.site_record`)
@@ -43,7 +43,7 @@ def write_bank(
 ) -> list[Json]:  # fmt: skip
     """Write the problems and return their entries in index.json: family, key, difficulty, title, questions, flat.
 
-    `each` is called after every problem, and `left_out` for each problem that fails its certificate with every seed.
+    `each` is called after every problem, and `left_out` for each problem of which every draw fails its certificate.
     Solutions are written only if `solved`.
     """
     entries = []
@@ -101,7 +101,7 @@ def _write_solutions(path: Path, problem: Problem, key: str) -> None:
 
 
 def _write_text(path: Path, content: Json) -> None:
-    """Write a file of the bank without the slow syncing of the disk, because a rerun can regenerate the file."""
+    """Write a file of the bank without syncing the disk, which is slow, because a rerun can regenerate the file."""
     write_atomically(path, _text(content), lasting=False)
 
 

@@ -1,4 +1,4 @@
-"""Builds the site in a folder: scripts and styles, pages, the problem bank, and the service worker for offline use."""
+"""Build the site in a folder: scripts and styles, pages, the problem bank, and the service worker for offline use."""
 
 import hashlib
 import json
@@ -37,11 +37,16 @@ GALLERY = "docs/families/"
 
 @dataclass(frozen=True)
 class Order:
-    """The specification of a site: its problems (`wanted`), their families or slots, and the texts around them.
+    """The specification of a site.
 
-    `titles` are (name, title, source) of the families or slots. `commands` is the reference of the command line, as
-    HTML. `docs` is the folder of the documentation, and `course` the title of an instructor's own site. `feedback` is
-    the level of feedback on wrong answers; at the last level, the bank has solutions.
+    - `wanted`: the problems of its bank
+    - `titles`: the name, the title and the source of each family or slot
+    - `failures`: a function that returns what is wrong with a problem
+    - `jobs`: the number of processes
+    - `commands`: the reference of the command line, as HTML
+    - `docs`: the folder of the documentation, None for a site without it
+    - `course`: the title of an instructor's own site
+    - `feedback`: the level of feedback on wrong answers; at the last level, the bank has solutions
     """
 
     folder: Path
@@ -63,7 +68,7 @@ class Order:
 def build(order: Order, each: Callable[[], None], left_out: Callable[[FailedSlot], None]) -> Json:
     """Build the site, and return the numbers of problems, questions and files for offline use. Raises QdotError.
 
-    `each` is called after every problem, and `left_out` for each problem that fails its certificate with every seed.
+    `each` is called after every problem, and `left_out` for each problem of which every draw fails its certificate.
     """
     assets = built_assets()
     if assets is None:

@@ -1,4 +1,4 @@
-"""Makes the book's part of the site: a page with a live arm for each of Examples 6.1 to 6.4, and the errata."""
+"""Make the pages on the book: a page with an interactive arm for each of Examples 6.1 to 6.4, and the errata."""
 
 import json
 from collections.abc import Iterator
@@ -17,7 +17,7 @@ from qdot.exercises.writing.render import environment
 SECTION = "examples"
 START, ERRATA = "examples/index.html", "examples/errata.html"
 ASIDE = 0.62
-"""The share of the page's width for formulas beside the arm."""
+"""The share of the page's width that formulas have beside the arm."""
 
 
 def address(number: str) -> str:
@@ -97,7 +97,7 @@ def _example(place: int, language: str) -> tuple[str, str]:
 
 
 def live_arm(chain: Chain) -> Json:
-    """Return the data of the live arm, with the factors of its determinant."""
+    """Return the data of the interactive arm, with the factors of det J."""
     return arm_record(Problem(ProblemId("docs", 0), chain, ())) | {"factors": determinant_factors(chain)}
 
 

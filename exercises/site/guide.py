@@ -1,4 +1,4 @@
-"""The order of the documentation on the site: pages in groups by reader, each with a line on its content."""
+"""List the documentation in the order of the site: pages in groups by reader, each with a line on its content."""
 
 import re
 from dataclasses import dataclass
@@ -59,13 +59,13 @@ GROUPS = {
         COMMANDS: (_("The command line"), _("Every command and option.")),
     },
 }  # fmt: skip
-"""Groups of pages: for each name, the title and a line on the content."""
+"""Groups of pages: for each page of docs/, its title and a line on its content."""
 OTHERS = _("More")
 
 
 @dataclass(frozen=True)
 class Entry:
-    """A page of the documentation in a list."""
+    """A page of the documentation in a list: its name in docs/, its title, and a line on its content."""
 
     name: str
     title: str

@@ -1,4 +1,4 @@
-"""Makes keys for grading in a browser: the values of the correct answer and of known mistakes at some configurations.
+"""Make the keys for grading in a browser: values of the correct answer and of known mistakes at some configurations.
 
 A key contains numbers, no formulas. Configurations have two decimals, so that a counterexample can be checked by hand.
 Correct values are computed with many digits and written with 15, those of mistakes with 6. So a key has the same bytes
@@ -17,9 +17,10 @@ on every machine.
     {"type": "choice" | "selection" | "matching", "options": count, "items": count, "right": [index],
      "told": [[{"name", "title", "says"} of a mistake that leads to a wrong option]]}
 
-`print` is one number for a whole answer at a point: the sum of its entries, row by row, each times `weight(index)`. For
-a direction, it is the absolute value of this sum for its unit vector. A numeric direction has that vector as "values".
-The page itself finds single mistakes in a formula, and mistakes in conditions (site/src/grade/slips.ts, set-slips.ts).
+"print" is a fingerprint, one number for a whole answer at a configuration: the sum of its entries, row by row, each
+times `weight(index)`. For a direction, it is the absolute value of this sum for its unit vector. A numeric direction
+has that vector as "values". The page itself finds single mistakes in a formula, and mistakes in conditions
+(site/src/grade/slips.ts, set-slips.ts).
 """
 
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
@@ -59,13 +60,15 @@ from qdot.exercises.quizzes.values import AtRates
 from qdot.exercises.writing.problem_texts import answer_code
 
 POINTS, DRAWN = 16, 24
-"""Number of configurations in a key, and number that are sampled: the first have simple numbers, the others any."""
+"""Number of configurations in a key, and number of sampled ones; the first of them have simple numbers.
+
+More are sampled, because the answer may be undefined at some of them."""
 HUGE = 1e8
-"""If an entry is larger, the arm is singular up to rounding, and formulas can't be distinguished."""
+"""Maximum of an entry: if one is larger, the arm is nearly singular, and rounding makes formulas indistinguishable."""
 FEWEST_POINTS, PRINTED = 3, 2
 """Minimum number of configurations in a key, and number of configurations at which mistakes are evaluated."""
 MOST_MISTAKES, MOST_IN_NUMBERS, MOST_NUMBERS = 60, 160, 500
-"""Maximum number of mistakes in formulas, of mistakes in numeric answers, and of the numbers of the latter in total."""
+"""Maximum number of mistakes in formulas, of mistakes in numeric answers, and of all numbers in the latter."""
 ALWAYS = (
     *(mistake.name for mistake in numeric.MISTAKES), "transposed", "cross-order", "sign", "transpose-for-inverse",
     "determinant-forgotten", "jacobian-for-inverse", "degrees",
@@ -75,7 +78,7 @@ THROUGHOUT = (
     "lengths-missing", "relative-throughout", "wave-throughout", "constants-left-out", "constants-sign",
     "constants-in-degrees", "constants-wrong-radians", "sum-of-angles-split",
 )  # fmt: skip
-"""Mistakes made everywhere in finished formulas, the likely ones first; at most MOST_THROUGHOUT are included."""
+"""Mistakes that a student makes everywhere in the finished formulas, the likely ones first; only some are included."""
 MOST_THROUGHOUT = 16
 POSES = 6
 """Number of configurations on each piece of a singular set."""
@@ -84,7 +87,7 @@ DIGITS = 30
 
 
 def weight(index: int) -> float:
-    """Return the weight of an entry in the print of an answer.
+    """Return the weight of an entry in the fingerprint ("print") of an answer.
 
     >>> weight(0), round(weight(1), 6)
     (1.0, 1.618034)
@@ -93,7 +96,7 @@ def weight(index: int) -> float:
 
 
 def key_of(problem: Problem, part: Part, with_mistakes: bool = True) -> Json:
-    """Return the key of a part; finding the known mistakes (`with_mistakes`) takes nearly all of the time."""
+    """Return the key of a part; finding the known mistakes takes most of the time, and is done if `with_mistakes`."""
     return part.answer.accept(_Keys(problem, part, with_mistakes))
 
 
@@ -136,7 +139,7 @@ class _Keys(AnswerVisitor[Json]):
     def numbers(self, answer: Number) -> Json:
         mistakes = self._mistakes(_mistakes_in_numbers(self.problem, self.part, answer))
         key = _numbers(answer) | {"mistakes": mistakes}
-        if answer.shape == (1, 1):  # to few digits, many other mistakes give the same number
+        if answer.shape == (1, 1):  # many other mistakes give the same number if it has few digits
             known_values = {tuple(mistake["values"]) for mistake in mistakes}
             precise = self._mistakes(_mistakes_in_numbers(self.problem, self.part, answer, precise=True))
             key["precise"] = [mistake for mistake in precise if tuple(mistake["values"]) not in known_values]
@@ -193,9 +196,9 @@ def _linear(problem: Problem, part: Part, points: Values) -> Json:
 
 
 def values_key(texts: Sequence[str], shape: tuple[int, int], domain: Domain, stream: Stream) -> Json:
-    """Return the key of formulas, without mistakes. Raises ValueError if they are defined at too few configurations.
+    """Return the key of formulas in the symbols of the domain, without mistakes.
 
-    The symbols of the formulas are those of the domain.
+    Raises ValueError if the formulas are defined at too few configurations.
     """
     nodes = [read(text, domain.roles) for text in texts]
     points = domain.sample(set(domain.roles), DRAWN, stream)
@@ -285,14 +288,14 @@ def _likely_mistakes(w: Working, part: Part, seen: Collection[object]) -> Iterat
 def _unit_vectors_of_mistakes(
     problem: Problem, part: Part, right: np.ndarray
 ) -> Iterator[tuple[float, Json, list[float]]]:
-    """Yield the unit vectors that mistakes lead to for a numeric direction, with the sign closer to the correct one."""
+    """Yield the unit vectors that mistakes lead to for a numeric direction, with the sign nearer to the correct one."""
     for chance, mistake, values in _derived_mistakes(problem, part):
         unit = np.array(values) / np.linalg.norm(values)
         yield chance, mistake, (unit * (np.sign(unit @ right) or 1.0)).tolist()
 
 
 def _likeliest(answers: Iterable[tuple[float, Json, list[float]]], right: Iterable[float]) -> Iterator[Json]:
-    """Yield the numeric wrong answers, each once, with its likeliest mistake."""
+    """Yield every different numeric wrong answer with the likeliest mistake that leads to it."""
     right_rounded = _round_digits(right)
     by_rounded: dict[tuple[str, ...], tuple[float, Json, list[float]]] = {}
     for chance, mistake, values in answers:
@@ -340,7 +343,7 @@ def _numbers(answer: Number) -> Json:
 def _mistakes_in_numbers(problem: Problem, part: Part, answer: Number, precise: bool = False) -> Iterator[Json]:
     """Return the numeric answers that mistakes lead to, each with its likeliest mistake.
 
-    For a single number, only the likely mistakes are included, or all if it is `precise`.
+    For a single number, only the likely mistakes are considered, unless the number is `precise` (has many digits).
     """
     answers = chain(
         _mistaken_answers(problem, part), _speed_mistakes(problem, part), _derived_mistakes(problem, part, precise)
@@ -437,7 +440,7 @@ def _variables(problem: Problem) -> tuple[list[str], list[str]]:
 
 
 def _conditions(problem: Problem, answer: ConditionSet) -> list[int]:
-    """Return the number of pieces of each condition (or group of conditions that hold simultaneously)."""
+    """Return the number of pieces of each component of the singular set."""
     roles, joints = problem.domain().roles, [q.name for q in problem.chain.q]
     groups = answer.by_condition(answer.pieces())
     return [sum(len(parse_pieces(read(text, roles), joints)) for text in group) for group in groups]

@@ -1,4 +1,4 @@
-"""Defines a page of the site: its path, title and body, and the data for the frame around it."""
+"""Define a page of the site: its path, title and body, and the data that the template around the body needs."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -13,12 +13,12 @@ DEEPEST = 7
 
 @dataclass(frozen=True)
 class Page:
-    """A page: its path in the site, title, body, and the entry whose script it loads.
+    """A page: its path in the site, its title, its body, and the name of the script that it loads (`pages.ENTRIES`).
 
-    `section` is its item in the main menu. `kind` is its layout: "" for running text, "wide", "home", or "docs" with a
-    list of the documentation beside it. `frames` allows it to show pages of the site in frames. `is_anywhere` is for
-    the page that a server shows for missing addresses: it searches the folders above for its script and styles.
-    `translations` are title and body in other languages, if they are not in the site's own catalogue.
+    `section` is its item in the main menu. `kind` is its layout: "" for running text, "wide", "home", "practice", or
+    "docs" with a list of the documentation beside it. `frames` allows it to show pages of the site in frames.
+    `is_anywhere` is for the page that a server shows for missing addresses: it searches the folders above for its
+    script and styles. `translations` are title and body in other languages, if the site's own catalogue lacks them.
     """
 
     path: str
@@ -33,7 +33,7 @@ class Page:
 
     @property
     def ups(self) -> list[str]:
-        """The relative paths to folders that may have its script and styles."""
+        """The relative paths of the folders in which the page searches for its script and styles."""
         return ["../" * count for count in range(DEEPEST if self.is_anywhere else 1)]
 
     @property

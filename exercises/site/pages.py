@@ -1,4 +1,4 @@
-"""Renders the pages of the site from templates/site: the landing page, practice, the book's examples, the docs.
+"""Render the pages of the site from templates/site: the home page, practice, the book's examples, the documentation.
 
 All links are relative, so that the site works from any folder of any file server.
 """
@@ -36,7 +36,7 @@ LONG = 3
 
 @dataclass(frozen=True)
 class Assets:
-    """The built scripts and styles: for each entry, the paths of its script, its static imports and its styles.
+    """The built scripts and styles: for each name in ENTRIES, the paths of its script, its static imports, its styles.
 
     `files` are all files of the `folder`.
     """
@@ -50,11 +50,13 @@ class Assets:
 
 @dataclass(frozen=True)
 class Around:
-    """The content of the pages around the bank.
+    """The content of the pages other than the problem bank.
 
-    `docs` is the folder of the documentation, None if there is none; `commands` the body of the page on the command
-    line; `course` the title of an instructor's own site; `families` the families in the bank; `licences` the licences
-    of the libraries in the scripts.
+    - `docs`: the folder of the documentation, None if there is none
+    - `commands`: the body of the page on the command line
+    - `course`: the title of an instructor's own site
+    - `families`: the families in the bank
+    - `licences`: the licences of the libraries in the scripts
     """
 
     docs: Path | None
@@ -75,7 +77,7 @@ def licences_text(folder: Path) -> str:
 def built_assets() -> Assets | None:
     """Return the files that `npm run build` made, in the package (wheel) or in site/dist (checkout); None if missing.
 
-    Raises QdotError if the scripts are of another version.
+    Raises QdotError if the scripts belong to another version of qdot.
     """
     here = Path(__file__).resolve().parents[1]
     folder = next((f for f in (here / "site_dist", here.parent / "site" / "dist") if f.is_dir()), None)
@@ -83,7 +85,7 @@ def built_assets() -> Assets | None:
 
 
 def assets_in(folder: Path) -> Assets:
-    """Return the scripts and styles in a folder that Vite wrote. Raises QdotError if they are of another version."""
+    """Return the scripts and styles in a folder that Vite wrote. Raises QdotError if they belong to another version."""
     manifest = _manifest(folder)
     entries = {name: manifest[source] for name, source in ENTRIES.items()}
     files = sorted(path for path in folder.rglob("*") if path.is_file() and ".vite" not in path.parts)

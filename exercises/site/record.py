@@ -1,4 +1,4 @@
-"""Converts a problem for the site's bank: its texts and figures, the data of the live arm, and the keys for grading.
+"""Convert a problem to JSON for the site: its texts and figures, the data of the interactive arm, the keys for grading.
 
 Texts that a page shows immediately have formulas as MathML, so that the page opens without typesetting. Hints and
 solutions have LaTeX in `<span class="tex">` (`<div class="tex">` for blocks), which the page typesets later, because
@@ -57,7 +57,7 @@ def site_record(problem: Problem) -> Json:
 
 
 def arm_record(problem: Problem) -> Json:
-    """Return the data of the live arm, as in `site_record`: {"robot", "symbols", "pose"}."""
+    """Return the data of the interactive arm, as in `site_record`: {"robot", "symbols", "pose"}."""
     return {
         "robot": {**robot_json(problem.chain), "values": _values(problem.chain)},
         "symbols": _symbols(problem),
@@ -165,7 +165,7 @@ def _symbols(problem: Problem) -> Json:
 
 
 def typed_names(problem: Problem, asked: str) -> list[str]:
-    """Return the names of rates, velocities and forces that a prompt allows; the page has a button for each."""
+    """Return the names of rates, velocities and forces that a prompt mentions; the page has a button for each."""
     allowed_roles = "rate", "velocity", "force"
     return [name for name, info in problem.symbols().items() if info.role in allowed_roles and f"`{name}`" in asked]
 
@@ -187,7 +187,7 @@ def _values(chain: Chain) -> Json:
 
 
 LISTS = ("mistakes", "throughout", "precise")
-"""Lists of mistakes in a key."""
+"""The names of the lists of mistakes in a key (`keys`)."""
 
 
 class MistakeSentences:

@@ -1,4 +1,4 @@
-"""Makes the reference of the command line, a page with the texts of `--help`, from the program itself."""
+"""Make the reference of the command line, a page with the texts of `--help`, from the program itself."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -10,7 +10,7 @@ from qdot.exercises.writing.render import render
 
 @dataclass(frozen=True)
 class Command:
-    """A command: its full name, usage, help as HTML, and its parameters with their meanings."""
+    """A command: its full name, its usage, its help as HTML (`says`), and its parameters with their meanings."""
 
     name: str
     usage: str

@@ -1,4 +1,4 @@
-"""Makes example tables for the page "Your own arm": the chapter's arms with numeric values, and real robots.
+"""Make example tables for the page "Your own arm": the chapter's arms with numeric values, and real robots.
 
 A table has the page's format (site/src/own/table.ts): {"name", "convention", "angles", "rows": [{"kind", "theta", "d",
 "a", "alpha"}], "tool", "place", "turn", "task"}. Entries are texts in the notation for typing.
@@ -41,7 +41,7 @@ def _plain_arms() -> Iterator[Json]:
 
 
 def _table_of(chain: Chain, title: str) -> Json:
-    """Return a chain's standard DH table with the numeric values of its figure, angles in radians."""
+    """Return a chain's standard DH table with the numeric values that its figure shows; angles are in radians."""
     values: dict[sp.Basic, sp.Expr] = {symbol: sp.Float(value) for symbol, value in example_values(chain).items()}
     rows = []
     for i, joint in enumerate(chain.joints, 1):

@@ -1,8 +1,8 @@
-"""Lists the site's problems: several arms of each family at every step of variation, with their questions.
+"""List the problems of the site's bank: several arms of each family at every step of variation, with their questions.
 
-The first arm of a step gets all questions. The others share the questions, so that each question comes with several
-more arms. A page shows one question of an arm at a time, so nobody needs all thirty questions for each of thousands of
-arms.
+The first arm of a step gets all questions. The questions are divided among the other arms, so that each question comes
+with several more arms. A page shows one question of an arm at a time, so nobody needs all thirty questions for each of
+thousands of arms.
 """
 
 import json
@@ -24,13 +24,13 @@ MOST_SEEDS = 1000
 OF_EACH_STEP = 25
 """Default number of arms of a family at every step."""
 ARMS_EACH = 2
-"""Number of arms that get each question, besides the first arm of a step."""
+"""Number of arms that get each question, in addition to the first arm of a step."""
 QUIZ_SEEDS = 9
-"""Up to this seed, every second arm also has short questions: one arm of each step."""
+"""Maximum seed of an arm with short questions: up to it, every second arm has them, which is one arm of each step."""
 DRAWN_FROM = (1, 2, 3)
-"""Seeds whose problems are compared to find the questions with sampled numbers."""
+"""Seeds whose problems are compared to find the questions with random numbers, such as a configuration."""
 LOOKED_FURTHER = 4
-"""Number of seeds to try for each arm, because variation of lengths alone gives few different arms."""
+"""Maximum number of seeds to try for each arm, because some steps of variation give few different arms."""
 
 
 FrameConvention = tuple[str, str]
@@ -41,9 +41,10 @@ FrameConvention = tuple[str, str]
 class BankProblem:
     """A problem for the bank: its family, its key, and how to generate it.
 
-    `asked` are its questions: none means all applicable questions of the chapter, QUIZ a short one of each form.
-    `variation` is how much its arm differs from the chapter's. `share` (index, number of shares) is for an arm that is
-    in the bank already: it gets a share of the questions with sampled numbers. `frame_convention` describes the arm.
+    `asked` are its questions: none means all questions of the chapter that apply, QUIZ a short one of each form.
+    `variation` is how much its arm differs from the chapter's. `share` is for an arm that is in the bank already: its
+    index among such arms, and their number. These arms share the questions with random numbers. `frame_convention`
+    describes the arm. `problem` is given if the problem exists already.
     """
 
     family: str
@@ -56,7 +57,7 @@ class BankProblem:
     frame_convention: FrameConvention = ("", "")
 
     def make(self, draw: int = 1) -> Problem:
-        """Return the problem; for draws after the first, the seed is one that no other problem has."""
+        """Generate the problem; draws after the first have seeds that no other problem has."""
         if self.problem is not None:
             return self.problem
         questions = self.asked
@@ -119,7 +120,7 @@ def wanted_of_families(
 
 
 def _problems_of_step(family: str, step: str, seeds: range, frame_convention: FrameConvention) -> Iterator[BankProblem]:
-    """Yield one arm of a step per seed: distinct arms first, then repeated arms."""
+    """Yield a problem of a step for each seed: first distinct arms, then arms that are in the bank already."""
     if not seeds:
         return
     distinct, repeated = _distinct_seeds(family, step, seeds)
