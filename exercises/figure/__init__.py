@@ -7,9 +7,9 @@ visible.
 
     arm_figure              the figure of an arm, and figures made of several drawings
     shapes, view            plain shapes in pixels; from metres to pixels
-    plane, pose             the general view of an arm; the pose in which it is drawn, or the view of a given pose
+    plane, pose             the usual view of an arm; the pose in which it is drawn, or the best view of a given pose
     model                   one arm that is drawn for all arms that differ only in their labels
-    arm, frames             links and joints, and the view that fits; axes, origins and the base's position
+    arm, frames             links and joints, and the scale that fits; axes, origins and the base's position
     places, labels          the lines of a drawing and the places for one label; the layout of all labels
     small                   thumbnails, and singular configurations beside a regular one
     tikz, words             the drawing for LaTeX; its description in words

@@ -26,6 +26,7 @@ APART, AWAY = 27.0, 82.0
 FEW = 3
 """Number of joints of a wrist: the axes of this many frames can be distinguished at one point."""
 ARC = {True: 31.0, False: 34.0}
+"""Radius in pixels of the arc of a joint angle, in a flat drawing (True) and in space."""
 
 
 @dataclass(frozen=True)
@@ -107,6 +108,7 @@ def _crowded_frames(origins: np.ndarray) -> frozenset[int]:
 
 
 def _free_place(bones: Skeleton, view: View, i: int, taken: list[np.ndarray]) -> np.ndarray:
+    """Return a position on the axis of joint i + 1 where its glyph covers no other one, if there is such a position."""
     origin, link = bones.origins[i], bones.corners[i] - bones.origins[i]
     z = bones.frames[i, :3, 2]
     candidates = [origin + share * link for share in (0.0, 0.45, 0.6, 0.3)]
@@ -136,7 +138,7 @@ def _shares_origin(bones: Skeleton) -> bool:
 
 
 def draw_link(scene: Scene, i: int) -> Drawing:
-    """Return the bars of link i with its lengths."""
+    """Return link i as bars, labelled with its lengths."""
     bones, joint = scene.bones, scene.chain.joints[i - 1]
     start, corner, end = bones.origins[i - 1], bones.corners[i - 1], bones.origins[i]
     shapes: tuple[Shape, ...] = ()
@@ -155,7 +157,7 @@ def draw_link(scene: Scene, i: int) -> Drawing:
 
 
 def draw_way_to_point(scene: Scene) -> Drawing:
-    """Return the bar from O_k to the point P, with its lengths."""
+    """Return the bar from O_k to the point P, labelled with its lengths."""
     path = scene.bones.path
     labels: list[Request] = []
     for k, value in enumerate(scene.chain.point.offset):
@@ -164,6 +166,7 @@ def draw_way_to_point(scene: Scene) -> Drawing:
 
 
 def _bar(view: View, points: list[np.ndarray], style: str) -> tuple[Shape, ...]:
+    """Return a bar along points (3, m), drawn as an outline and a filling; nothing if all points coincide."""
     distinct_points = [points[0]]
     distinct_points += [point for previous, point in pairwise(points) if np.linalg.norm(point - previous) > 1e-9]
     if len(distinct_points) < 2:
@@ -173,7 +176,7 @@ def _bar(view: View, points: list[np.ndarray], style: str) -> tuple[Shape, ...]:
 
 
 def _length(view: View, start: np.ndarray, end: np.ndarray, pieces: tuple[TextRun, ...]) -> list[Request]:
-    """Return the label of a straight piece, which can be on either side of its middle; none for a zero length."""
+    """Return the label of a straight piece, which can be placed on either side; none for a zero length."""
     if np.linalg.norm(end - start) < 1e-9:
         return []
     return [Request(pieces, anchors_beside(view.px(start), view.px(end)), gap=8.0, rank=1)]
@@ -237,6 +240,7 @@ def draw_ground(scene: Scene) -> Drawing:
 
 
 def _ground_line(view: View, origin: np.ndarray, x: np.ndarray, down: np.ndarray) -> Drawing:
+    """Return a pedestal on hatched ground, for a base whose z axis is seen end-on."""
     unit = 1.0 / view.scale
     foot = [origin, origin + unit * (24 * down - 13 * x), origin + unit * (24 * down + 13 * x)]
     return Drawing(
@@ -304,7 +308,7 @@ def draw_slide(scene: Scene, i: int) -> Drawing:
 def draw_dimension(
     scene: Scene, start: np.ndarray, end: np.ndarray, label: tuple[TextRun, ...], away: float
 ) -> Drawing:
-    """Return a dimension line between two points (3, m), `away` pixels aside, on the side without the arm."""
+    """Return a dimension line for two points (3, m), `away` pixels from them, on the side away from the arm."""
     view, side = scene.view, _side(scene, start, end) / scene.view.scale
     first, second = view.path([point + side * away for point in (start, end)])
     middle = ((first[0] + second[0]) / 2, (first[1] + second[1]) / 2)
@@ -331,7 +335,7 @@ def _side(scene: Scene, start: np.ndarray, end: np.ndarray) -> np.ndarray:
 
 
 def draw_body(stage: Scene) -> Drawing:
-    """Return ground, links and joints from back to front, with the lengths of the links."""
+    """Return the ground, links and joints from back to front, with the links' lengths as labels."""
     chain, bones, view = stage.chain, stage.bones, stage.view
     is_ground_in_front = not stage.is_planar and view.toward(bones.frames[0, :3, 2]) < -1e-9
     drawing = Drawing() if is_ground_in_front else draw_ground(stage)
@@ -379,6 +383,7 @@ def fit_drawing(
 
 
 def _first_view(chain: Chain, bones: Skeleton, room: Pair, axes: np.ndarray) -> View:
+    """Return the view in which the skeleton, with the world's origin if it is shown, fills `room`."""
     points = [*bones.origins, *bones.corners, *bones.path]
     if not chain.base.is_world:
         points.append(np.zeros(3))
@@ -387,7 +392,7 @@ def _first_view(chain: Chain, bones: Skeleton, room: Pair, axes: np.ndarray) -> 
 
 
 def extent(shapes: tuple[Shape, ...]) -> tuple[Pair, Pair]:
-    """Return the least and the greatest coordinates of shapes."""
+    """Return two corners of the bounding box of shapes: the smallest and the largest coordinates."""
     points: list[Pair] = []
     for shape in shapes:
         for inner in shape.shapes if isinstance(shape, Glyph) else (shape,):

@@ -54,17 +54,17 @@ __all__ = [
 ]
 
 MARGIN = (34.0, 26.0)
-"""Margins for labels outside of all lines, left and right, and above and below, in pixels."""
+"""Margins for the labels around the drawing, in pixels: on the left and right, and above and below."""
 TRIED = {False: 7, True: 16}
-"""Maximum number of best poses that are drawn completely, to choose the one with the best places for labels."""
+"""Number of poses that are drawn with labels to find the one with the best places for labels; True: for a long arm."""
 DELAY = 6.0
-"""Cost of a pose for each better pose before it, comparable to the costs of labels (see `labels`)."""
+"""Cost that a pose gets for each pose ranked before it, on the same scale as the costs of labels (see `labels`)."""
 GOOD = 8.0
-"""Average cost of a label up to which a pose is used without trying others; it grows with each pose tried."""
+"""If the average cost of a label is at most this, no further pose is tried; the limit grows with each pose tried."""
 CLEARLY = 0.2
 """A drawing is abandoned if it costs this much more than another one; costs are rounded to 0.1."""
 ROUNDS = 3
-"""How often the labels of the chosen pose are placed, each time in view of all others."""
+"""How often the labels of the chosen pose are placed; from the second time on, each avoids all others."""
 SIDES, CLEAR = 5, {True: 30.0, False: 16.0}
 """Number of views that are tried for a spatial arm in a given pose, and average cost of a label up to which all names
 are shown. The cost is higher in a flat drawing, because labels have more room and no arrow points towards the reader.
@@ -76,7 +76,8 @@ Composed = tuple[Drawing, Layout]
 """A drawing and the current layout of its labels."""
 
 SHRUNK, GAP, LINE, LETTER = 60, 12, 20, 8
-"""Size of small drawings in per cent; pixels between them, for a caption's line, and for a letter."""
+"""Scale of small drawings in per cent; in pixels, the gap between them, the height of a line of a caption, and the
+width of a letter."""
 
 
 def arm_figure(chain: Chain, pose: Mapping[str, float] | None = None) -> Figure:

@@ -30,8 +30,8 @@ LONG = 96.0
 """Length of an axis of an arm without links."""
 NAMES = "xyz"
 ROOMY, TOUCHING, CROWDED_COST = 34.0, 12.0, 120.0
-"""Distance in pixels between two origins, and from an origin to an axis of the world, below which they cost, and the
-maximum cost.
+"""Minimum distance in pixels between two origins, and from an origin to an axis of the world, and the cost of a
+distance of zero. The cost falls linearly to 0 at the minimum distance.
 """
 
 
@@ -82,6 +82,7 @@ def _joint_axes(scene: Scene) -> Drawing:
 def _axis(
     view: View, origin: np.ndarray, axis: np.ndarray, name: str, pieces: tuple[TextRun, ...], length: float
 ) -> Drawing:
+    """Return an axis as an arrow of `length` pixels with a label."""
     end = origin + axis * length / view.scale
     reach = view.path([origin + share * (end - origin) for share in (0.85, 0.7, 0.55)])
     request = Request(pieces, ((view.px(end), view.heading(axis)),), name, gap=3.0, rank=2, kind="axis", reach=reach)
@@ -108,6 +109,7 @@ def has_body_frame(scene: Scene) -> bool:
 
 
 def _is_at_world(scene: Scene) -> bool:
+    """Return whether P is drawn at the world's origin."""
     return float(np.linalg.norm(scene.bones.path[-1])) * scene.view.scale < 1.0
 
 
@@ -135,7 +137,7 @@ def draw_origins(scene: Scene) -> Drawing:
 
 
 def crowding_cost(scene: Scene) -> tuple[float, float]:
-    """Return two costs of origins that are drawn close together: among the arm's own, and with the world's.
+    """Return two costs: of the arm's origins drawn close to each other, and of those drawn close to the world's.
 
     The second also counts origins on an axis of the world frame. A cost of 0 means that all are apart.
     """
@@ -231,6 +233,7 @@ def _is_along_first_link(scene: Scene, k: int) -> bool:
 
 
 def _yaw(scene: Scene, apart: bool) -> Drawing:
+    """Return the arc of the base's yaw, from the direction of the world's x axis to the x axis of frame 0."""
     base, view, frame = convention_of(scene.chain).base, scene.view, scene.frames[0]
     if base.yaw == 0 or scene.sparse:
         return Drawing()

@@ -12,7 +12,7 @@ from qdot.exercises.figure.places import Ink, Line, Places
 from qdot.exercises.figure.shapes import FONT, Box, Pair, Polyline, Shape, Text, TextRun, runs, shift_points
 
 FAR = 15.0
-"""Distance in pixels from which a label gets a leader."""
+"""Distance in pixels from which a label gets a leader line."""
 
 
 @dataclass(frozen=True)
@@ -20,7 +20,7 @@ class Request:
     """A label to place `gap` pixels from one of its anchors, each with a preferred direction (y down).
 
     `kind` is the kind of thing that the label names. `reach` has more points of that thing; no other label of the kind
-    should be near them.
+    should be near them. Labels of a lower `rank` are placed earlier.
     """
 
     pieces: tuple[TextRun, ...]
@@ -33,7 +33,7 @@ class Request:
 
     @property
     def spots(self) -> tuple[Pair, ...]:
-        """The points that the label names."""
+        """The points that the label may name; the label is placed near one of them."""
         return tuple(dict.fromkeys(spot for spot, _ in self.anchors))
 
     def shift(self, by: Pair) -> "Request":

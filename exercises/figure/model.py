@@ -17,14 +17,17 @@ from qdot.exercises.figure.pose import entries_of_pose
 from qdot.exercises.figure.shapes import Figure, Run, TextRun, extent, magnitude, runs, with_offset
 
 _STEPS = (9, 24, 36, 48, 59, 72, 84, 96)
-"""Lengths of models in centimetres, with two wide digits each; the longest length of an arm gets the last step."""
+"""The possible lengths of models in centimetres; the longest length of an arm becomes the last one."""
 _TURN, _SLIDE = sp.pi / 6, sp.Rational(35, 100)
-"""Offsets of models; their labels are as wide as most others."""
+"""The joint offsets of models (rad, m); their labels are at least as wide as most."""
 
 
 @dataclass(frozen=True)
 class Model:
-    """The model (`chain`) of an arm, the arm's lettering for that of the model, and the arm's size relative to it."""
+    """An arm and its model (`chain`).
+
+    `letters` maps the model's lettering to the arm's. `longer` is the arm's size divided by the model's.
+    """
 
     arm: Chain
     chain: Chain
@@ -111,7 +114,7 @@ def _model_lengths(
 def _model_offset(
     q: sp.Symbol, offset: sp.Expr, turns: bool, letters: dict[tuple[TextRun, ...], tuple[TextRun, ...]]
 ) -> sp.Expr:
-    """Return the model's offset of a joint."""
+    """Return the model's offset of a joint, and store the lettering; unchanged if symbolic or if its label is wider."""
     model_offset = _TURN if turns else _SLIDE
     if offset == 0 or not offset.is_number:
         return offset

@@ -29,7 +29,9 @@ CLEARLY = 2.0
 EDGE = 4.0
 """Width of the free margin at the edge of the figure, in pixels."""
 WAY = (0.1, 0.3, 0.5, 0.7, 0.9)
+"""Where a leader is tested for crossing other labels, as shares of its length."""
 HALF_WIDTH = {"link": 6.0, "rod": 4.0, "plate": 1.0}
+"""Half the width in pixels of lines of some styles."""
 THIN, AIR = 2.0, 1.5
 """Half the width of other lines, with some air, and the air around a circle."""
 
@@ -145,6 +147,7 @@ class _Place:
     """A place for a label, with costs that don't depend on other labels, computed on demand.
 
     `base_cost` is the cost of the place itself, `inked` includes covered lines, `least` is the known lower bound.
+    `hits` (covered points) and `leader` (its cost) are -1 until they are computed.
     """
 
     __slots__ = ("base_cost", "box", "end", "hits", "inked", "leader", "least")
@@ -266,7 +269,7 @@ class Places:
         return False
 
     def _is_around(self, rival: Pair) -> bool:
-        """Return whether a point is near any place; a point far from all of them causes no confusion."""
+        """Return whether a point is near any possible place; a point far from all of them causes no confusion."""
         (x, y), far = rival, self._far
         left, top, right, bottom = self._bounding_box()
         return left - far < x < right + far and top - far < y < bottom + far
@@ -292,12 +295,13 @@ class Places:
 
 
 def _unit(wish: Pair) -> Pair:
-    """Return the unit vector along a direction; an arbitrary one for the zero vector of a link seen end-on."""
+    """Return the unit vector along a direction; (1, 0) for the zero vector of a link that is seen end-on."""
     angle = math.atan2(wish[1], wish[0])
     return math.cos(angle), math.sin(angle)
 
 
 def _ink_cost(hits: int) -> int:
+    """Return the cost of covering a number of points of lines."""
     return INK_COST * (hits if hits < INKED else INKED) + MORE_INK_COST * hits
 
 

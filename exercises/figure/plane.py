@@ -25,6 +25,7 @@ SEEN = {
     "x": "in the plane of y_w and z_w, seen from +x_w",
     "y": "in the plane of x_w and z_w, seen from -y_w",
 }
+"""The views of planar arms in words, by the world axis perpendicular to the drawing."""
 
 
 def exact(chain: Chain) -> Chain:

@@ -21,14 +21,15 @@ from qdot.exercises.figure.plane import SPACE, axonometric, camera, is_flat
 DEFAULT_LENGTH = 0.4
 """Length in metres for a table without any number."""
 WIDTH, HEIGHT = 520, 360
+"""Size of a figure in pixels."""
 ROOM = (380.0, 240.0)
 """Maximum size of the arm's skeleton in pixels; the rest of the figure is for axes and labels."""
 MANY = 2000
-"""Maximum number of poses that are compared, an even selection if there are more."""
+"""Maximum number of poses that are compared; if there are more, they are sampled evenly."""
 LONG = 4
 """An arm with more joints is a long arm."""
 TIGHT, CLOSE = 0.4, 34.0
-"""Penalty for a pair of labels at nearly the same place, and the distance in pixels below which it applies."""
+"""Penalty for two labels at nearly the same position, and the distance in pixels below which it applies."""
 CLEAR = {False: 1.8, True: 4.0}
 """Maximum bonus for links that are apart, and penalty if two of them cross; higher for a long arm (True)."""
 
@@ -36,11 +37,11 @@ CLEAR = {False: 1.8, True: 4.0}
 AZIMUTHS, ELEVATIONS = range(0, 360, 15), (24, 12, 40)
 """Angles from the usual view, and above the horizon, in degrees."""
 NEAR, REACH = 44.0, 54.0
-"""Distance in pixels below which two origins or ends of axes crowd each other, and length of an axis."""
+"""Distance in pixels below which two origins, or ends of axes, are too close, and the length of an axis."""
 VISIBLE = 0.45
 """The share of a z axis that should be visible."""
 USUAL = 0.3
-"""Bonus for the usual view, because the arm's own figure has it."""
+"""Bonus for the usual view, in which the arm's own figure is drawn."""
 
 
 @dataclass(frozen=True)
@@ -173,6 +174,7 @@ def _digits(sizes: tuple[int, ...]) -> np.ndarray:
 
 @lru_cache(maxsize=16)
 def _numeric_chain(drawn: Chain) -> NumericChain:
+    """Return the kinematics of an arm with numeric lengths; cached."""
     return NumericChain(drawn, {})
 
 
@@ -294,7 +296,7 @@ def _add_last_axes(flat: np.ndarray, frames: np.ndarray, view: np.ndarray, scale
 
 
 def _angle_score(chain: Chain, frames: np.ndarray, entries: np.ndarray, view: np.ndarray) -> np.ndarray:
-    """Return how clearly the joint angles are visible (k), with a preference for angles near 45 degrees."""
+    """Return a score for how clearly the joint angles are visible (k); angles near 45 degrees score highest."""
     lowest_visibility, preference = np.ones(len(entries)), np.zeros(len(entries))
     for i, joint in enumerate(chain.joints):
         if joint.kind == "P":

@@ -7,12 +7,15 @@ from functools import lru_cache
 import sympy as sp
 
 Pair = tuple[float, float]
+"""The x and y of a point, a direction or a size in pixels."""
 Box = tuple[float, float, float, float]
 """Left, top, right, bottom."""
 FONT = 15.0
+"""Size of lettering in pixels."""
 LOW = {"ω": 1.25}
-"""Magnification of letters that are small in the fonts of PDFs and are the name of an axis."""
+"""Magnification of letters that name an axis and look too small in the fonts of PDFs."""
 SUB = 0.72
+"""Size of a subscript relative to its letter."""
 GREEK = {
     "theta": "θ", "alpha": "α", "beta": "β", "gamma": "γ", "delta": "δ", "phi": "φ", "psi": "ψ",
     "lambda": "λ", "lamda": "λ", "rho": "ρ", "omega": "ω", "eta": "η", "mu": "μ",
@@ -48,7 +51,7 @@ class Glyph:
 
 @dataclass(frozen=True)
 class Run:
-    """A piece of lettering in one font; `dy` moves the baseline, in pixels, from the piece before."""
+    """A piece of lettering in one font; `dy` shifts its baseline from that of the previous piece, in pixels."""
 
     text: str
     italic: bool
@@ -58,9 +61,9 @@ class Run:
 
 @dataclass(frozen=True)
 class Text:
-    """Lettering centred on `x` with its baseline at `y`; `box` is left, top, right, bottom, an upper estimate.
+    """Lettering centred on `x` with its baseline at `y`.
 
-    `at` is a point of the thing that it names.
+    `box` is an upper estimate of the space that it takes. `at` is a point of the thing that it names.
     """
 
     x: float

@@ -39,11 +39,13 @@ A last link shorter than this share of the longest link gets an arrow along its 
 """
 HAND = 56.0
 CROSS = 6.0
+"""Half the size of the cross that marks the point of a submitted answer, in pixels."""
 MOST = 8
 """Maximum number of singular configurations that are drawn."""
 TRIED = 24
 """Number of configurations sampled on a condition in several joints; the one easiest to read is drawn."""
 CAPTION = 24
+"""Maximum number of characters in a caption."""
 
 
 def draw_thumbnail(chain: Chain) -> Figure:
@@ -203,7 +205,7 @@ def singular_panel(chain: Chain, language: str = ENGLISH) -> Panel:
 
 
 def _key(chain: Chain, styles: set[str], words: Catalogue) -> str:
-    """Return the meaning of the marks in some drawings, in order of appearance."""
+    """Return a sentence that explains the marks in drawings with these styles; empty if there are no marks."""
     meanings = (
         ("lost", words.gettext("dashed: P cannot move that way")),
         ("axis-z", words.gettext("blue: %(axis)s", axis=_text(sp.Symbol(f"z{chain.n}"), chain))),
@@ -213,6 +215,7 @@ def _key(chain: Chain, styles: set[str], words: Catalogue) -> str:
 
 
 def _scale_arm(chain: Chain) -> _ScaledArm:
+    """Return an arm with default values for its symbolic lengths, and scaled for drawing."""
     sizes = [abs(float(v)) for joint in chain.joints for v in (joint.a, joint.d) if v.is_number and v != 0]
     default_values = symbol_values(chain, max(sizes, default=0.5))
     values = {symbol: sp.Rational(round(float(value) * 100), 100) for symbol, value in default_values.items()}
@@ -277,6 +280,7 @@ def _configurations(
 
 
 def _best_on_condition(chain: Chain, scaled: _ScaledArm, component: Component) -> np.ndarray | None:
+    """Return the table entries (n) of the clearest configuration on a component; None if none is real."""
     numeric_component = replace(
         component, conditions=tuple(condition.xreplace(scaled.values) for condition in component.conditions)
     )
@@ -291,6 +295,7 @@ def _best_on_condition(chain: Chain, scaled: _ScaledArm, component: Component) -
 
 
 def _text(expression: sp.Expr, chain: Chain) -> str:
+    """Return an expression as one line of Unicode text."""
     return unicode_math(lay_out(expression, chain))
 
 
@@ -354,7 +359,7 @@ def _canonical_basis(basis: np.ndarray) -> list[np.ndarray]:
 
 
 def cells(count: int, caption: float, width: float) -> tuple[int, int]:
-    """Return columns and rows for `count` drawings, whose widest caption (pixels) has to fit into a column.
+    """Return the numbers of columns and rows for `count` drawings; the widest caption (pixels) fits into a column.
 
     >>> cells(9, 170.0, 520.0), cells(9, 198.0, 520.0), cells(4, 60.0, 520.0)
     ((3, 3), (2, 5), (2, 2))

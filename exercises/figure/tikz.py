@@ -54,6 +54,7 @@ class _Frame:
     scale: float = 1.0
 
     def at(self, x: str | float, y: str | float) -> tuple[float, float]:
+        """Return a point of the group in the coordinates of the figure."""
         return self.x + self.scale * float(x), self.y + self.scale * float(y)
 
 

@@ -11,6 +11,7 @@ from qdot.exercises.figure.labels import Request
 from qdot.exercises.figure.shapes import Pair, Polyline, Shape, move_shape
 
 ARROW = 8.0
+"""Length of an arrowhead in pixels."""
 
 
 @dataclass(frozen=True)
@@ -91,6 +92,7 @@ def hull(points: list[Pair]) -> tuple[Pair, ...]:
 
 
 def _turn(a: Pair, b: Pair, c: Pair) -> float:
+    """Return the cross product of b - a and c - a."""
     return (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
 
 

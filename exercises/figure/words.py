@@ -60,6 +60,7 @@ def panels_text(captions: list[str], key: str, remark: str, words: Catalogue, ha
 
 
 def _plain(expression: sp.Expr, angle: bool) -> str:
+    """Return a length or an angle in words, as in "minus 30 degrees"."""
     if expression == 0:
         return "0"
     sign, pieces = sign_and_lettering(expression, angle)
@@ -126,7 +127,7 @@ def _place(point: sp.Matrix) -> str:
 
 
 def _sum(value: sp.Expr, unit: str) -> str:
-    """Return a coordinate in words, term by term: numbers to three digits, minus written out.
+    """Return a coordinate in words, term by term, with numbers to three digits and signs as words.
 
     Numbers without a letter are one term.
 
@@ -176,6 +177,7 @@ def _joint_of_frame(chain: Chain, i: int) -> str:
 
 
 def _twist(chain: Chain, i: int) -> str:
+    """Return a clause on the twist of link i; empty if it is zero."""
     alpha = chain.joints[i - 1].alpha
     if alpha == 0:
         return ""

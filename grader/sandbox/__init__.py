@@ -1,6 +1,6 @@
 """Runs students' code in a process without the reference answers, under the restrictions that this machine enforces.
 
-It imports nothing else of the grader.
+It imports no other package of the grader.
 
     contained/                  everything in the process in which students' code runs
     clock, own_folder           budgets of processor time; temporary folders that are removed even after a crash

@@ -1,4 +1,4 @@
-"""Budgets of processor time: work that takes longer is interrupted, and everything else continues.
+"""Budgets of processor time: work that exceeds its budget is interrupted, and everything else continues.
 
 Processor time does not depend on how busy the machine is. Budgets work in any thread, for example in the worker threads
 of a cluster, in which signals do not work.
@@ -15,7 +15,7 @@ from qdot.exercises.common.time_limit import Watch, stop_watch
 
 
 class Overlong(BaseException):
-    """Raised if no time is left. It is not an Exception, so that no code catches it as an error and continues."""
+    """Raised when a budget is used up. It is not an Exception, so that `except Exception` does not catch it."""
 
 
 class Budget:
@@ -26,7 +26,7 @@ class Budget:
 
     @contextlib.contextmanager
     def spend(self) -> Iterator[None]:
-        """Subtract the time of the block. Raises Overlong inside the block as soon as no time is left."""
+        """Subtract the processor time of the block from the budget. Raises Overlong in the block when none is left."""
         if self.left <= 0:
             raise Overlong
         start, precision = time.process_time(), mpmath.mp.prec
@@ -41,7 +41,7 @@ class Budget:
 
 @dataclass
 class Allowance:
-    """The processor time for a notebook's answers: `judging` for all of them, `looking` for diagnosing wrong ones."""
+    """The budgets for a notebook's answers: one for judging all of them, and one for diagnosing the wrong ones."""
 
     judging: Budget = field(default_factory=lambda: Budget(30.0))
     looking: Budget = field(default_factory=lambda: Budget(15.0))

@@ -18,6 +18,7 @@ from qdot.grader.sandbox.contained.attempts import ALONE
 from qdot.grader.sandbox.sandbox import REFUSED, Limits, Sandbox
 
 KERNEL, PYTHON, MISSING = "enforced by the kernel", "watched in Python only", "missing"
+"""How a guarantee is enforced on this machine."""
 
 PROMISES = {
     "files": "reads Python and its libraries, writes into a folder of its own (64 MB) that is gone afterwards",
@@ -27,7 +28,7 @@ PROMISES = {
     "time": "has no more processor time than its limit, and is killed when its time is over",
     "privileges": "has no rights of root, and can't get any",
 }
-"""The guarantees about a notebook."""
+"""What is guaranteed about a notebook, by the name of the guarantee."""
 
 MEANS = {
     "files": ("namespaces", "landlock", "seccomp", "user", "quota", "watch"),
@@ -37,7 +38,7 @@ MEANS = {
     "time": ("limits",),
     "privileges": ("privileges", "seccomp", "user"),
 }
-"""The measures that each guarantee depends on."""
+"""The measures that enforce each guarantee."""
 
 WATCHED = ("files", "network", "processes")
 """The guarantees that Python's audit hook watches."""
@@ -61,7 +62,7 @@ MEASURES = {
 
 @dataclass(frozen=True)
 class Guarantee:
-    """One guarantee: what enforces it here (`by`), by which means, and what the probe achieved nevertheless."""
+    """One guarantee: what enforces it on this machine (`by`), the measures used, and what the probe still achieved."""
 
     name: str
     promise: str
@@ -129,6 +130,7 @@ ENDS = {True: ("done", "overtime"), False: ("killed", "overtime")}
 
 
 def _guarantee(name: str, achieved: list[str], lacking: dict[str, str]) -> Guarantee:
+    """Return a guarantee with what enforces it, judging by what the probe achieved."""
     available = [measure for measure in MEANS[name] if measure not in lacking]
     if "namespaces" not in lacking and "quota" in available:
         available.remove("quota")  # the notebook's own file system has a limited size, so nothing is counted
@@ -179,6 +181,7 @@ def describe_weakness(findings: Findings) -> str:
 
 
 def _weak(findings: Findings) -> str:
+    """Return the guarantees that the kernel does not enforce, each with what happens instead."""
     return ", ".join(f"{guarantee.name}: {guarantee.by}" for guarantee in findings.guarantees if guarantee.by != KERNEL)
 
 

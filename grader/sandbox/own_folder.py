@@ -41,7 +41,7 @@ class OwnFolder:
 def own_folder(prefix: str) -> OwnFolder:
     """Return a new temporary folder, and remove those with the same prefix whose processes were killed.
 
-    Folders that can't be removed stay.
+    Folders that can't be removed are left.
     """
     if not IS_POSIX:  # folders can't be locked there
         return OwnFolder(tempfile.mkdtemp(prefix=prefix, suffix=ENDING), -1)
@@ -60,6 +60,7 @@ def own_folder(prefix: str) -> OwnFolder:
 
 
 def _remove_unless_locked(path: Path) -> None:
+    """Remove a folder of this user. Raises OSError if another process has locked it, or if it takes too long."""
     handle = os.open(path, os.O_RDONLY | os.O_DIRECTORY | os.O_NOFOLLOW)
     try:
         if os.fstat(handle).st_uid == os.geteuid():

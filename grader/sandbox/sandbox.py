@@ -40,9 +40,10 @@ def check_system() -> None:
 
 
 CONTAINED = Path(__file__).with_name("contained")
+"""The folder that is started as the forking process."""
 
 LONGEST_REPORT = 4_100_000
-"""Maximum number of bytes that are read from a notebook's report; its own process stops reporting a little earlier."""
+"""Maximum number of bytes that are read from a notebook's report; the notebook's process stops a little earlier."""
 
 MOST_LINES = 50_000
 """Maximum number of lines that are read from a report, in addition to one line for the beginning of each cell."""
@@ -65,7 +66,7 @@ MOST_LOST = 20
 class Limits:
     """The limits of a notebook: seconds of processor time, in total and per cell, and bytes of memory.
 
-    In real time, it may take the same number of seconds in addition to `BUSY` times the processor time that it used.
+    In real time, it may take these seconds plus `BUSY` times the processor time that it has used.
     """
 
     seconds: float = 180.0
@@ -327,7 +328,7 @@ class Sandbox:
         return self._folder is not None and len(list(Path(self._folder.path).iterdir())) > 1
 
     def _tidy_up(self) -> None:
-        """Wait until the last notebook is removed; if the forking process is lost, close, to restart it later."""
+        """Wait for the end of the last notebook; if the forking process has ended, close, so that it restarts."""
         if self._last is not None:
             try:
                 self._end_of_last()
@@ -425,7 +426,7 @@ class _Lines:
     """Lines of JSON from an untrusted pipe, with limits of time and size.
 
     `used` returns the notebook's processor time so far. Time is up if it exceeds `seconds`, or if the real time exceeds
-    `seconds` plus `BUSY` times that processor time. The size limit grows with the number of cells.
+    `seconds` plus `BUSY` times the processor time. The size limit grows with the number of cells.
     """
 
     def __init__(self, descriptor: int, seconds: float, used: Callable[[], float], cells: int) -> None:
@@ -467,7 +468,7 @@ class _Lines:
         return remaining <= 0
 
     def are_at_an_end(self, within: float) -> bool:
-        """Return whether all processes that write into the pipe have ended, or end `within` this many seconds."""
+        """Return whether all processes that write into the pipe have ended, or end `within` so many seconds."""
         deadline = time.monotonic() + within
         while select.select([self._descriptor], [], [], max(0.0, deadline - time.monotonic()))[0]:
             if not os.read(self._descriptor, 1 << 16):

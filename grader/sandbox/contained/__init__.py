@@ -8,7 +8,7 @@ module of qdot or of a student can replace these modules. Each file, what it doe
     confine              the measures, each tried separately: against reading and writing files of the machine, the
                          network, other processes, rights of root, and using up memory, time, disk and processes
     guard                the audit hook: against the same by Python code, and against loading qdot for the answers
-    folders              removes folders: against those that are too deep, or closed, to be removed as usual
+    folders              removes folders: against folders too deep, or too restricted, to remove as usual
     attempts             what a probe tries instead of a notebook: against a machine whose measures don't hold
     zygote               forks for every notebook: against data or output that reaches another notebook, and processes
                          that continue after their notebook

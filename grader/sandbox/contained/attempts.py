@@ -1,7 +1,6 @@
-"""The attempts to break out that a probe makes instead of a notebook: if one succeeds, this machine doesn't prevent it.
+"""The attempts of a probe to break out of the sandbox: if one succeeds, this machine doesn't prevent it.
 
-They are made without the audit hook. Attempts that may kill their own process are in `ALONE`; each of them gets its own
-process.
+They are made without the audit hook. Each attempt that may kill its own process gets a separate process (`ALONE`).
 """
 
 import contextlib
@@ -27,7 +26,7 @@ MOST, MOST_WRITTEN = 200, 256_000_000
 """Numbers of processes and of bytes that prove that there is no limit; the bytes are four times the quota."""
 
 SOME = 8_000_000
-"""Size in bytes of a file that is allowed by itself."""
+"""Size in bytes of a file that is small enough to be allowed."""
 
 
 class Attempt(NamedTuple):
@@ -39,7 +38,7 @@ class Attempt(NamedTuple):
 
 
 def make(targets: dict[str, Any], report: Callable[[dict[str, Any]], None]) -> None:
-    """Make every attempt, or only the one with the number `alone`; report what each achieved, "" if it was refused."""
+    """Make all attempts, or only the separate one numbered `alone`; report what each achieved, "" if nothing."""
     signal.signal(signal.SIGXCPU, signal.SIG_IGN)
     number = targets["alone"]
     for attempt in ATTEMPTS if number is None else (ALONE[number],):

@@ -70,6 +70,7 @@ def _is_formula(result: Any) -> bool:
 
 
 def _table(function: Any, calls: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the shape of a function's values, and its values at the grader's points, as pairs (real, imag)."""
     shape, rows = None, []
     for values in calls["points"]:
         symbol_values = dict(zip(calls["symbols"], values, strict=True))

@@ -77,6 +77,7 @@ _NUMBER, _ARCHITECTURE, _FIRST, _SECOND, _THIRD = 0, 4, 16, 24, 32  # byte offse
 
 
 def _instruction(code: int, k: int, then: int = 0, otherwise: int = 0) -> bytes:
+    """Return a BPF instruction; `then` and `otherwise` are how many instructions to skip after a comparison."""
     return struct.pack("HBBI", code, then, otherwise, k)
 
 

@@ -37,9 +37,10 @@ have to be counted; numbers of processes and threads, of open files, and of time
 
 @dataclass
 class Measures:
-    """The measures that are `lacking`, with reasons, and the limits; `user` is a child's user if this process is root.
+    """The measures that are not available (`lacking`), each with the reason, and the limits of a notebook.
 
-    `memory` is in bytes, `seconds` are of processor time, and `processes` is the limit of the notebook's user.
+    If this process is root, `user` is the user that a child becomes. `memory` is in bytes, `seconds` are of processor
+    time, and `processes` is the limit of the notebook's user.
     """
 
     lacking: dict[str, str]
@@ -83,7 +84,7 @@ def run_in_child(action: Callable[[], str | None]) -> str:
     return text[1:]
 
 
-# --- once, in the process that forks for every notebook ---
+# --- called once, in the forking process ---
 
 
 def enter() -> None:
@@ -122,6 +123,7 @@ def private_root(mountpoint: str) -> None:
 
 
 def _show(path: str, mountpoint: str) -> None:
+    """Make a file or folder of the machine visible in the new root, read-only."""
     target = mountpoint + path
     if os.path.isdir(path):
         os.makedirs(target, exist_ok=True)
@@ -165,8 +167,8 @@ def make_folder(measures: Measures, parent: str) -> str:
 def is_overdrawn(measures: Measures, folder: str, pid: int) -> bool:
     """Return whether a notebook has written more than its limit, or its files can't be counted.
 
-    Removed files that are still open are in no folder. On disks, they are counted by the number of bytes that the
-    process has written; in file systems in memory, by its open files and mappings without names.
+    A removed file that is still open is in no folder. On a disk, it is included in the number of bytes that the
+    process has written; in a file system in memory, the process's open or mapped files without names are counted.
     """
     try:
         with _as_its_user(measures):
@@ -240,7 +242,7 @@ def _nameless_bytes(pid: int, folder: str) -> int:
     return size
 
 
-# --- for every notebook, in its process ---
+# --- called for every notebook, in its own process ---
 
 
 def apply(measures: Measures, folder: str, parent: int) -> dict[str, str]:
@@ -279,6 +281,7 @@ def die_with_parent(parent: int) -> None:
 
 
 def _limit(measures: Measures) -> None:
+    """Set the limits on resources. Raises OSError that names the limits that were refused."""
     limits = [
         ("RLIMIT_CPU", measures.seconds), ("RLIMIT_FSIZE", FILE), ("RLIMIT_NOFILE", DESCRIPTORS),
         ("RLIMIT_AS", measures.memory),
@@ -318,11 +321,13 @@ def _give_up_privileges(measures: Measures) -> None:
     kernel.drop_capabilities()
 
 
+# Landlock's rights to files and folders
 _READ_FILE, _READ_FOLDER, _WRITE, _TRUNCATE, _REFER = 1 << 2, 1 << 3, 1 << 1, 1 << 14, 1 << 13
 _CHANGE_FOLDER = (1 << 4) | (1 << 5) | (1 << 7) | (1 << 8)  # remove and make folders and files
 
 
 def _rule_files(folder: str) -> None:
+    """Have Landlock allow only reading the libraries, and reading and writing in the notebook's folder."""
     version = kernel.landlock_version()
     files = (1 << (13 + min(version - 1, 2))) - 1 | (1 << 15 if version >= 5 else 0)
     network, scopes = (3 if version >= 4 else 0), (3 if version >= 6 else 0)

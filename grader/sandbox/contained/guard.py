@@ -22,6 +22,7 @@ def library_folders() -> list[str]:
 
 
 LIBRARIES = tuple(library_folders())
+"""The folders from which a notebook imports modules."""
 
 DEVICES = ("/dev/null", "/dev/zero", "/dev/urandom", "/dev/random")
 
@@ -40,6 +41,7 @@ REFUSED = (
     "socket.", "ctypes.", "signal.pthread_kill", "os.link", "os.symlink", "os.chown", "sys.setprofile", "sys.settrace",
     "os.setxattr", "os.removexattr", "fcntl.ioctl", "gc.get_", "webbrowser.", "ftplib.", "smtplib.", "urllib.",
 )  # fmt: skip
+"""Beginnings of the names of audit events that are always refused."""
 
 
 def is_inside(path: Any, folders: tuple[str, ...]) -> bool:

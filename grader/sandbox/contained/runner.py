@@ -35,7 +35,7 @@ def parts_of(value: Any, depth: int = 0) -> list[Any] | None:
 
 
 def is_same(before: list[Any] | None, now: list[Any] | None) -> bool:
-    """Return whether a value is certainly unchanged, so that its text need not be made again after every cell."""
+    """Return whether a value is certainly unchanged; then its text need not be made again."""
     if before is None or now is None or len(before) != len(now):
         return False
     return all(a is b or (type(a) is type(b) is int and a == b) for a, b in zip(before, now, strict=True))
@@ -46,7 +46,7 @@ class Overtime(BaseException):
 
 
 class Alarm:
-    """Raises Overtime after this many seconds of processor time, or of waiting.
+    """Raises Overtime in a cell after a number of seconds of processor time, or of waiting.
 
     The waiting time is the real time minus `BUSY` times the processor time. The alarm repeats until the cell has ended,
     because other code may catch the exception: mpmath, for example, has a bare `except:` in its parser of floats.
@@ -253,7 +253,7 @@ def report_answers(
 
 
 def warm_up() -> None:
-    """Do once what notebooks do, so that SymPy's one-time work is done before the fork.
+    """Do what notebooks do, so that SymPy's one-time work is done before the fork.
 
     It takes time in every run of the grader, so it contains only operations that are faster the second time. The first
     `simplify` loads SymPy's units, whatever its argument, which takes 0.1 s. A second `trigsimp` or `solve` takes as

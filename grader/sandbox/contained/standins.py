@@ -36,7 +36,7 @@ def _attribute(_holder: object, name: str) -> Any:
 
 
 class _Kind(type):
-    """The metaclass of stand-ins, so that a class that is a stand-in has every attribute, too."""
+    """The metaclass of stand-ins: it gives a stand-in for a class every attribute, too."""
 
     __getattr__ = _attribute
 

@@ -1,4 +1,4 @@
-"""The forking process: it loads the libraries, is isolated, has no data of notebooks, and forks for every notebook.
+"""The forking process: it isolates itself, loads the libraries, and forks for every notebook, whose data it never has.
 
 A child reads its notebook from its own pipe, and reports into another one. So its memory contains no other student's
 work, and its output can't be confused with another's. It is forked and isolated in advance, while the grader marks the
@@ -78,7 +78,7 @@ def _load(is_warm: bool) -> None:
     gc.enable()
 
 
-# --- once ---
+# --- called once ---
 
 
 def _try_namespaces(measures: Measures, folder: str) -> None:
@@ -145,7 +145,7 @@ def _find_failing(measures: Measures, parent: str) -> dict[str, str]:
     return failed
 
 
-# --- for every notebook ---
+# --- called for every notebook ---
 
 
 class _Child(NamedTuple):
@@ -157,6 +157,7 @@ class _Child(NamedTuple):
 
 
 def _serve(control: socket.socket, measures: Measures, parent: str, namespace: int | None) -> None:
+    """Fork a child in advance for each notebook, and answer the grader's requests until the grader ends."""
     while True:
         child = _fork_child(measures, parent, namespace)
         request = b""  # an empty request means that the grader has ended
@@ -267,6 +268,7 @@ def _run_request(measures: Measures, folder: str, inbox: int, outbox: int) -> No
 
 
 def _read_line(inbox: int) -> bytes:
+    """Return the request from the pipe; end this process if the grader has closed the pipe."""
     data = b""
     while not data.endswith(b"\n"):
         chunk = os.read(inbox, 1 << 16)
@@ -277,6 +279,7 @@ def _read_line(inbox: int) -> bytes:
 
 
 def _report(outbox: int, line: dict[str, Any]) -> int:
+    """Write a line of JSON to the grader; return its length in bytes."""
     data = (json.dumps(line) + "\n").encode()
     unsent = data
     while unsent:
