@@ -234,10 +234,10 @@ def _check_names(questions: Sequence[str]) -> None:
             raise unknown("question", name, list(ASKED))
         if list(questions).count(name) > 1:
             raise QdotError(f"question {name!r} is asked twice")
-        other = next((question for question in ASKED[name].shows if question in questions), None)
-        if other is not None:
+        source = next((question for question in ASKED[name].shows if question in questions), None)
+        if source is not None:
             raise QdotError(
-                f"question {name!r} shows the answer to {other!r} among its options; ask them of different arms, each "
+                f"question {name!r} shows the answer to {source!r} among its options; ask them of different arms, each "
                 "in a [[problem]] of its own"
             )
 

@@ -340,9 +340,9 @@ def load_assignment(folder: Path) -> Assignment:
 
 def _check_folder(folder: Path) -> None:
     """Raise QdotError if the path is not a folder, or is inside an assignment's folder."""
-    above = folder.parent if folder.name else folder / ".."
-    if folder.exists() and not (folder / FILE).exists() and (above / FILE).is_file():
-        raise QdotError(f"{folder} is in an assignment's folder; name that folder, {above}")
+    parent_folder = folder.parent if folder.name else folder / ".."
+    if folder.exists() and not (folder / FILE).exists() and (parent_folder / FILE).is_file():
+        raise QdotError(f"{folder} is in an assignment's folder; name that folder, {parent_folder}")
     if not folder.is_dir():
         raise QdotError(f"{folder} is not a folder; 'qdot init {folder}' makes one")
 
@@ -360,9 +360,9 @@ def _validate(file: TomlFile) -> AssignmentFile:
         return AssignmentFile.model_validate(file.content)
     except pydantic.ValidationError as error:
         location = error.errors()[0]["loc"]
-    place = location[:3] if location[0] == "problem" else location[:1]
-    with file.at(*place):
-        raise QdotError(RIGHT[str(place[-1])] if isinstance(place[-1], str) else RIGHT["problem"])
+    key_path = location[:3] if location[0] == "problem" else location[:1]
+    with file.at(*key_path):
+        raise QdotError(RIGHT[str(key_path[-1])] if isinstance(key_path[-1], str) else RIGHT["problem"])
 
 
 def _slot(file: TomlFile, content: AssignmentFile, index: int, variation: str, notes: list[str]) -> Slot:
@@ -371,32 +371,32 @@ def _slot(file: TomlFile, content: AssignmentFile, index: int, variation: str, n
     If neither sets a convention, an instructor's robot has the convention of its file. Warnings about the robot are
     appended to `notes`. Raises QdotError.
     """
-    entry, place = content.problem[index], ("problem", index)
-    with file.at(*place):
+    entry, key_path = content.problem[index], ("problem", index)
+    with file.at(*key_path):
         if (entry.family is None) == (entry.robot is None):
             raise QdotError('each [[problem]] has either family = "planar-2r" or robot = "my-arm.toml"')
     if entry.family is not None:
-        with file.at(*place, "family"):
+        with file.at(*key_path, "family"):
             family, robot = look_up_family(entry.family), ""
     else:
-        with file.at(*place, "robot"):
+        with file.at(*key_path, "robot"):
             family, robot = _read_own_robot(robot_path(str(entry.robot), file.path.parent), notes)
     if entry.variation is not None:
-        with file.at(*place, "variation"):
+        with file.at(*key_path, "variation"):
             variation = _read_variation(entry.variation)
-    with file.at(*place, "convention"):
+    with file.at(*key_path, "convention"):
         setting = entry.convention or content.convention or ""
         canonical_convention = find_convention(setting) if setting else ""
         convention = (
             setting if robot else canonical_convention
         )  # a robot file may use another convention than the default
-    with file.at(*place, "twist_order"):
+    with file.at(*key_path, "twist_order"):
         twist_order = _twist_order_of(entry.twist_order, content.twist_order, family, convention)
-    with file.at(*place, "difficulty"):
+    with file.at(*key_path, "difficulty"):
         band = _band(entry.difficulty)
         if band is not None:
             check_questions(family, (), band, variation, convention)
-    with file.at(*place, "family" if entry.questions is None else "questions"):
+    with file.at(*key_path, "family" if entry.questions is None else "questions"):
         if isinstance(entry.questions, str) and entry.questions != "quiz":
             raise QdotError(RIGHT["questions"])
         if family.varied and (not entry.questions or entry.questions == "quiz"):
@@ -413,11 +413,11 @@ def _slot(file: TomlFile, content: AssignmentFile, index: int, variation: str, n
         questions = _questions_of(family, entry.questions, convention)
         check_questions(family, questions, band, variation, convention)
     points = None if entry.points is None else tuple(entry.points)
-    with file.at(*place, "points"):
+    with file.at(*key_path, "points"):
         _check_points(points, len(questions))
-    with file.at(*place, "decimals"):
+    with file.at(*key_path, "decimals"):
         decimals = read_decimals(entry.decimals, questions)
-    with file.at(*place, "credit"):
+    with file.at(*key_path, "credit"):
         credit = read_credit(entry.credit, questions)
     return Slot(
         f"p{index + 1}", family, questions, points, band, robot, variation, convention, twist_order, decimals, credit

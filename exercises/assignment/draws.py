@@ -138,8 +138,8 @@ def generate_certified(
     assignment: Assignment, slot: Slot, student: str, certify: Certify[Record]
 ) -> CertifiedProblem[Record] | FailedSlot:
     """Return the first draw of a student's problem that passes, beginning with the student's current draw."""
-    first, why = assignment.draw_of(slot, student), ""
-    for number in (first, *(later for later in range(1, DRAWS + 1) if later != first)):
+    current_draw, why = assignment.draw_of(slot, student), ""
+    for number in (current_draw, *(other_draw for other_draw in range(1, DRAWS + 1) if other_draw != current_draw)):
         result = attempt(partial(slot.problem, assignment.secret, student, number), certify)
         if not isinstance(result, str):
             return CertifiedProblem(result[0], number, result[1], why)

@@ -64,8 +64,8 @@ def describe_duration(seconds: int) -> str:
     >>> describe_duration(40), describe_duration(800), describe_duration(90000), describe_duration(2 * DAY)
     ('40 s', '13 min', '1 day 1 h', '2 days')
     """
-    days, rest = divmod(seconds, DAY)
-    hours, minutes = rest // 3600, rest % 3600 // 60
+    days, seconds_left = divmod(seconds, DAY)
+    hours, minutes = seconds_left // 3600, seconds_left % 3600 // 60
     day_words = [f"{days} day{'' if days == 1 else 's'}"] if days else []
     hour_words = [f"{hours} h"] if hours else []
     minute_words = [f"{minutes} min"] if minutes and not days else []

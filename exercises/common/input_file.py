@@ -161,7 +161,7 @@ class TomlFile:
         """Return the line number of a place: of its key, or else of its [header]; None if unknown."""
         lines = self.text.splitlines()
         headers = [i for i, line in enumerate(lines) if re.match(r"\s*\[\[?\s*[\w.-]+\s*\]", line)]
-        start, header = 0, None
+        start_line, header = 0, None
         keys = [key for key in place if isinstance(key, str)]
         top = self.content.get(keys[0]) if keys else None
         if len(place) > 1 or isinstance(top, dict) or _holds_tables(top):
@@ -171,9 +171,9 @@ class TomlFile:
             ]
             if index < len(headers_of_place):
                 header = headers_of_place[index]
-                start = header + 1
-        end = next((i for i in headers if i >= start), len(lines))
-        for number in range(start, end):
+                start_line = header + 1
+        end_line = next((i for i in headers if i >= start_line), len(lines))
+        for number in range(start_line, end_line):
             if keys and re.match(rf"""\s*["']?{re.escape(keys[-1])}["']?\s*=""", lines[number]):
                 return number + 1
         return None if header is None else header + 1
@@ -270,11 +270,11 @@ def csv_rows(text: str, begins: list[int] | None = None) -> Iterator[tuple[int, 
     csv.Error.
     """
     begins = [] if begins is None else begins
-    first, _, rest = text.partition("\n")
-    skipped, match = 0, re.fullmatch(r'"?sep=(.)"?', first.strip("\ufeff"), re.IGNORECASE)
+    first_line, _, following_lines = text.partition("\n")
+    skipped, match = 0, re.fullmatch(r'"?sep=(.)"?', first_line.strip("\ufeff"), re.IGNORECASE)
     if match and match[1] in SEPARATORS:
-        text, skipped = rest, 1
-    separator = match[1] if skipped and match else _separator(first)
+        text, skipped = following_lines, 1
+    separator = match[1] if skipped and match else _separator(first_line)
     reader = csv.reader(io.StringIO(text, newline=""), delimiter=separator, strict=True)
     begins.append(1 + skipped)
     for row in reader:

@@ -72,20 +72,20 @@ def ordered_map(
             _close(state)
         return
     chunk = max(1, min(16, len(items) // (8 * jobs))) if len(items) >= MANY and lost is None else 1
-    done = 0
-    while done < len(items):
+    done_count = 0
+    while done_count < len(items):
         try:
-            with closing(_run_pool(work, items[done:], jobs, chunk, setup, arguments)) as results:
+            with closing(_run_pool(work, items[done_count:], jobs, chunk, setup, arguments)) as results:
                 for result in results:
-                    done += 1
+                    done_count += 1
                     yield result
         except BrokenProcessPool:
             if lost is None:
                 raise QdotError(
                     "a worker process died (out of memory?); run the same command again, with a smaller --jobs"
                 ) from None
-            for item in items[done : done + jobs + 1]:  # a pool has at most these in progress
-                done += 1
+            for item in items[done_count : done_count + jobs + 1]:  # a pool has at most these in progress
+                done_count += 1
                 yield _run_alone(work, item, setup, arguments, lost)
 
 

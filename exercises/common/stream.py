@@ -32,8 +32,8 @@ class Stream:
             block = self._seed + b"\x00" + self._block.to_bytes(8, "big")
             self._buffer += hashlib.shake_256(block).digest(_BLOCK)
             self._block += 1
-        taken, self._buffer = self._buffer[:count], self._buffer[count:]
-        return taken
+        chunk, self._buffer = self._buffer[:count], self._buffer[count:]
+        return chunk
 
     def part(self, name: str) -> "Stream":
         """Return an independent stream with this name: it doesn't depend on what was taken from this stream."""

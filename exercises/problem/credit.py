@@ -82,7 +82,7 @@ def share_of_entries(right: Sequence[bool], zeros: Sequence[bool], blanks: Seque
     >>> share_of_entries([True, False, True, True], zeros=[False, False, True, False])
     Fraction(2, 3)
     """
-    nonzero_results = [same for same, zero in zip(right, zeros, strict=True) if not zero] or list(right)
+    nonzero_results = [is_same for is_same, zero in zip(right, zeros, strict=True) if not zero] or list(right)
     return max(
         Fraction(0),
         Fraction(
@@ -95,7 +95,9 @@ def share_of_entries(right: Sequence[bool], zeros: Sequence[bool], blanks: Seque
 def count_spoiled_zeros(right: Sequence[bool], zeros: Sequence[bool], blanks: Sequence[bool] | None = None) -> int:
     """Return how many zeros were answered with something else; 0 if all entries are zeros."""
     is_blank = blanks or [False] * len(right)
-    is_spoiled = [zero and not same and not blank for same, zero, blank in zip(right, zeros, is_blank, strict=True)]
+    is_spoiled = [
+        zero and not is_same and not blank for is_same, zero, blank in zip(right, zeros, is_blank, strict=True)
+    ]
     return 0 if all(zeros) else sum(is_spoiled)
 
 
@@ -121,12 +123,12 @@ def share_of_set(matched: Sequence[tuple[int, int]], unsound: int, *, is_rounded
     >>> share_of_set([(2, 2), (0, 1)], 1), share_of_set([(2, 2)], 2), share_of_set([(2, 2)], 0, is_rounded=True)
     (Fraction(1, 4), Fraction(0, 1), Fraction(4, 5))
     """
-    conditions = sum(found > 0 for found, _ in matched)
+    conditions = sum(found_count > 0 for found_count, _ in matched)
     if conditions == 0 or unsound > conditions:
         return Fraction(0)
     share = HALF**unsound * (1 - AMISS * is_rounded)
-    for found, expected in matched:
-        share *= 1 if found == expected else FORGOTTEN if found else HALF
+    for found_count, expected_count in matched:
+        share *= 1 if found_count == expected_count else FORGOTTEN if found_count else HALF
     return share if share < 1 else HALF  # every condition was found, but one of the claims has no solution
 
 

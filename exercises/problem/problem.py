@@ -104,9 +104,9 @@ def _sort_marks(text: str, marks: Sequence[str]) -> dict[str, str]:
         kind = next((kind for kind, names in _MARKS.items() if mark in names), "variation" if "+" in mark else "")
         if not kind:
             mark_name = mark.replace("_", "-")
-            known = {name: kind for kind, names in _MARKS.items() for name in names}
-            suggestion = ALIASES.get(mark_name) or likeliest(mark, list(known))
-            hint = f" (did you mean the {known[suggestion]} {suggestion!r}?)" if suggestion else ""
+            known_suffixes = {name: kind for kind, names in _MARKS.items() for name in names}
+            suggestion = ALIASES.get(mark_name) or likeliest(mark, list(known_suffixes))
+            hint = f" (did you mean the {known_suffixes[suggestion]} {suggestion!r}?)" if suggestion else ""
             raise QdotError(
                 f"{text!r}: {mark!r} is neither a variation nor a convention nor an order of twists{hint}; "
                 f"variations: {', '.join(STEPS)}, or axes, as in lengths+base, out of {', '.join(AXES)}; "
@@ -282,23 +282,23 @@ class Problem:
 
     def symbols(self) -> dict[str, SymbolInfo]:
         """Return every symbol that an answer may use, including names such as a1 and d1 of numbers in the table."""
-        known: dict[str, SymbolInfo] = {}
+        symbols: dict[str, SymbolInfo] = {}
         for joint, q, rate in zip(self.chain.joints, self.chain.q, self.chain.rates, strict=True):
             is_revolute = joint.kind == "R"
-            known[q.name] = SymbolInfo("joint", "rad" if is_revolute else "m")
-            known[rate.name] = SymbolInfo("rate", "rad/s" if is_revolute else "m/s")
+            symbols[q.name] = SymbolInfo("joint", "rad" if is_revolute else "m")
+            symbols[rate.name] = SymbolInfo("rate", "rad/s" if is_revolute else "m/s")
         for row in self.chain.task:
-            known[row] = SymbolInfo("velocity", "m/s" if row[0] == "v" else "rad/s")
+            symbols[row] = SymbolInfo("velocity", "m/s" if row[0] == "v" else "rad/s")
         for symbol in self.chain.parameters:
             is_angle = symbol.name.startswith(("alpha", "beta"))
-            known[symbol.name] = SymbolInfo("angle" if is_angle else "length", "rad" if is_angle else "m")
+            symbols[symbol.name] = SymbolInfo("angle" if is_angle else "length", "rad" if is_angle else "m")
         for number, joint in enumerate(self.chain.joints if convention_of(self.chain).shows_table else (), 1):
             for letter, value in (("a", joint.a), ("d", joint.d if joint.kind == "R" else sp.S.Zero)):
                 if value.is_number and value != 0:
-                    known.setdefault(f"{letter}{number}", SymbolInfo("length", "m", value))
+                    symbols.setdefault(f"{letter}{number}", SymbolInfo("length", "m", value))
         for part in self.parts:
-            known.update(part.symbols)
-        return known
+            symbols.update(part.symbols)
+        return symbols
 
     @property
     def constants(self) -> frozenset[str]:

@@ -96,12 +96,12 @@ def build(order: Order, each: Callable[[], None], left_out: Callable[[FailedSlot
             translated = json.dumps({"title": title, "body": body}, ensure_ascii=False)
             files[page.translated_path(language)] = translated
     drawings = {} if order.docs is None else _drawings(order.docs)
-    offline = files | {path: content for path, content in drawings.items() if path.startswith(GALLERY)}
+    offline = files | {path: data for path, data in drawings.items() if path.startswith(GALLERY)}
     version = hashlib.sha256()  # browsers discard their whole cache if a file of the bank changes
-    for content in (*offline.values(), *(path.read_bytes() for paths in problems.values() for path in paths.values())):
-        version.update(content.encode() if isinstance(content, str) else content)
-    for path, content in (offline | drawings).items():
-        write_atomically(order.folder / path, content, lasting=False)
+    for data in (*offline.values(), *(path.read_bytes() for paths in problems.values() for path in paths.values())):
+        version.update(data.encode() if isinstance(data, str) else data)
+    for path, data in (offline | drawings).items():
+        write_atomically(order.folder / path, data, lasting=False)
     write_atomically(order.folder / "sw.js", worker_text([*offline], version.hexdigest()[:16]))
     questions = sum(len(entry["questions"]) for entry in entries)
     return {"problems": len(entries), "questions": questions, "files": len(offline)}

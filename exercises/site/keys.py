@@ -170,10 +170,10 @@ def _values(problem: Problem, part: Part) -> tuple[Json, Values]:
     """Return the key of a part without its mistakes, and its configurations."""
     key = values_key(part.answer.formulas(), part.shape or (1, 1), problem.domain(), _stream(problem, part))
     reference = part.answer.as_matrix()
-    used = [{symbol.name for symbol in entry.free_symbols} for entry in reference]
+    symbols_by_entry = [{symbol.name for symbol in entry.free_symbols} for entry in reference]
     without_number = {name for name, role in problem.domain().roles.items() if isinstance(role, str)}
     key["constants"] = sorted(problem.constants & {*key["symbols"]} & without_number)
-    key["moving"] = [index for index, symbols in enumerate(used) if symbols - problem.constants]
+    key["moving"] = [index for index, symbols in enumerate(symbols_by_entry) if symbols - problem.constants]
     columns = zip(*key["points"], strict=True)
     return key, {name: np.array(column) for name, column in zip(key["symbols"], columns, strict=True)}
 
@@ -181,11 +181,11 @@ def _values(problem: Problem, part: Part) -> tuple[Json, Values]:
 def _linear(problem: Problem, part: Part, points: Values) -> Json:
     """Return the coefficient of each rate, velocity or force in each entry, if the entries are linear in it."""
     nodes = [read(text, problem.domain().roles) for text in part.answer.formulas()]
-    program, used = compile_program(nodes), set().union(*map(names, nodes))
-    first_points = {name: column[:PRINTED] for name, column in points.items() if name in used}
+    program, used_names = compile_program(nodes), set().union(*map(names, nodes))
+    first_points = {name: column[:PRINTED] for name, column in points.items() if name in used_names}
     factors = {}
     for name, symbol in problem.symbols().items():
-        if name in used and symbol.role in ("rate", "velocity", "force"):
+        if name in used_names and symbol.role in ("rate", "velocity", "force"):
             values = [
                 np.real(evaluate(program, first_points | {name: first_points[name] * 0 + k}, PRINTED)[0])
                 for k in range(3)
@@ -205,12 +205,12 @@ def values_key(texts: Sequence[str], shape: tuple[int, int], domain: Domain, str
     symbols = sorted(points)
     fixed_names = {name for name, role in domain.roles.items() if not isinstance(role, str)}
     program = compile_program(nodes)
-    used = sorted(set().union(*map(names, nodes)) & set(points))
+    used_names = sorted(set().union(*map(names, nodes)) & set(points))
     rows_of_points: list[list[float]] = []
     correct: list[list[float | None]] = []
     for k in range(DRAWN):
         row = [float(points[name][k]) if name in fixed_names else _six_digits(points[name][k]) for name in symbols]
-        values = [_to_double(value) for value in _at(program, dict(zip(symbols, row, strict=True)), used)]
+        values = [_to_double(value) for value in _at(program, dict(zip(symbols, row, strict=True)), used_names)]
         if len(correct) < POINTS and all(value is not None and abs(value) < HUGE for value in values):
             rows_of_points.append(row)
             correct.append(values)
@@ -233,18 +233,21 @@ def _mistakes_in_formulas(problem: Problem, part: Part, points: Values) -> Itera
     first_points = {name: column[:PRINTED] for name, column in points.items()}
     is_direction = part.answer.counts_up_to_a_factor
     working = numbers(problem.chain, fix_given_joints(part, first_points) if is_direction else first_points)
-    seen = {_print_of(result(working, part), is_direction)}
-    for wrong in _likely_mistakes(working, part, seen):
+    known_fingerprints = {_print_of(result(working, part), is_direction)}
+    for wrong in _likely_mistakes(working, part, known_fingerprints):
         if wrong.answer.shape[:2] != (part.shape or (1, 1)):
             continue
-        if not _is_finite_and_nonzero(wrong.answer) or (print_numbers := _print_of(wrong.answer, is_direction)) in seen:
+        if (
+            not _is_finite_and_nonzero(wrong.answer)
+            or (fingerprint := _print_of(wrong.answer, is_direction)) in known_fingerprints
+        ):
             continue
-        if is_direction and len(set(print_numbers)) == 1:  # many mistakes lead to a constant
+        if is_direction and len(set(fingerprint)) == 1:  # many mistakes lead to a constant
             continue
-        seen.add(print_numbers)
+        known_fingerprints.add(fingerprint)
         yield {
             **_describe_mistake(wrong),
-            "print": [float(text) for text in print_numbers],
+            "print": [float(text) for text in fingerprint],
         }
 
 
@@ -258,18 +261,18 @@ def _mistakes_throughout(problem: Problem, part: Part, points: Values, key: Json
         for name, edited_rows in edits_throughout(rows)
         if name in THROUGHOUT
     ]
-    seen = {_print_of(np.array(key["right"])[:, :PRINTED].reshape(key["rows"], key["columns"], -1))}
+    known_fingerprints = {_print_of(np.array(key["right"])[:, :PRINTED].reshape(key["rows"], key["columns"], -1))}
     for _, name, edited_rows in sorted(edits, key=lambda item: item[0])[:MOST_THROUGHOUT]:
         entries = [entry for row in edited_rows for entry in row]
         values = evaluate(compile_program(entries), first_points, PRINTED)[0]
-        if not np.isfinite(values).all() or (print_numbers := _print_of(values)) in seen:
+        if not np.isfinite(values).all() or (fingerprint := _print_of(values)) in known_fingerprints:
             continue
-        seen.add(print_numbers)
+        known_fingerprints.add(fingerprint)
         missing_names = reference_names - set().union(*map(names, entries)) if name == "lengths-missing" else set()
         mistake = _mistake_record(
             name, CATALOGUE[name].sentence({"Where": "In your answer"}), ", ".join(sorted(missing_names))
         )
-        yield {**mistake, "print": [float(text) for text in print_numbers]}
+        yield {**mistake, "print": [float(text) for text in fingerprint]}
 
 
 def _likely_mistakes(w: Working, part: Part, seen: Collection[object]) -> Iterator[Wrong]:

@@ -79,9 +79,9 @@ def determinant_factors(chain: Chain) -> list[list[str]]:
         return []
     factors: list[list[str]] = []
     for factor, _ in minor.factors:
-        _, shown = derivation.fill(factor).as_coeff_Mul()  # without the numeric coefficient
-        if shown.free_symbols & set(chain.q):
-            factors.append([to_html(f"${tex(shown, chain)}$"), python_text(shown)])
+        _, shown_factor = derivation.fill(factor).as_coeff_Mul()  # without the numeric coefficient
+        if shown_factor.free_symbols & set(chain.q):
+            factors.append([to_html(f"${tex(shown_factor, chain)}$"), python_text(shown_factor)])
     return factors
 
 

@@ -145,10 +145,10 @@ def _distinct_seeds(family: str, step: str, seeds: range) -> tuple[list[int], li
     """
     if FAMILIES[family].varied:  # arms have different structures
         return list(seeds), []
-    end = min(seeds.start + LOOKED_FURTHER * len(seeds) * seeds.step, MOST_SEEDS + 1)
+    seed_limit = min(seeds.start + LOOKED_FURTHER * len(seeds) * seeds.step, MOST_SEEDS + 1)
     seed_by_arm: dict[Chain, int] = {}
     repeated: list[int] = []
-    for seed in range(seeds.start, end, seeds.step):
+    for seed in range(seeds.start, seed_limit, seeds.step):
         if len(seed_by_arm) == len(seeds):
             break
         chain = sample_chain(ProblemId(family, seed, variation=step))

@@ -168,8 +168,8 @@ def _remaining_matrices(shown: list[ReducedCase], values: dict[sp.Symbol, sp.Exp
 
 def _minors_of(rests: tuple[RemainingMatrix, ...], conditions: tuple[sp.Expr, ...]) -> int | None:
     """Return the index of the matrix without case conditions whose minors include all `conditions`, or None."""
-    for index, rest in enumerate(rests):
-        if len(conditions) > 2 and rest.cases == ((),) and set(conditions) <= rest.minors:
+    for index, remaining in enumerate(rests):
+        if len(conditions) > 2 and remaining.cases == ((),) and set(conditions) <= remaining.minors:
             return index
     return None
 

@@ -609,12 +609,16 @@ def _values_beyond_limits(chain: Chain, robot: Robot | None, singular: Iterable[
     excluded = []
     for component in singular:
         for joint, values in component.solutions or ():
-            ends = limits.get(joint)
-            if ends is None:
+            joint_limits = limits.get(joint)
+            if joint_limits is None:
                 continue
-            low, high = (tex_value(end, joint) for end in ends)
+            low, high = (tex_value(limit, joint) for limit in joint_limits)
             turns = (0,) if joint.name.startswith("d") else (-2 * sp.pi, 0, 2 * sp.pi)
-            outside = [v for v in values if v.is_number and not any(ends[0] <= v + turn <= ends[1] for turn in turns)]
+            outside = [
+                v
+                for v in values
+                if v.is_number and not any(joint_limits[0] <= v + turn <= joint_limits[1] for turn in turns)
+            ]
             excluded += [f"${tex(joint)} = {tex_value(value, joint)}$ (from ${low}$ to ${high}$)" for value in outside]
     return list(dict.fromkeys(excluded))
 

@@ -92,12 +92,14 @@ def special_lengths(chain: Chain, general: tuple[SingularComponent, ...]) -> Ite
     for length, value in relations(chain, general):
         yield f"whether anything differs where {length} = {value}"
         special_chain = with_lengths(chain, {length: value})
-        known = [_substitute_lengths(component, {length: value}) for component in general]
+        known_components = [_substitute_lengths(component, {length: value}) for component in general]
         try:
             components = _components(special_chain)
         except TooLong:
             continue
-        new_components = tuple(component for component in components if not _is_known(component, known, special_chain))
+        new_components = tuple(
+            component for component in components if not _is_known(component, known_components, special_chain)
+        )
         if new_components:
             yield Special(length, value, special_chain, new_components)
 
@@ -129,16 +131,18 @@ def _adds_nothing(component: SingularComponent, general: SingularComponent, chai
     """Return whether a component has the same kind as the generic one; a generic one of mixed kind agrees with any."""
     if not kind_is_sure(chain):
         return True
-    for at, kind in _kinds(component, chain).items():
+    for values, kind in _kinds(component, chain).items():
         general_kinds = [
-            general_kind for there, general_kind in _kinds(general, chain).items() if at in (there, ()) or there == ()
+            general_kind
+            for general_values, general_kind in _kinds(general, chain).items()
+            if values in (general_values, ()) or general_values == ()
         ]
-        same = [
+        agreeing_kinds = [
             general_kind
             for general_kind in general_kinds
             if not general_kind.uniform or replace(general_kind, meaning=kind.meaning) == kind
         ]
-        if not general_kinds or same != general_kinds:
+        if not general_kinds or agreeing_kinds != general_kinds:
             return False
     return True
 
@@ -149,13 +153,16 @@ def _kinds(component: SingularComponent, chain: Chain) -> dict[tuple[str, ...], 
     if not component.cases:
         return {(): component.kind}
     return {
-        tuple(str(_normalize_angle(value) if joint.name in revolute else value) for joint, value in at): kind
-        for at, kind in component.cases
+        tuple(str(_normalize_angle(value) if joint.name in revolute else value) for joint, value in joint_values): kind
+        for joint_values, kind in component.cases
     }
 
 
 def _substitute_lengths(component: SingularComponent, values: dict[sp.Symbol, sp.Expr]) -> SingularComponent:
-    cases = tuple((tuple((joint, value.xreplace(values)) for joint, value in at), kind) for at, kind in component.cases)
+    cases = tuple(
+        (tuple((joint, value.xreplace(values)) for joint, value in joint_values), kind)
+        for joint_values, kind in component.cases
+    )
     return replace(
         component, conditions=tuple(condition.xreplace(values) for condition in component.conditions), cases=cases
     )

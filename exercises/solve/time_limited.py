@@ -155,8 +155,8 @@ def _missing_block(chain: Chain, progress: _Progress) -> list[str]:
         if name not in progress.ready and name != SECTIONS[-1]
     ]
     missing += [QUESTIONS[SECTIONS[-1]].title] if progress.left is None else [_IN_WORDS[name] for name in progress.left]
-    known = [progress.partial_result.block()] if progress.partial_result is not None else []
-    return [*known, f"## What is missing\n\nNot worked out: {'; '.join(missing)}. {_explain_end(progress)}\n"]
+    known_results = [progress.partial_result.block()] if progress.partial_result is not None else []
+    return [*known_results, f"## What is missing\n\nNot worked out: {'; '.join(missing)}. {_explain_end(progress)}\n"]
 
 
 def _explain_end(progress: _Progress) -> str:

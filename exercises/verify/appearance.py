@@ -170,11 +170,11 @@ def _poses_by_joint(sample: Sample, joint: int) -> np.ndarray:
 
 def _extreme_name(distances: np.ndarray) -> str:
     """Return "far" if the first distance is the largest, "near" if it is the smallest, and "" otherwise."""
-    first, smallest, largest = distances[0], distances.min(), distances.max()
+    value, smallest, largest = distances[0], distances.min(), distances.max()
     tolerance = min(1e-8, 0.01 * (largest - smallest))
     if tolerance < 1e-12:
         return ""
-    return "far" if first > largest - tolerance else "near" if first < smallest + tolerance else ""
+    return "far" if value > largest - tolerance else "near" if value < smallest + tolerance else ""
 
 
 def _is_on_axes(claim: _Claim) -> bool:
@@ -191,9 +191,11 @@ def _is_on_axes(claim: _Claim) -> bool:
 
 def _are_collinear(claim: _Claim) -> bool:
     sample = claim.sample
-    first, *others = claim.joints
-    z, origin = _axis(sample, first)
-    return all(distances_from_axis(sample, np.stack([origin, origin + z]), joint).max() < SAME for joint in others)
+    first_joint, *other_joints = claim.joints
+    z, origin = _axis(sample, first_joint)
+    return all(
+        distances_from_axis(sample, np.stack([origin, origin + z]), joint).max() < SAME for joint in other_joints
+    )
 
 
 def _is_extreme(claim: _Claim) -> bool:
@@ -282,8 +284,8 @@ def _are_coplanar(claim: _Claim) -> bool:
     """
     sample = claim.sample
     axes = [_axis(sample, joint) for joint in claim.joints]
-    (z, origin), others = axes[0], axes[1:]
-    normals = [np.cross(z, point - origin) for _, point in others]
+    (z, origin), other_axes = axes[0], axes[1:]
+    normals = [np.cross(z, point - origin) for _, point in other_axes]
     return _are_parallel(claim) and bool(np.linalg.svd(np.array([*normals]), compute_uv=False)[1] < SAME)
 
 

@@ -102,11 +102,11 @@ def _check_full_rank(numeric: NumericReference) -> Check:
     chain, jacobian = numeric.chain, numeric.exponential_jacobian
     sigma = np.linalg.svd(jacobian[:, numeric.task], compute_uv=False)
     rank_found = int((sigma > rank.GONE * np.linalg.norm(jacobian, axis=(1, 2))[:, None]).sum(axis=1).max())
-    full = min(len(chain.task), chain.n)
+    full_rank = min(len(chain.task), chain.n)
     detail = f"J for the task {', '.join(chain.task)} has rank {rank_found}"
-    if rank_found < full:
-        detail += f" of {full}, whatever the configuration"
-    return Check(FULL_RANK, rank_found == full, detail)
+    if rank_found < full_rank:
+        detail += f" of {full_rank}, whatever the configuration"
+    return Check(FULL_RANK, rank_found == full_rank, detail)
 
 
 def _check_modified_table(numeric: NumericReference) -> Checks:

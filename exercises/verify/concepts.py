@@ -58,15 +58,15 @@ def _difference_velocity(sample: Sample, joint: int) -> np.ndarray:
 
 def _check_use(numeric: NumericReference, part: Part) -> Checks:
     """Check the answer on whether J is regular, singular, redundant or has too few columns, by its size and rank."""
-    answer, asked = part.of(Choice), part.about(ForUse)
-    jacobian = exponential_at(numeric, asked.place)[[TASK_ROWS.index(row) for row in asked.task]]
+    answer, details = part.of(Choice), part.about(ForUse)
+    jacobian = exponential_at(numeric, details.place)[[TASK_ROWS.index(row) for row in details.task]]
     rank, is_clear = rank_of(jacobian)
     m, n = jacobian.shape
     expected_use = ("regular" if rank == n else "singular") if m == n else "redundant" if m < n else "few"
     yield Check("clear", is_clear and (m == n or rank == min(m, n)), f"{m} x {n}, rank {rank}")
     options = answer.options
     is_stated = options[answer.correct] == USES[expected_use] and sorted(options) == sorted(USES.values())
-    yield Check("use", is_stated and asked.use == expected_use, f"{answer.letter} is {options[answer.correct]}")
+    yield Check("use", is_stated and details.use == expected_use, f"{answer.letter} is {options[answer.correct]}")
 
 
 def _check_cost(numeric: NumericReference, part: Part) -> Checks:
@@ -80,12 +80,12 @@ def _check_cost(numeric: NumericReference, part: Part) -> Checks:
         velocity = _parse_numbers(option)
         rates = np.linalg.pinv(jacobian, rcond=1e-8) @ velocity
         residual_shares.append(float(np.linalg.norm(velocity - jacobian @ rates) / np.linalg.norm(velocity)))
-    produced = [share < 0.02 for share in residual_shares]
-    expected_produced = [(index == answer.correct) == cost.possible for index in range(len(residual_shares))]
+    is_possible = [share < 0.02 for share in residual_shares]
+    expected_possible = [(index == answer.correct) == cost.possible for index in range(len(residual_shares))]
     detail = f"left of the velocities: {', '.join(f'{share:.3f}' for share in residual_shares)}"
     yield Check(
         "least squares",
-        produced == expected_produced and all(share < 0.02 or share > 0.4 for share in residual_shares),
+        is_possible == expected_possible and all(share < 0.02 or share > 0.4 for share in residual_shares),
         detail,
     )
 

@@ -81,8 +81,8 @@ def _axes(numeric: NumericReference, _: Part) -> Expected:
 
 
 def _vectors(numeric: NumericReference, _: Part) -> Expected:
-    first, n = convention_of(numeric.chain).frame_on_axis(1), numeric.chain.n
-    origins = numeric.convention_frames[:, first : first + n, :3, 3]
+    first_frame, n = convention_of(numeric.chain).frame_on_axis(1), numeric.chain.n
+    origins = numeric.convention_frames[:, first_frame : first_frame + n, :3, 3]
     return {"frames": ((numeric.point[:, None] - origins).transpose(0, 2, 1), EXACT)}
 
 

@@ -205,9 +205,9 @@ def sample_distinct_lengths(chain: Chain, sample: Callable[[], dict[str, float]]
 
 def _nearly_cancel(lengths: Sequence[float]) -> bool:
     """Return whether some choice of signs makes the lengths sum to less than APART."""
-    first, *others = lengths
-    signed = (zip(signs, others, strict=True) for signs in product((1, -1), repeat=len(others)))
-    return any(abs(first + sum(sign * value for sign, value in pairs)) < APART for pairs in signed)
+    first_length, *other_lengths = lengths
+    signed = (zip(signs, other_lengths, strict=True) for signs in product((1, -1), repeat=len(other_lengths)))
+    return any(abs(first_length + sum(sign * value for sign, value in pairs)) < APART for pairs in signed)
 
 
 def modified_frames(chain: Chain, lengths: Mapping[str, float], q: np.ndarray) -> np.ndarray:
@@ -233,11 +233,11 @@ def modified_frames(chain: Chain, lengths: Mapping[str, float], q: np.ndarray) -
 
 def _rotations(axis: int, angle: np.ndarray) -> np.ndarray:
     """Return rotations about x (0) or z (2), (…, 4, 4)."""
-    first, second = (axis + 1) % 3, (axis + 2) % 3
+    row, column = (axis + 1) % 3, (axis + 2) % 3
     pose = np.broadcast_to(np.eye(4), (*angle.shape, 4, 4)).copy()
-    pose[..., first, first] = pose[..., second, second] = np.cos(angle)
-    pose[..., second, first] = np.sin(angle)
-    pose[..., first, second] = -np.sin(angle)
+    pose[..., row, row] = pose[..., column, column] = np.cos(angle)
+    pose[..., column, row] = np.sin(angle)
+    pose[..., row, column] = -np.sin(angle)
     return pose
 
 

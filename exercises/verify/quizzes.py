@@ -94,8 +94,8 @@ def _check_set_choice(numeric: NumericReference, part: Part) -> Checks:
     """Check that exactly the correct singular set passes the checks of singular sets."""
     passed = []
     for option in _offered_options(part):
-        claimed = Part("singular-angles", "singular-angles", ConditionSet(option.shown))
-        passed.append(all(check.passed for check in SETS["singular-angles"](numeric, claimed)))
+        claimed_part = Part("singular-angles", "singular-angles", ConditionSet(option.shown))
+        passed.append(all(check.passed for check in SETS["singular-angles"](numeric, claimed_part)))
     yield _check_one_right(part, passed)
     texts = [option.text for option in _offered_options(part)]
     yield Check("different options", len(set(texts)) == len(texts), "no two are the same")
@@ -116,13 +116,15 @@ def _ranks(numeric: NumericReference, part: Part) -> list[tuple[int, bool]]:
 def _check_configurations(numeric: NumericReference, part: Part) -> Checks:
     """Check which of the offered configurations are singular, by the rank of J."""
     answer = part.answer
-    full = min(len(numeric.task), numeric.chain.n)
+    full_rank = min(len(numeric.task), numeric.chain.n)
     ranks = _ranks(numeric, part)
-    singular_indices = tuple(index for index, (rank, _) in enumerate(ranks) if rank < full)
+    singular_indices = tuple(index for index, (rank, _) in enumerate(ranks) if rank < full_rank)
     expected = answer.right
     yield Check("clear", all(is_clear for _, is_clear in ranks), f"ranks {', '.join(str(rank) for rank, _ in ranks)}")
     yield Check(
-        "singular ones", singular_indices == tuple(expected), f"of rank less than {full}, from 0: {singular_indices}"
+        "singular ones",
+        singular_indices == tuple(expected),
+        f"of rank less than {full_rank}, from 0: {singular_indices}",
     )
     yield Check("different options", len(set(answer.offered)) == len(answer.offered), "no two are the same")
     arm = with_lengths(numeric.chain, part.about(Places).lengths)
@@ -167,12 +169,12 @@ def _check_forms(numeric: NumericReference, part: Part) -> Checks:
 
 def _check_dependence(numeric: NumericReference, part: Part) -> Checks:
     """Check on which joints a quantity depends, by moving one joint at a time."""
-    answer, asked = part.of(Selection), part.about(OfQuantity).quantity
-    values = _quantity_values(numeric, asked)
+    answer, quantity = part.of(Selection), part.about(OfQuantity).quantity
+    values = _quantity_values(numeric, quantity)
     influential = tuple(
         index
         for index in range(numeric.chain.n)
-        if np.abs(_quantity_values(numeric, asked, index) - values).max() > EXACT
+        if np.abs(_quantity_values(numeric, quantity, index) - values).max() > EXACT
     )
     yield Check("moving one joint", influential == answer.correct, f"it changes with joints, from 0: {influential}")
 

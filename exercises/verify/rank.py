@@ -173,15 +173,15 @@ def _check_motion(numeric: NumericReference, part: Part) -> Checks:
 
     Along each of the other lines, some possible velocity must have a component.
     """
-    answer, asked = part.of(Choice), part.about(OfMotion).asked
-    texts = tuple(line.words for line in asked.lines)
+    answer, motion = part.of(Choice), part.about(OfMotion).asked
+    texts = tuple(line.words for line in motion.lines)
     yield Check("options", texts == answer.options and len(set(texts)) == len(texts), f"{len(texts)} options")
-    samples = samples_at(numeric, asked.where.values, asked.where.condition)
+    samples = samples_at(numeric, motion.where.values, motion.where.condition)
     yield Check("configurations", bool(samples), f"{len(samples)} at which the direction is lost")
     if not samples:
         return
-    velocities = [_possible_velocities(sample, numeric.task, asked.moving, asked.held) for sample in samples]
-    option_directions = directions(asked.lines, samples)
+    velocities = [_possible_velocities(sample, numeric.task, motion.moving, motion.held) for sample in samples]
+    option_directions = directions(motion.lines, samples)
     sizes = np.array(
         [
             [float(np.abs(d @ v).max()) for d, v in zip(vectors, velocities, strict=True)]
@@ -218,25 +218,25 @@ def _possible_velocities(sample: Sample, task: Sequence[int], moving: str, held:
 
 def _check_meaning(numeric: NumericReference, part: Part) -> Checks:
     """Check that, of the offered statements on the geometric cause of a singularity, only the correct one is true."""
-    answer, asked = part.of(Choice), part.about(OfMeaning).asked
-    samples = samples_at(numeric, asked.values, asked.condition)
+    answer, choice = part.of(Choice), part.about(OfMeaning).asked
+    samples = samples_at(numeric, choice.values, choice.condition)
     correct = answer.correct
-    matches = [all(text.startswith(m.words) for text, (m, _) in zip(answer.options, asked.offered, strict=True))]
+    matches = [all(text.startswith(m.words) for text, (m, _) in zip(answer.options, choice.offered, strict=True))]
     yield Check("options", all(matches) and len(set(answer.options)) == len(answer.options), "as offered")
     statement_holds = [
-        bool(samples) and all(_holds(meaning, sample) for sample in samples) for meaning, _ in asked.offered
+        bool(samples) and all(_holds(meaning, sample) for sample in samples) for meaning, _ in choice.offered
     ]
     kinds = set(map(str, kinds_at(numeric.chain, samples)))
     holds = [
         is_true and (kind is None or kinds == {kind})
-        for is_true, (_, kind) in zip(statement_holds, asked.offered, strict=True)
+        for is_true, (_, kind) in zip(statement_holds, choice.offered, strict=True)
     ]
     expected = [index == correct for index in range(len(holds))]
     detail = f"{', '.join(sorted(kinds))} at {len(samples)} configurations; options that hold: {holds}"
     yield Check("only the right one holds", holds == expected, detail)
-    if asked.offered[correct][1] == "boundary":
-        yield side_of_lost_direction(numeric.chain, asked.condition, asked.values, samples)
-    has_reason = {meaning.kind for meaning, _ in asked.offered} <= _OF_AXES or bool(numeric.chain.linear_rows)
+    if choice.offered[correct][1] == "boundary":
+        yield side_of_lost_direction(numeric.chain, choice.condition, choice.values, samples)
+    has_reason = {meaning.kind for meaning, _ in choice.offered} <= _OF_AXES or bool(numeric.chain.linear_rows)
     yield Check("a reason", has_reason, "where P is, is no reason for a loss of turns; its task counts other rows too")
 
 

@@ -1,7 +1,7 @@
-"""Show a student's answer on the feedback page: typeset as a formula if that is possible, and as text.
+"""Show a student's answer on the feedback page: as text and, if possible, typeset as a formula.
 
-The formula is what qdot parsed and judged. An answer is shown only as text if it can't be parsed, or if it is too long
-or too deeply nested to be typeset. So are answers that aren't formulas (a function, a letter without an option).
+The formula is what qdot parsed and judged. An answer is shown only as text if it can't be parsed, if it is too long or
+too deeply nested to be typeset, or if it is no formula (a function, a letter without an option).
 """
 
 import re
@@ -37,9 +37,9 @@ _CONTROL |= dict.fromkeys((*range(0x80, 0xA0), *range(0xD800, 0xE000), 0xFFFE, 0
 
 @dataclass(frozen=True)
 class Answer:
-    """An answer on the page, as HTML (`shown`) and as `text`; either is empty if the other suffices.
+    """An answer on the page: its HTML (`shown`) and its `text`; one of them is empty if the other suffices.
 
-    `is_text` is False if the text is not the student's but qdot's description of a function.
+    `is_text` is False if the text is not the student's, but qdot's description of a function.
     """
 
     text: str
@@ -84,7 +84,7 @@ def _shorten_mathml(shown: str) -> str:
 
 
 def _chosen_options(problem: Problem, part: Part, text: str) -> str:
-    """Return the chosen options as HTML, each with its letter and, in a matching question, its item."""
+    """Return the options that a student chose as HTML, with their letters and, in a matching question, their items."""
     answer = part.answer
     chosen, items = list(read_answer(problem, part, text).chosen), answer.matched
     if items and len(chosen) == len(items):

@@ -1,8 +1,8 @@
 """Draw the charts of the class overview with matplotlib, as SVG that takes its colours from the page.
 
-The same numbers give the same bytes. A chart is drawn in placeholder colours. They are replaced by variables of the
-page's style sheet, so that the chart follows the light and the dark theme. Hatching and words repeat all the
-information that colours carry. No chart contains a student's text.
+The same numbers give the same bytes. A chart is drawn in placeholder colours, which are replaced by variables of the
+page's style sheet, so that the chart follows the light and the dark theme. Hatching and words repeat everything that
+the colours say. No chart contains a student's text.
 """
 
 import io
@@ -84,9 +84,9 @@ def _inline(text: str, name: str) -> str:
     text = re.sub(r" *font-family:[^;\"]*;?", "", text)
     text = re.sub(r'\b(id="|href="#|url\(#)', rf"\g<1>{name}-", text)
     text = re.sub(r"<style.*?</style>\s*", "", text, flags=re.DOTALL)  # it would apply to the whole page
-    opening, end, rest = text.partition(">")
+    opening, bracket, body = text.partition(">")
     opening = re.sub(r' (width|height|version|xmlns:xlink)="[^"]*"', "", opening)
-    return f'{opening} aria-hidden="true" focusable="false"{end}{rest.replace("xlink:href", "href")}'
+    return f'{opening} aria-hidden="true" focusable="false"{bracket}{body.replace("xlink:href", "href")}'
 
 
 # --- charts ---

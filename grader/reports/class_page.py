@@ -1,4 +1,4 @@
-"""Write the class overview of `qdot report`: a page for the staff with charts, which loads no other files."""
+"""Write the class overview of `qdot report`: a page with charts for the staff, in one file that loads no others."""
 
 from collections import Counter
 from collections.abc import Mapping, Sequence
@@ -39,7 +39,7 @@ UNUSUAL = 0.5
 """A correct answer has an unusual form if it shares at most this fraction of its pieces with the reference."""
 MOST_PAIRS = 30
 MOST_GROUPS = 20
-"""Maximum number of groups of a part with an answer shown; results.jsonl has the keys of all groups."""
+"""Maximum number of groups of a part that are shown with an answer; results.jsonl has the keys of all groups."""
 SHORT = 400
 """Maximum number of characters shown of an answer."""
 FEW = 30
@@ -51,7 +51,7 @@ CHARTED_VARIANTS = 3
 
 @dataclass(frozen=True)
 class Work:
-    """A student's work on a part: the text of the answer and its result, with the student's problem."""
+    """A student's work on a part: the problem, the part, its result, and the text of the answer."""
 
     student: str
     problem: Problem
@@ -61,7 +61,7 @@ class Work:
 
     @property
     def on_page(self) -> Answer:
-        """The answer as the page shows it, with its text shortened."""
+        """The answer as the page shows it: its text is shortened if it is long."""
         return replace(show_answer(self.problem, self.part, self.answer), text=_cut(self.answer))
 
     def parse(self, text: str) -> Written | None:
@@ -71,7 +71,7 @@ class Work:
 
 @dataclass(frozen=True)
 class GroupsOfPart:
-    """The groups of equal wrong answers to a part: those that are shown with an answer, and those left out."""
+    """The groups of equal wrong answers to a part: those that the page shows with an answer, and the others."""
 
     name: str
     groups: Sequence[tuple[GroupOfClass, Answer]]
@@ -127,13 +127,13 @@ def make_class_page(assignment: Assignment, results: Sequence[Result]) -> str:
         followed=sum(part.followed for part in class_parts),
         mistakes=mistakes,
         graded=len(graded),
-        mistake_chart=charts.draw_mistakes({item.title: len(item.students) for item in charted}),
+        mistake_chart=charts.draw_mistakes({entry.title: len(entry.students) for entry in charted}),
         groups=_groups_with_answers(results, work),
         unusual=_unusual_forms(work),
         comparisons=comparisons,
         variant_charts=[
-            charts.draw_groups(index, item.groups, item.shares)
-            for index, item in enumerate(comparisons[:CHARTED_VARIANTS])
+            charts.draw_groups(index, entry.groups, entry.shares)
+            for index, entry in enumerate(comparisons[:CHARTED_VARIANTS])
         ],
         permutations=statistics.PERMUTATIONS,
         has_due=any(assignment.due_of(student) is not None for student in assignment.roster),

@@ -1,4 +1,4 @@
-"""Compute the figures of the class overview from the results: scores, parts, mistakes, equal answers, lateness."""
+"""Compute the numbers of the class overview from the results: scores, parts, mistakes, equal answers, lateness."""
 
 import statistics
 from collections import Counter
@@ -19,10 +19,11 @@ from qdot.grader.statistics.statistics import Interval, discrimination, reliabil
 
 @dataclass(frozen=True)
 class PartOfClass:
-    """A part of the assignment: its outcomes, the mean share of its points (difficulty), and its discrimination.
+    """The statistics of a part of the assignment.
 
-    `share` is the mean over the students who have points for the part. `followed` is the number of answers that follow
-    from a wrong earlier answer.
+    `count` is the number of students with each outcome. `share` is the mean share of the points (the difficulty), over
+    the students who have points for the part. `followed` is the number of answers that follow from a wrong earlier
+    answer.
     """
 
     name: str
@@ -51,10 +52,10 @@ class MistakeOfClass:
 
 @dataclass(frozen=True)
 class GroupOfClass:
-    """A group of equal wrong answers; the `typical` student used the most common wording.
+    """A group of equal wrong answers; `typical` is a student who wrote the answer in its most common form.
 
-    `mistake` is the title of the catalogued mistake that gives the answer, empty if none is known. `earned` is the
-    minimum and the maximum of the points that the grader gave; `override` is the group's override in overrides.csv.
+    `mistake` is the title of the known mistake that leads to the answer, empty if there is none. `earned` are the
+    minimum and the maximum of the points that the grader gave. `override` is the group's override in overrides.csv.
     """
 
     key: str
@@ -212,7 +213,7 @@ def _without_blanks(part: PartResult) -> str:
 
 @dataclass(frozen=True)
 class NotOnTime:
-    """A student who has no mark or was late: the state of the work, and the reason."""
+    """A student who has no mark or was late: the state of the work (`tables.status`), and the reason."""
 
     result: Result
     status: str
@@ -245,7 +246,7 @@ def find_late_or_missing(results: Sequence[Result]) -> list[NotOnTime]:
 
 
 def find_without_attempt(results: Sequence[Result]) -> dict[str, list[str]]:
-    """Return the students who gave at least two wrong formulas, none of them an attempt at their own arm.
+    """Return the students who gave several wrong formulas, none of which is an attempt at their own arm.
 
     The values are the names of these parts. Apart from choice questions, nothing in the work of these students is
     correct.
@@ -259,3 +260,4 @@ def find_without_attempt(results: Sequence[Result]) -> dict[str, list[str]]:
 
 
 FEWEST_WITHOUT = 2
+"""Minimum number of wrong formulas that are no attempt at the student's own arm, for a student to be listed."""

@@ -1,4 +1,4 @@
-"""Show where an answer is wrong as a table: a configuration, the answer's value there and the correct value."""
+"""Make a table that shows where an answer is wrong: a configuration, the answer's value there and the correct value."""
 
 import math
 import re
@@ -14,7 +14,7 @@ from qdot.grader.reports.answers import make_visible
 
 DIGITS, MOST_DIGITS = 4, 16
 ROUNDING = 1e-12
-"""Bound below which the value of a joint is shown as 0, because a numeric search ends only close to zero."""
+"""Bound below which the value of a joint is shown as 0, because numeric searches end near zero, not at it."""
 WORDS = {"not a finite number": "not a finite number", "blank": "left blank"}
 SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
@@ -38,21 +38,20 @@ class Table:
 
 
 def make_counterexample_table(problem: Problem, part: Part, example: Counterexample) -> Table | None:
-    """Return a counterexample as a table; None if a student can't check it.
+    """Return a counterexample as a table; None if the answer contains symbols that the problem doesn't define.
 
-    A student can't check it if the answer contains symbols that the problem doesn't define. Correct values that the
-    feedback level withholds are left out.
+    A student couldn't check such a counterexample. Correct values that the feedback level withholds are left out.
     """
     candidates = (example.missing, example.surplus) if isinstance(example, SetDifference) else (example.at,)
-    configurations = [at for at in candidates if at is not None]
+    configurations = [configuration for configuration in candidates if configuration is not None]
     symbol_infos = problem.symbols()
-    if any(set(at) - set(symbol_infos) for at in configurations):
+    if any(set(configuration) - set(symbol_infos) for configuration in configurations):
         return None
-    names = [name for name in symbol_infos if any(name in at for at in configurations)]
+    names = [name for name in symbol_infos if any(name in configuration for configuration in configurations)]
     symbols = tuple(
         ExampleRow(
             _symbol_html(problem, name),
-            tuple(_quantity_text(at.get(name), symbol_infos[name].unit) for at in configurations),
+            tuple(_quantity_text(configuration.get(name), symbol_infos[name].unit) for configuration in configurations),
         )
         for name in names
     )
@@ -65,7 +64,7 @@ def _table_of_sets(example: SetDifference, symbols: tuple[ExampleRow, ...]) -> T
     headings = {
         "Singular, and not in your answer": example.missing, "In your answer, and not singular": example.surplus
     }  # fmt: skip
-    columns = tuple(heading for heading, at in headings.items() if at is not None)
+    columns = tuple(heading for heading, configuration in headings.items() if configuration is not None)
     return Table("Configurations where it differs", ("Quantity", *columns), symbols) if columns and symbols else None
 
 

@@ -1,4 +1,4 @@
-"""Draw a counterexample: the arm at that configuration, to scale, with P and the point that the answer gives.
+"""Draw a counterexample: the arm at its configuration, to scale, with P and the point that the answer gives.
 
 For a set of singular configurations, a missing one and one that is not singular are drawn side by side.
 """
@@ -40,8 +40,14 @@ def draw_example(problem: Problem, part: Part, example: Counterexample, answer: 
     name = f"{part.name}-example"
     if isinstance(example, SetDifference):
         candidates = ((MISSING, example.missing), (SURPLUS, example.surplus))
-        configurations = [(caption, at) for caption, at in candidates if at is not None]
-        arms = [arm for caption, at in configurations if (arm := _arm_at(problem.chain, caption, at)) is not None]
+        configurations = [
+            (caption, configuration) for caption, configuration in candidates if configuration is not None
+        ]
+        arms = [
+            arm
+            for caption, configuration in configurations
+            if (arm := _arm_at(problem.chain, caption, configuration)) is not None
+        ]
         return examples_svg(arms, name) if arms and len(arms) == len(configurations) else ""
     if part.kind != "position" or answer is None or answer == SHOWN or len(answer) > LONGEST:
         return ""
@@ -50,7 +56,7 @@ def draw_example(problem: Problem, part: Part, example: Counterexample, answer: 
 
 
 def _arm_at(chain: Chain, caption: str, at: Mapping[str, float]) -> Example | None:
-    """Return an arm at a configuration, with default values for unspecified lengths and joints.
+    """Return the drawing of an arm at a configuration, with default values for lengths and joints that it lacks.
 
     Return None if a joint variable is not finite or a length is not positive.
     """

@@ -1,7 +1,7 @@
-"""Write the results as an Excel workbook: the table of grades, and the outcomes of every part.
+"""Write the results as an Excel workbook with two sheets: the grades, and the outcomes of every part.
 
-XlsxWriter is used because it is better maintained than the alternative, and writes the same bytes for the same results.
-Every text is written as a string, so that Excel parses none as a formula or a link.
+XlsxWriter is better maintained than the alternative, and writes the same bytes for the same results. Every text is
+written as a string, so that Excel parses none as a formula or a link.
 """
 
 import datetime
@@ -44,7 +44,7 @@ def make_workbook(assignment: Assignment, results: Sequence[Result]) -> bytes:
 
 
 def _table_of_parts(results: Sequence[Result]) -> tuple[list[str], list[list[Cell]]]:
-    """Return a header, and a row for each part: its points, their mean over graded work, and the outcome counts."""
+    """Return a header, and a row for each part: maximum and mean points, and the count of each outcome."""
     header = ["part", "points", "mean", *(word for word, *_ in OUTCOMES.values())]
     parts_of_students = [result.parts for result in select_graded(results)]
     rows: list[list[Cell]] = []

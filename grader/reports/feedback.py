@@ -1,4 +1,4 @@
-"""Write a student's feedback page: for each part, what is correct and what is not, where, and why.
+"""Write a student's feedback page: for each part, what is correct, what is wrong, where, and why.
 
 The page is made from a result as stored in results.jsonl, and from the figures and units of the student's problems. It
 contains the worked solutions if the assignment sets `feedback = "solutions"`.
@@ -51,14 +51,15 @@ IN_SHORT = {
     r"(?<![\w)] )\bdiffers$": "its value differs from the solution's",
     r"\bclaimed, but no singular configuration\b": "a configuration is claimed that is not singular",
 }
-"""Patterns of reasons whose numbers have been moved to a table, with the wording used instead."""
+"""Patterns of phrases that make no sense without their numbers, which a table shows, with their replacements."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class PartOnPage:
-    """A part as the template shows it; `result` is limited to the feedback level.
+    """A part as the template shows it; `result` has only what the feedback level allows.
 
-    `asked`, `figure`, `example` and `solution` are HTML. `entries` has "right", "follows" or "wrong" for each entry.
+    `asked` (the prompt), `figure`, `example` (a drawing of the counterexample) and `solution` are HTML. `sure` says how
+    a correct answer was compared. `entries` has "right", "follows" or "wrong" for each entry of the answer.
     """
 
     id: str
@@ -91,7 +92,7 @@ class ProblemOnPage:
 
 
 def page_fingerprint(assignment: Assignment, student: Student, result: Result) -> str:
-    """Return a short text that changes whenever the page changes; the page contains it."""
+    """Return a short text that changes whenever the page must change; the page contains it."""
     content = [PAGE, assignment.edition, assignment.feedback, student.name, as_json(result)]
     return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()[:16]
 
@@ -138,7 +139,7 @@ def _describe_level(level: str, parts: Sequence[PartOnPage]) -> str:
 
 
 def _describe_decisions(result: Result) -> list[str]:
-    """Return notes on the late penalty and the overrides, other than those that a part on the page shows."""
+    """Return notes on the late penalty and the overrides, except overrides that are shown with their part."""
     notes = []
     late = result.late
     if late is not None:

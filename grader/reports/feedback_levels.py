@@ -47,12 +47,12 @@ _NAMES = ((r" \(transposed\?\)", ""),)
 
 
 def at_least(level: str, wanted: str) -> bool:
-    """Return whether a level of feedback shows at least as much as another."""
+    """Return whether the first level of feedback shows at least as much as the second."""
     return FEEDBACK.index(level) >= FEEDBACK.index(wanted)
 
 
 def hold_back(part: PartResult, level: str) -> PartResult:
-    """Return a part of a result as a student may see it at this level of feedback.
+    """Return a part of a result without the information that this level of feedback withholds from students.
 
     >>> from qdot import Outcome
     >>> reason = "number 1 is 2, and 0.624 m/s is right"

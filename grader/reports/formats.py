@@ -1,4 +1,4 @@
-"""Write the results of a class in formats that other programs read: `qdot grade DIR --report FORMAT=PATH`."""
+"""Write the results of a class in the formats of `qdot grade DIR --report FORMAT=PATH`, which other programs read."""
 
 import json
 import sys
@@ -22,12 +22,14 @@ from qdot.grader.reports.tables import grades_csv
 
 @dataclass(frozen=True)
 class Format:
-    """An export format; `read_by` are the programs that read it, `checked` what reads it in qdot's tests.
+    """A report format: `read_by` names the programs that read it, `checked` what reads it in qdot's tests.
 
-    `make` takes the assignment and the results in the roster's order, and returns the content of the file. The text
-    that `printed` returns is also written to standard output; `notes` returns notes for the staff. A format that is
-    `of_one_student` contains only one student. `check` raises QdotError if a library is missing; it is called before
-    grading. A `private` format is for the staff, so only the owner can read its file.
+    - `make`: returns the content of the file, from the assignment and the results in the roster's order
+    - `of_one_student`: whether the report has the result of only one student
+    - `printed`: returns a text that is also written to standard output
+    - `notes`: returns notes for the staff
+    - `private`: whether the report is for the staff, so that only the owner may read the file
+    - `check`: raises QdotError if a library is missing; it is called before grading
     """
 
     name: str
@@ -80,9 +82,9 @@ STDOUT = "-"
 
 
 def read_reports(asked: Sequence[str], of_one: bool) -> list[tuple[str, str]]:
-    """Return the values of `--report FORMAT=PATH` as pairs (format, path). Raises QdotError.
+    """Return the values of the options `--report FORMAT=PATH` as pairs (format, path). Raises QdotError.
 
-    `of_one` is True if the results are those of one student.
+    `of_one` is True if only one student is graded.
     """
     reports = []
     for text in asked:

@@ -29,12 +29,12 @@ _MARKUP = re.compile(r"([\\`*_{}\[\]()<>#+|~$&!@:])")
 
 
 def make_summary(assignment: Assignment, results: Sequence[Result]) -> str:
-    """Return the job summary: a table of the class, and each student's parts; for one student, only the parts.
+    """Return the job summary: a table of the class, and the parts of each student; for one student, only the parts.
 
-    If the summary would be too large, only the first students' parts are shown, with the number of students left out.
+    If the summary would be too large, it shows the parts of the first students, and the number of the other students.
     """
     students = results if len(results) > 1 else []
-    shown = list[Result]()
+    shown_results = list[Result]()
     size = _size(assignment, students, [], len(results))
     if size > LARGEST_SUMMARY:
         return render("reports/github-short.md.j2", title=_markdown(assignment.title), count=len(results))
@@ -42,8 +42,8 @@ def make_summary(assignment: Assignment, results: Sequence[Result]) -> str:
         size += _size(assignment, [result], [result]) - _size(assignment, [result], [])
         if size > LARGEST_SUMMARY:
             break
-        shown.append(result)
-    return _page(assignment, students, shown, len(results) - len(shown))
+        shown_results.append(result)
+    return _page(assignment, students, shown_results, len(results) - len(shown_results))
 
 
 def _size(assignment: Assignment, students: Sequence[Result], shown: Sequence[Result], left_out: int = 0) -> int:
@@ -107,7 +107,7 @@ def make_annotations(assignment: Assignment, results: Sequence[Result]) -> str:
 
 
 def _commands(kind: str, notes: Sequence[Annotation], title: str) -> str:
-    """Return the commands of a kind, as many as GitHub shows; the last, called `title`, counts those left out."""
+    """Return the commands of a kind, as many as GitHub shows; the last one, with `title`, counts the others."""
     selected = [note for note in notes if note.kind == kind]
     if len(selected) > MOST_ANNOTATIONS:
         left_out = len(selected) - MOST_ANNOTATIONS + 1

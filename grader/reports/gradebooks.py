@@ -1,4 +1,4 @@
-"""Write gradebooks that Canvas and Moodle import, following the code of their importers.
+"""Write gradebooks for Canvas and Moodle, in the form that the code of their importers requires.
 
 Students are identified by the platform's own columns if roster.csv is its export or has such columns, otherwise by the
 roster's identifiers. A cell contains only a mark that qdot or a person gave; it is empty if work is missing, unreadable
@@ -50,7 +50,7 @@ CANVAS_COLUMNS = {
     "SIS Login ID": ("sis login id", "login id"),
     "Section": ("section",),
 }
-"""Canvas's columns with their names in an instructor's own roster; `id` is left out because it is ambiguous."""
+"""Canvas's columns, with their names in an instructor's own roster; `id` is missing because it is ambiguous."""
 
 
 def make_canvas_csv(assignment: Assignment, results: Sequence[Result]) -> str:
@@ -79,11 +79,11 @@ def make_canvas_csv(assignment: Assignment, results: Sequence[Result]) -> str:
 
 
 Identities = dict[str, tuple[Sequence[str], str]]
-"""By student: the cells by which Canvas identifies the student, and the previous cell of the assignment."""
+"""For each student: the cells by which Canvas identifies the student, and the previous mark for the assignment."""
 
 
 def _of_export(book: Gradebook, title: str, points: str) -> tuple[list[str], Identities]:
-    """Return the header of the table, and its students as in Canvas's export."""
+    """Return the header of the table, and the cells that identify its students, from Canvas's export."""
     column = _column_of(book, title)
     if column is not None and book.points and _parse_number(book.points[column]) not in (None, _parse_number(points)):
         raise QdotError(
@@ -97,7 +97,7 @@ def _of_export(book: Gradebook, title: str, points: str) -> tuple[list[str], Ide
 
 
 def _of_roster(roster: Sequence[Student], title: str) -> tuple[list[str], Identities]:
-    """Return the header of the table, and its students as identified by the roster's columns that Canvas knows."""
+    """Return the header of the table, and the cells that identify its students, from the roster's columns."""
     cells = {student.id: dict(student.others) for student in roster}
     columns = {
         head: next((name for name in names if any(row.get(name, "").strip() for row in cells.values())), "")
@@ -155,7 +155,7 @@ def make_moodle_csv(assignment: Assignment, results: Sequence[Result]) -> str:
 
 
 def _moodle_columns(assignment: Assignment) -> list[tuple[str, list[str]]]:
-    """Return the titles and cells of the columns that identify students, preceded by names for human readers."""
+    """Return the titles and cells of the columns that identify students; names for human readers come first."""
     roster, book = assignment.roster, assignment.gradebook
     if book is not None and book.platform == MOODLE:
         heads = {key: [name for name in book.header if name.lower() in MOODLE_COLUMNS[key]] for key in MOODLE_COLUMNS}
@@ -204,7 +204,7 @@ def _mark_text(result: Result) -> str:
 
 
 def _escape_cells(cells: Sequence[str]) -> list[str]:
-    """Return cells that spreadsheets don't parse as formulas, and that Canvas doesn't confuse with its row of points.
+    """Escape cells, so that spreadsheets don't parse them as formulas and Canvas doesn't confuse them with its points.
 
     Cells such as +49 170, which can only be numbers, don't change.
     """

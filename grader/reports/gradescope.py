@@ -1,7 +1,7 @@
-"""Write a student's result as Gradescope's results.json: a test for every part, with its points and the reason.
+"""Write a student's result as Gradescope's results.json: a test for every part, with its points and its feedback.
 
-There is no hidden test, because one would hide the total from students. Information for the staff is in `extra_data`,
-which only Gradescope's API shows.
+No test is hidden, because a hidden test would hide the total from students, too. Information for the staff is in
+`extra_data`, which only Gradescope's API shows.
 """
 
 import json

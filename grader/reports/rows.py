@@ -1,4 +1,4 @@
-"""Convert a student's result into rows, one for each part, for reports that other programs read."""
+"""Convert a student's result to rows, one for each part, for the reports that other programs read."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -17,7 +17,7 @@ LONGEST = 4000
 
 @dataclass(frozen=True)
 class Row:
-    """A part: its name, for example "p1.jacobian", its title, outcome and points, and the feedback in one paragraph.
+    """The result for a part: its name such as "p1.jacobian", its title, outcome, points, and feedback in one paragraph.
 
     `points` is None if qdot failed to grade the part.
     """
@@ -63,7 +63,7 @@ def _message(part: PartResult) -> str:
 
 
 def only_result(results: Sequence[Result], form: str) -> Result:
-    """Return the only result. Raises QdotError if there are several students, or if a part has no mark."""
+    """Return the only student's result. Raises QdotError if there are several students, or if a part has no mark."""
     if len(results) != 1:
         raise QdotError(f"--report {form} is of one student: name them with --student ID")
     if (state := status(results[0])) in NO_MARK:

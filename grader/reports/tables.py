@@ -18,7 +18,7 @@ FORMULA_BEGINS = tuple("=+-@\uff1d\uff0b\uff0d\uff20")
 
 
 def results_jsonl(results: Sequence[Result]) -> bytes:
-    """Return a line of JSON for each student, as UTF-8 bytes, which need the least memory for a large class."""
+    """Return a line of JSON for each student, as UTF-8 bytes, which need less memory than text for a large class."""
     content = io.BytesIO()
     for result in results:
         line = printable(json.dumps(as_json(result), ensure_ascii=False, allow_nan=False))
@@ -34,7 +34,7 @@ def grades_csv(results: Sequence[Result], roster: Sequence[Student]) -> str:
     """Return grades.csv: columns that identify the student, a column for each part, and the columns in `SUMS`.
 
     The score is the sum of the parts minus late_penalty, unless the column override shows that a person set the total.
-    Without a mark, score and percent are empty.
+    If a student has no mark, score and percent are empty.
     """
     table = io.StringIO()
     writer = csv.writer(table, lineterminator="\n")
@@ -71,7 +71,7 @@ def _cell_text(column: str, cell: Cell) -> str:
 def is_marked(result: Result, *, zero: bool = False) -> bool:
     """Return whether a student has a mark for a gradebook, from qdot or from a person.
 
-    If `zero` is True, missing or unusable work also has a mark, which is 0. Work that qdot failed to grade has none.
+    If `zero` is True, missing or unusable work also has a mark, which is 0. Work that qdot failed to grade never has.
     """
     is_overridden = count_overridden(result) > 0
     return (state := status(result)) in ("graded", "late") or (state not in NO_MARK and (zero or is_overridden))
@@ -84,8 +84,12 @@ NO_MARK = ("ungraded", "over limit")
 def status(result: Result) -> str:
     """Return the state of a student's work.
 
-    "missing": nothing was submitted; "unusable": there is no notebook of this assignment; "over limit": grading exceeds
-    a limit; "ungraded": qdot failed; "late"; "graded".
+    - "missing": nothing was submitted
+    - "unusable": the submission has no notebook of this assignment
+    - "over limit": a part exceeded a limit of grading
+    - "ungraded": qdot failed to grade a part
+    - "late": it was graded and submitted late
+    - "graded": it was graded and submitted in time
     """
     ungraded_parts = [part for part in result.parts.values() if part.points is None]
     if ungraded_parts and result.override is None:
@@ -116,7 +120,7 @@ def _describe_override(name: str, override: AppliedOverride) -> str:
 
 
 def list_group_notes(result: Result) -> list[str]:
-    """Return a note for the staff on each override that applies to a group of equal wrong answers."""
+    """Return a note for the staff on each override that applies to a whole group of equal wrong answers."""
     return [
         f"overrides.csv {'explains' if override.points is None else 'sets'} the group {override.group}"
         for override in result.overrides.values()

@@ -20,7 +20,7 @@ BEGINNING = 1000
 """Number of characters at the beginning of a page that contain its fingerprint."""
 
 ENDING = b"</html>\n"
-"""The end of every complete page; a page lacks it if a power failure interrupted writing."""
+"""The end of every complete page; it is missing if a power failure interrupted writing."""
 
 
 def write_reports(
@@ -28,14 +28,14 @@ def write_reports(
 ) -> list[Result]:
     """Write the feedback pages that are not up to date, grades.csv and results.jsonl; call `each` for every page.
 
-    Return the results as they are written: a student whose page or line can't be made is UNGRADED. The previous run's
-    results are added to the history before they are replaced. Raises QdotError if a file can't be written.
+    Return the results that were written: a student whose page or line can't be made becomes UNGRADED. The results of
+    the previous run are added to the history before they are replaced. Raises QdotError if a file can't be written.
     """
     folder = assignment.folder / "graded"
     by_id = {student.id: student for student in assignment.roster}
     pages = [(by_id[result.student], _check_writable(assignment, result)) for result in results]
     final = {student.id: result for student, result in pages}
-    # Drawing the figures takes most of the time for a page, so only outdated pages are written, on several processes.
+    # Drawing the figures takes most of the time, so only outdated pages are written, on several processes.
     outdated = [(student, result) for student, result in pages if not _is_up_to_date(assignment, student, result)]
     unwritten = []
     report_lost = _report_lost_page if jobs > 1 else None

@@ -25,9 +25,10 @@ SMALL = 0.05
 
 @dataclass(frozen=True)
 class Comparison:
-    """The shares (in %) of a problem's points by group, and the probability of such a difference by chance.
+    """The shares of a problem's points (in %) of the students in each group, and the p-value of the differences.
 
-    `corrected` is `chance` after Holm's correction for all comparisons of the class.
+    `chance` is the p-value of the permutation test, and `corrected` the p-value after Holm's correction for all
+    comparisons of the class.
     """
 
     slot: str
@@ -103,14 +104,14 @@ OF_TABLES: Mapping[str, Callable[[Chain], str]] = {
     "base": _describe_base,
     "point of interest": _describe_point,
 }
-"""Features in which arms described by a table may differ, in the frames of that table."""
+"""Features in which arms described by a DH table may differ, in the frames of that table."""
 OF_AXES: Mapping[str, Callable[[Chain], str]] = {
     "directions of the axes": _describe_slopes,
     "senses of the axes": _describe_senses_at_home,
 }
 """Features in which arms described by their axes, which have no frames, may differ."""
 OF_STRUCTURES: Mapping[str, Callable[[Chain], str]] = {"difficulty": _describe_difficulty}
-"""Features in which arms differ only if their family samples the structure itself; they take time to compute."""
+"""Features in which arms differ only if their family samples the structure, too; they take time to compute."""
 
 
 def compare(
@@ -118,7 +119,8 @@ def compare(
 ) -> list[Comparison]:
     """Return a comparison for every feature in which the arms of a slot of the assignment differ.
 
-    `shares` are percentages, one for each student. Groups of fewer than three students are merged into "others".
+    `shares` are the percentages of the points that the students earned. `varied` means that the family samples the
+    structure. Groups of fewer than three students are merged into "others".
     """
     comparisons = []
     for feature, describe in {

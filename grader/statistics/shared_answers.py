@@ -9,7 +9,7 @@ from qdot.exercises.families.base import describe_variation
 from qdot.grader.grading.certificates import read_certificate
 
 MANY, SHARE = 3, 0.05
-"""Sharing is reported if at least this number of students, and more than this share of the class, share an answer."""
+"""Minimum number of students, and fraction of the class that must be exceeded, for shared answers to be reported."""
 
 
 def describe_shared_answers(assignment: Assignment) -> list[str]:

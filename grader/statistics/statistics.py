@@ -116,7 +116,7 @@ def _permutations(n: int, seed: str, at_once: int = 500) -> Iterator[np.ndarray]
 
 
 def holm(chances: Numbers) -> list[float]:
-    """Return p-values corrected by Holm's method, because the smallest of many p-values may be small by chance.
+    """Correct p-values by Holm's method, because the smallest of many p-values may be small by chance.
 
     >>> holm([0.01, 0.04, 0.03])
     [0.03, 0.06, 0.06]
