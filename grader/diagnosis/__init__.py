@@ -1,12 +1,12 @@
-"""Explain a wrong answer: name the mistake behind it if that is very likely, else say what to look at.
+"""Explain a wrong answer: name the mistake behind it if it is very likely, otherwise say what to look at.
 
 The package imports judging. Its modules:
 
-    diagnosis                   the mistake behind a wrong answer
-    set_mistakes                the mistake behind a set of singular configurations, or the pieces that are wrong
-    formula_mistakes, rounding  mistakes in the finished formulas; answers that are correct except for rounding
-    numbers, residuals          the numeric values of an answer; the links that an answer lacks
-    advice, term_overlap        what to look at if no mistake is named; terms in common with the solution
-    follow_through              what follows from a student's wrong answer to an earlier part
-    similar, groups             answers compared as written; the key that equal wrong answers share
+    diagnosis                   name the mistake behind a wrong answer
+    set_mistakes                find the mistake behind a set of singular configurations, or the wrong pieces of the set
+    formula_mistakes, rounding  find mistakes in the finished formulas; recognise answers with only rounding errors
+    numbers, residuals          compare the values of an answer; find the links that an answer lacks
+    advice, term_overlap        advise if no mistake is named; count the terms that an answer shares with the solution
+    follow_through              judge an answer against what follows from the student's wrong answer to an earlier part
+    similar, groups             compare answers as they are written; compute the key that equal wrong answers share
 """

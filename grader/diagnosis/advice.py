@@ -1,6 +1,6 @@
-"""Advise what to look at in a wrong answer that no mistake of the catalogue gives, as a teacher would.
+"""Advise, like a teacher, what to look at in a wrong answer that no mistake of the catalogue gives.
 
-Each remark holds for the answer, which was compared numerically with the reference, and gives no part of the reference
+Each remark is true, because the answer was compared numerically with the reference, and gives nothing of the reference
 away. A remark names a factor common to all entries, a joint on which the answer should or should not depend, or a
 simple configuration.
 """
@@ -28,7 +28,7 @@ from qdot.grader.judging.verdict import Diagnosis
 
 POINTS = 5
 PRECISE = 1e-3
-"""Relative error within which a single number has to match a known factor."""
+"""Relative tolerance for the factor between a single number and the reference."""
 SAME = 1e-7
 FACTORS = {
     2.0: "by the factor 2",
@@ -44,7 +44,7 @@ MOST_POSES = 81
 
 
 def advise(problem: Problem, part: Part, parsed_answer: ParsedAnswer, seed: str = "") -> Diagnosis | None:
-    """Return advice on a wrong answer; None if it is an option letter, or if it could not be parsed."""
+    """Return advice on a wrong answer; None if it consists of option letters or could not be parsed."""
     if part.answer.is_a_set:
         remark = _advise_on_set(problem, part, parsed_answer, seed)
     elif parsed_answer.rows is None or any(parsed_answer.blanks):
@@ -57,13 +57,13 @@ def advise(problem: Problem, part: Part, parsed_answer: ParsedAnswer, seed: str 
 
 
 def _advise_on_numbers(part: Part, parsed_answer: ParsedAnswer) -> str | None:
-    """Return advice on the given numbers in a question without a derivation, such as a factor that they are off by."""
+    """Return advice on numbers that are not derived step by step, such as a factor by which they are wrong."""
     try:
         numbers_given = evaluate(compile_program(parsed_answer.entries), {}, 1)[0]
-    except (KeyError, ReadError):  # names among the numbers
+    except (KeyError, ReadError):  # the numbers contain names
         return None
     expected = part.answer.as_matrix()
-    if all(entry.is_Integer for entry in expected):  # such as a rank, which is counted
+    if all(entry.is_Integer for entry in expected):  # a count, such as a rank
         return AGAIN
     return next(_find_factor(numbers_given, np.array([complex(entry) for entry in expected])[:, None], 5e-3), AGAIN)
 
@@ -88,14 +88,14 @@ def _advise_on_formulas(problem: Problem, part: Part, parsed_answer: ParsedAnswe
 
 @dataclass(frozen=True)
 class _AnswerAndReference:
-    """An answer and its reference, evaluated at the same configurations."""
+    """An answer and its reference, to be evaluated at the same configurations."""
 
     chain: Chain
     part: Part
     program: Program
 
     def evaluate(self, values: Values) -> tuple[np.ndarray, np.ndarray]:
-        """Return the values of the answer and of the reference, (entries, N) each; directions up to a factor."""
+        """Return the values of the answer and of the reference, (entries, N) each, comparable for directions, too."""
         with np.errstate(all="ignore"):
             answer = np.asarray(evaluate(self.program, values, len(next(iter(values.values()))))[0])
             expected = result(numbers(self.chain, values), self.part)
@@ -104,7 +104,7 @@ class _AnswerAndReference:
     def _without_factor(self, entries: np.ndarray) -> np.ndarray:
         """Return the values to compare.
 
-        For a direction, they are the products of the entries of its unit vector, which don't depend on its sign.
+        For a direction, these are the products of each two entries of its unit vector, which don't depend on its sign.
         """
         if not self.part.answer.counts_up_to_a_factor:
             return entries
@@ -129,7 +129,7 @@ def _find_factor(answer: np.ndarray, expected: np.ndarray, room: float) -> Itera
     factor = float(ratios[0].real)
     if not np.isfinite(ratios).all() or (np.abs(ratios - factor) > room * abs(factor)).any() or factor in (0.0, 1.0):
         return
-    if len(ratios) == 1:  # any single number differs by some factor
+    if len(ratios) == 1:  # a single wrong number always differs by some factor
         room = PRECISE
     for candidate, words in FACTORS.items():
         for size_word, known_factor in (("large", candidate), ("small", 1 / candidate)):
@@ -143,7 +143,7 @@ def _find_factor(answer: np.ndarray, expected: np.ndarray, room: float) -> Itera
 
 
 def _compare_joints(pair: _AnswerAndReference, values: Values) -> Iterator[str]:
-    """Yield a remark on the first joint on which only one of the answer and the reference depends."""
+    """Yield a remark on the first joint on which the answer depends and the reference doesn't, or vice versa."""
     values_before = pair.evaluate(values)
     for i, q in enumerate(() if pair.part.details.given_values(pair.chain) else pair.chain.q, 1):
         if q in pair.part.details.given_joints:
@@ -164,7 +164,7 @@ def _differ(after: np.ndarray, before: np.ndarray) -> bool:
 
 
 def _find_pose(pair: _AnswerAndReference, values: Values) -> Iterator[str]:
-    """Yield a remark that names a configuration with simple angles at which the answer differs."""
+    """Yield a remark that names a configuration with simple angles at which the answer is wrong."""
     if pair.has_fixed_joints:
         yield "Work the numbers out again step by step, and put the result back into the equation that it comes from."
         return
@@ -190,7 +190,7 @@ def _name_entry(part: Part, index: int) -> str:
 
 
 def _advise_on_set(problem: Problem, part: Part, parsed_answer: ParsedAnswer, seed: str) -> str | None:
-    """Return advice on a set: on the joints that it names, and then on its values."""
+    """Return advice on a set of configurations: on the joints that it names, or else on its values."""
     if parsed_answer.refusal is not None or parsed_answer.tree is None:
         return None
     components = singular_set(problem.chain) or ()
@@ -211,9 +211,9 @@ def _advise_on_set(problem: Problem, part: Part, parsed_answer: ParsedAnswer, se
 
 
 def _advise_on_claims(problem: Problem, part: Part, tree: Node, seed: str, together: bool) -> str | None:
-    """Return advice on whether the claimed configurations are singular.
+    """Return advice that depends on whether the claimed configurations are singular.
 
-    `together` says that some expected conditions have to hold simultaneously.
+    `together` is whether some of the expected conditions have to hold simultaneously.
     """
     joints, domain = [q.name for q in problem.chain.q], problem.domain()
     try:

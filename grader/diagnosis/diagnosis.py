@@ -42,19 +42,19 @@ from qdot.grader.judging.verdict import Diagnosis, locate_mistake
 POINTS = 16
 THREE_DECIMALS = 6e-4
 LEAST_LIKELY = 0.2
-"""Prior of a mistake below which a single mistake in the finished formulas is likelier."""
+"""If a mistake has a lower frequency, a single mistake in the finished formulas is likelier."""
 VERY_LIKELY = 2.0
-"""Prior from which a mistake made throughout an answer is likelier than the wrong sign of a single entry."""
+"""From this frequency, a mistake made throughout an answer is likelier than the wrong sign of a single entry."""
 MOST_IN_ONE_PLACE = 2
 """Maximum number of wrong entries that a single mistake in the finished formulas may cause."""
 EXTRA = set(TOO_MANY.values())
 SIGNS = {"term-sign-typed", "entry-sign"}
 EXCHANGED = {"wave-throughout"}
-"""The mistakes that are likelier than the same mistake at several joints."""
+"""The formula mistakes that are likelier than a rare mistake at several joints."""
 OF_ONE_PLACE = {"joint", "link", "one"}
-"""The words of mistakes that were made at one joint or entry.
+"""The words in messages of mistakes that are made at one joint or entry.
 
-Other mistakes change everything, and hardly ever the sign of a single entry only."""
+Other mistakes change everything, and so hardly ever only the sign of a single entry."""
 LONGEST_SET = 600
 """Maximum length (characters) of a set that is compared with the sets that mistakes give; comparing is slow."""
 
@@ -72,10 +72,10 @@ class Cause:
 def diagnose(
     problem: Problem, part: Part, parsed_answer: ParsedAnswer, seed: str = "", causes: Sequence[Cause] = ()
 ) -> Diagnosis | None:
-    """Return the mistake that gives a wrong answer, or None if none in the catalogue does.
+    """Return the mistake that gives a wrong answer, or None if no mistake in the catalogue gives it.
 
     If it is one of the `causes`, which were found in earlier parts, the diagnosis says so. `seed` determines the
-    configurations at which the answer is compared with those that mistakes give.
+    configurations at which the answer is compared with the answers that mistakes give.
 
     >>> from qdot import generate
     >>> from qdot import read_answer
@@ -102,7 +102,7 @@ def diagnose(
         rounding = explain_rounding(part, values, reference, parsed_answer.entries)
     else:
         rounding = explain_rounded_function(values, reference)
-    if rounding or is_right(values, reference):  # some mistakes make no difference on this arm
+    if rounding or is_right(values, reference):  # with correct values, mistakes without effect on this arm would match
         return rounding
     return _explain(wrong_answer.upright, causes)
 
@@ -110,7 +110,7 @@ def diagnose(
 def is_one_mistake(problem: Problem, part: Part, parsed_answer: ParsedAnswer, seed: str) -> bool:
     """Return whether a single known mistake explains all wrong entries of an answer in formulas or several numbers.
 
-    Other entries that the mistake would change may be correct. No cause is named then, but a better answer never earns
+    Entries that the mistake would also change may be correct. Then no cause is named, but a better answer must not earn
     less. Only mistakes that are found quickly count, so that no mark depends on how long the search takes.
     """
     wrong_answer = _evaluate_answer(problem, part, parsed_answer, seed)
@@ -136,7 +136,7 @@ def is_one_mistake(problem: Problem, part: Part, parsed_answer: ParsedAnswer, se
 
 @dataclass(frozen=True)
 class WrongAnswer:
-    """A wrong answer with its values at configurations, and its formulas as typed, if there are any."""
+    """A wrong answer with its values at some configurations, and its formulas as typed, if there are any."""
 
     problem: Problem
     part: Part
@@ -146,17 +146,17 @@ class WrongAnswer:
 
     @cached_property
     def w(self) -> Working:
-        """The correct derivation at the configurations."""
+        """The correct derivation, evaluated at the configurations."""
         return numbers(self.problem.chain, self.values)
 
     @cached_property
     def right(self) -> np.ndarray:
-        """The correct answer, (rows, columns, N)."""
+        """The values of the correct answer, (rows, columns, N)."""
         return result(self.w, self.part)
 
     @cached_property
     def derivatives(self) -> np.ndarray:
-        """Which entries are differentiated, (rows, columns).
+        """Whether each entry is found by differentiation, (rows, columns).
 
         Angular entries are not, and neither are results computed from a Jacobian.
         """
@@ -167,7 +167,7 @@ class WrongAnswer:
 
     @property
     def upright(self) -> "WrongAnswer":
-        """The same answer, with a vector that was typed as a row instead of a column, or vice versa, transposed."""
+        """The same answer, transposed if a vector was typed as a row instead of a column, or vice versa."""
         shape, transposed = self.right.shape, self.in_numbers.values.swapaxes(0, 1)
         if 1 not in shape[:2] or self.in_numbers.values.shape == shape or transposed.shape != shape:
             return self
@@ -176,7 +176,7 @@ class WrongAnswer:
 
 
 def _evaluate_answer(problem: Problem, part: Part, parsed_answer: ParsedAnswer, seed: str) -> WrongAnswer | None:
-    """Return an answer with its values at configurations; None if it isn't derived or can't be evaluated."""
+    """Evaluate an answer at configurations; return None if the part isn't derived or the answer has no values."""
     if not is_derived(part):
         return None
     if parsed_answer.table is not None:
@@ -188,13 +188,13 @@ def _evaluate_answer(problem: Problem, part: Part, parsed_answer: ParsedAnswer, 
             if part.answer.offered
             else _evaluate_entries(part, parsed_answer, values)
         )
-    except ReadError:  # statements among the entries of an answer that was refused
+    except ReadError:  # an answer that was refused may have statements as entries
         return None
     return None if in_numbers is None else WrongAnswer(problem, part, values, in_numbers, parsed_answer.rows)
 
 
 def _evaluate_function(problem: Problem, part: Part, table: Table) -> WrongAnswer | None:
-    """Return a Python function's answer with the values that it returned when it was called."""
+    """Return a Python function as a wrong answer, with the values that it returned in the sandbox."""
     if table.shape is None or len(table.shape) > 2:
         return None
     values = {name: column[:POINTS] for name, column in table.at.items()}
@@ -221,9 +221,9 @@ def _evaluate_entries(part: Part, parsed_answer: ParsedAnswer, values: Values) -
 
 
 def _room(part: Part, entries: Sequence[Node]) -> tuple[float, float]:
-    """Return the relative and absolute tolerance of an answer.
+    """Return the relative and the absolute tolerance for an answer.
 
-    It follows from the number of digits asked for, or from the digits typed if these are more.
+    For numbers, it depends on the digits required, or on the digits typed if these are more.
     """
     relative, absolute = (0.0, 0.0) if part.rounding is None else (part.rounding.relative, part.rounding.absolute)
     if not part.answer.is_in_numbers:
@@ -243,7 +243,7 @@ def _parse_option(part: Part, parsed_answer: ParsedAnswer) -> InNumbers | None:
 
 
 def _explain_option(part: Part, parsed_answer: ParsedAnswer) -> Diagnosis | None:
-    """Return the mistakes behind the first wrong option that was chosen, as stored when the option was generated."""
+    """Return the mistakes behind the first wrong option that was chosen, which were stored with the option."""
     for index in parsed_answer.chosen:
         blames = [] if index in part.answer.right else list_blames(part, index)
         if blames:
@@ -253,10 +253,10 @@ def _explain_option(part: Part, parsed_answer: ParsedAnswer) -> Diagnosis | None
 
 
 def _explain(answer: WrongAnswer, causes: Sequence[Cause]) -> Diagnosis | None:
-    """Return the mistake that gives an answer at configurations, or None.
+    """Return the mistake that gives the values of an answer, or None.
 
-    If several do, a mistake that was found in an earlier part is the cause here, too; otherwise the likeliest is named.
-    If none does, the errors are described entry by entry, if there is one in each.
+    If several mistakes do, one that was found in an earlier part is named as the cause, otherwise the likeliest. If
+    none does, the errors are described entry by entry, provided that each wrong entry has a single mistake.
     """
     in_numbers, reference, part = answer.in_numbers, answer.right, answer.part
     if in_numbers.is_direction and _moves(reference, in_numbers.values):
@@ -285,7 +285,7 @@ def _gives(wrong: Wrong, in_numbers: InNumbers) -> bool:
 
 
 def _moves(lost: np.ndarray, direction: np.ndarray) -> bool:
-    """Return whether the arm can move in a direction: it has no component along the lost direction."""
+    """Return whether the arm can move in a direction, because this has no component along the lost direction."""
     if lost.shape != direction.shape or lost.shape[1] != 1:
         return False
     with np.errstate(all="ignore"):
@@ -308,9 +308,9 @@ def _name_inherited(wrong: Wrong, cause: Cause) -> Diagnosis:
 
 
 def _name_likeliest(answer: WrongAnswer, fitting: Sequence[Wrong]) -> Diagnosis:
-    """Return the mistake with the highest prior, or the first two if they are equally likely.
+    """Return the most frequent of the fitting mistakes, or the first two if they are equally frequent.
 
-    A single mistake in the finished formulas may be likelier, and is returned then.
+    If a single mistake in the finished formulas is likelier, it is returned instead.
     """
     in_numbers, first = answer.in_numbers, max(fitting, key=variant_frequency)
     alike_names = list(ALIKE.get(first.mistake.name, ()))
@@ -344,9 +344,9 @@ def _sentence(wrong: Wrong) -> str:
 
 
 def _explain_formulas(answer: WrongAnswer, any_number: bool = False) -> Diagnosis | None:
-    """Return the mistake in the finished formulas, as worked solutions show them or as they are compared.
+    """Return the mistake in the finished formulas, in the form of the worked solution or in the form compared.
 
-    A mistake made everywhere in either of these forms comes before mistakes in some of the entries.
+    A mistake made everywhere in either form is preferred to mistakes in some of the entries.
     """
     diagnoses = []
     for form in _reference_forms(answer.problem, answer.part):
@@ -363,7 +363,7 @@ def _transpose(rows: Rows) -> Rows:
 
 
 def _reference_forms(problem: Problem, part: Part) -> Iterator[Rows]:
-    """Yield the entries of the reference, first as in the worked solution, then as they are compared."""
+    """Yield the entries of the reference, first in the form of the worked solution, then in the form compared."""
     if not part.answer.is_in_numbers and part.answer.entries() and part.type != "number":
         roles = problem.domain().roles
         worked_form, compared_form = as_matrix(read(answer_code(problem, part), roles)), part.answer.trees(roles)

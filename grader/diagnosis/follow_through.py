@@ -1,19 +1,19 @@
-"""Mark a later part by what follows from the student's own earlier answer, if that was wrong.
+"""Judge a later part against what follows from the student's own wrong answer to an earlier part.
 
-The parts of a problem build on one another (`Part.needs`). A wrong earlier answer replaces the reference, and the later
-answer is judged against the result that follows from it: by trees, exactly as against a reference. An unanswered part
-between them is derived by the same method.
+The parts of a problem build on one another (`Part.needs`). A wrong earlier answer replaces the reference in the
+derivation, and the later answer is judged against the result, as formulas, in the same way as against a reference. An
+unanswered part between them is derived by the same method.
 
-Nothing follows from an answer that makes the later part easier than it is. An answer does so in these cases:
+Nothing follows from an answer that would make the later part easier. An answer does so in these cases:
 
 - it is undefined at some configurations
 - it is not made of sines and cosines of the joints
 - it has more zeros than the reference
 - it is singular at configurations that are regular
-- it is a copy of another of the answers, or of the correct answer to another student's problem
+- it is a copy of another answer in the notebook, or of the correct answer to another student's problem
 
 The result that follows must depend on as many joints as the reference. If the earlier answer is no attempt at this arm,
-the student is told what follows from it but earns nothing (`term_overlap`, `marking`).
+the feedback says that the later answer follows from it, but it earns nothing (`term_overlap`, `marking`).
 """
 
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
@@ -40,7 +40,7 @@ from qdot.grader.judging.formulas import judge_direction, judge_expression, judg
 from qdot.grader.judging.verdict import Judgement
 
 MOST_ROWS = 4
-"""Maximum number of rows of a matrix whose determinant is written out."""
+"""Maximum number of rows of a matrix whose determinant is derived as a formula."""
 LONGEST = 3000
 """Maximum number of nodes of an earlier answer; the result that follows may have 20 times as many."""
 POINTS = 6
@@ -48,9 +48,9 @@ POINTS = 6
 
 @dataclass(frozen=True)
 class Followed:
-    """The judgement on an answer against the result that follows from an earlier wrong one, and that part's name.
+    """The judgement on an answer against the result that follows from a wrong answer to the part `earlier`.
 
-    `idle` is an earlier part whose answer is no attempt at this arm, if there is one. The answer then earns nothing.
+    If it follows from an answer that is no attempt at this arm, `idle` is that part, and the answer earns nothing.
     """
 
     judgement: Judgement
@@ -59,11 +59,11 @@ class Followed:
 
 
 RowsOfParts = Mapping[str, Rows]
-"""The rows of each earlier part: the student's if these are wrong, otherwise the reference's."""
+"""The rows of each earlier part: those of the student's answer if it is wrong, otherwise those of the reference."""
 
 
 IsCopied = Callable[[Part, Rows], bool]
-"""Returns whether a wrong answer to a part is the correct one to another student's problem."""
+"""Returns whether a wrong answer to a part is correct for another student's problem."""
 
 
 def nothing_copied(part: Part, rows: Rows) -> bool:
@@ -80,10 +80,10 @@ def follow(
     is_copied: IsCopied = nothing_copied,
     attempts: Collection[str] | None = None,
 ) -> Followed | None:
-    """Return the best judgement on an answer against what follows from earlier wrong ones, or None.
+    """Return the best judgement on an answer against what follows from earlier wrong answers, or None.
 
-    `answers` are the answers to all parts, by part. `wrong` are the earlier parts that were answered wrongly, and
-    `attempts` those of them that are attempts at this arm (None for all).
+    `answers` maps the name of each part to its answer. `wrong` lists the earlier parts with wrong answers. `attempts`
+    lists those of them whose answers are attempts at this arm; None means all of them.
     """
     answer = answers[part.name]
     if answer.table is not None or part.kind not in QUESTIONS:
@@ -101,7 +101,7 @@ def follow(
 
 @dataclass(frozen=True)
 class _Context:
-    """A problem with a student's answers, and values for its symbols."""
+    """A problem with a student's answers, and random values for its symbols."""
 
     problem: Problem
     answers: Mapping[str, ParsedAnswer]
@@ -116,7 +116,7 @@ class _Context:
 
     @cached_property
     def parts(self) -> dict[str, Part]:
-        """The parts by name: those that the problem asks, and the parts between them."""
+        """The parts by name: those of the problem, and the parts between them once they are needed."""
         return {part.name: part for part in self.problem.parts}
 
     @cached_property
@@ -125,7 +125,7 @@ class _Context:
         return sample_values(self.domain, POINTS, Stream(self.seed))
 
     def ways(self, part: Part) -> Iterator[tuple[RowsOfParts, list[str]]]:
-        """Yield the rows from which an answer may be derived, with the wrong answers that they come from."""
+        """Yield sets of rows from which an answer may be derived, each with the wrong parts that they come from."""
         for sources in QUESTIONS[part.kind].follows:
             usable = {name: rows for name in sources if (rows := self.rows(name)) is not None}
             wrong_names = list(dict.fromkeys(name for _, names_before in usable.values() for name in names_before))
@@ -133,10 +133,10 @@ class _Context:
                 yield {name: rows for name, (rows, _) in usable.items()}, wrong_names
 
     def rows(self, name: str) -> tuple[Rows, list[str]] | None:
-        """Return the rows of a part, with the names of the wrong answers that they come from, or None.
+        """Return the rows of a part, and the names of the wrong parts that they come from; None if they are unusable.
 
-        They are the student's rows if these are wrong. If there is no answer, they follow from earlier answers.
-        Otherwise they are the reference's rows. None means that they can't be used.
+        If the student's answer is wrong, they are its rows. If there is no answer, they follow from earlier answers.
+        Otherwise they are the rows of the reference.
         """
         part, parsed_answer = self.part(name), self.answers.get(name)
         reference = None if part is None else self.reference(part)
@@ -156,7 +156,7 @@ class _Context:
         return reference, []
 
     def part(self, name: str) -> Part | None:
-        """Return a part, whether or not this problem asks it; None if the question doesn't apply to this arm."""
+        """Return a part, even if this problem doesn't contain it; None if the question doesn't apply to this arm."""
         if name not in self.parts:
             question = QUESTIONS[name]
             if question.refusal(self.problem.chain) is not None:
@@ -166,7 +166,7 @@ class _Context:
         return self.parts[name]
 
     def reference(self, part: Part) -> Rows | None:
-        """Return the rows of a part's reference, or None if it has no formulas."""
+        """Return the rows of a part's reference; None if the reference is not made of formulas."""
         is_in_formulas = part.answer.entries() and not part.answer.is_in_numbers
         return part.answer.trees(self.domain.roles) if is_in_formulas else None
 
@@ -206,7 +206,7 @@ class _Context:
                 continue
             try:
                 other_values = self._evaluate(parsed_answer.rows)
-            except ReadError:  # statements or blanks are among its entries
+            except ReadError:  # its entries contain statements or blanks
                 continue
             if other_values.shape == values.shape and np.allclose(other_values, values, rtol=1e-9, atol=0):
                 return True
@@ -248,7 +248,7 @@ class _Context:
     # --- the result that follows ---
 
     def derive(self, part: Part, rows_of_parts: RowsOfParts) -> "Rows | np.ndarray | None":
-        """Return the answer that follows from earlier ones; None if there is none or it is too long."""
+        """Return the answer that follows from the rows of earlier parts; None if there is none or it is too long."""
         question = QUESTIONS[part.kind]
         derived = question.vanishes or question.formula
         if derived is None or (question.is_long and any(len(rows) > MOST_ROWS for rows in rows_of_parts.values())):
@@ -266,10 +266,7 @@ class _Context:
             return None
 
     def judge(self, part: Part, derived: "Rows | np.ndarray", answer: ParsedAnswer) -> Judgement | None:
-        """Return the judgement on an answer against `derived`, or None.
-
-        None means that `derived` is unusable or easier than the reference.
-        """
+        """Return the judgement on an answer against `derived`; None if it is unusable or easier than the reference."""
         if isinstance(derived, np.ndarray):
             return self._judge_numbers(part, derived, answer)
         reference = self._expected_determinant() if part.answer.is_a_set else self.reference(part)
@@ -306,7 +303,7 @@ class _Context:
 
 
 def _substitute(w: Working, rows_of_parts: Mapping[str, np.ndarray]) -> Working:
-    """Return a working that uses the given answers to some questions, (rows, columns, …)."""
+    """Return a working that uses the given answers to earlier parts, (rows, columns, …) each."""
     changes: dict[str, Change] = {}
     for name, rows in rows_of_parts.items():
         substitutes = QUESTIONS[name].substitutes
@@ -330,8 +327,9 @@ def _determinant(rows: Rows) -> Rows:
 class Traits:
     """The traits of an answer at random configurations.
 
-    `finite` says whether it is defined, and `periodic` whether whole turns of the joints don't change it. `joints` and
-    `others` are the numbers of joints and other symbols that it depends on. `entries` is the number of nonzero entries.
+    `finite` is whether it is defined, and `periodic` whether it stays the same after full turns of the joints. `joints`
+    and `others` are the numbers of joints and other symbols that it depends on. `entries` is the number of nonzero
+    entries.
     """
 
     finite: bool

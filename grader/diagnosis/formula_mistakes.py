@@ -1,6 +1,6 @@
-"""Find mistakes in the finished formulas of an answer: one in an entry, or the same everywhere (mistakes.finished).
+"""Find mistakes in the finished formulas of an answer: one in each wrong entry, or the same one everywhere.
 
-If only some entries are wrong, the diagnosis names them: the rest of the answer is correct.
+If only some entries are wrong, the diagnosis names these entries. `mistakes.finished` defines the mistakes.
 """
 
 from collections.abc import Collection, Iterator, Sequence
@@ -33,31 +33,31 @@ from qdot.grader.diagnosis.numbers import InNumbers, says_something
 from qdot.grader.judging.verdict import Diagnosis
 
 MOST_ENTRIES = 8
-"""Maximum number of wrong entries that are searched for single mistakes."""
+"""Maximum number of wrong entries of an answer whose entries are searched for single mistakes."""
 MOST_NODES = 40_000
-"""Maximum number of nodes of all changed formulas that are evaluated for an answer."""
+"""Maximum number of nodes of all the edited formulas that are evaluated for an answer."""
 
 MOST_EDITS = 600
-"""Maximum number of mistakes that are tried in an entry."""
+"""Maximum number of edits that are tried in an entry."""
 MOST_WAVES = 24
-"""Maximum number of sines and cosines of an entry whose angle is tried with an added constant."""
+"""Maximum number of sines and cosines of an entry that are tried with a constant added to their angle."""
 POINTS_FOR_CONSTANT = 4
 
 MOST_WAYS, FEW_POINTS = 300, 3
-"""Maximum number of replacements of an answer's lengths by the arm's own that are tried, and points to compare at."""
+"""How many ways of replacing an answer's lengths by those of the arm are tried, and at how many configurations."""
 
 OWN_TABLE = "use the lengths in the table of your own arm. See (6.1)."
 TOO_MANY = {"term-missing": "term-surplus", "factor-missing": "factor-surplus"}
-"""Maps a term or factor that is missing to one that is too many, as answer and reference change roles."""
+"""Maps a missing term or factor to a surplus one: what the reference lacks, compared with the answer, is surplus."""
 
 Place = tuple[int, int]
 
 
 @dataclass(frozen=True)
 class Compared:
-    """The formulas of the reference, (rows, columns), and the student's, if there are any.
+    """The formulas of the reference, (rows, columns), and those that the student typed, if any.
 
-    `derivatives` says which entries are differentiated.
+    `derivatives` is whether each entry is found by differentiation.
     """
 
     reference: Rows
@@ -68,10 +68,10 @@ class Compared:
 def explain_formulas(
     formulas: Compared, values: Values, answer: InNumbers, right: np.ndarray, any_number: bool = False
 ) -> Diagnosis | None:
-    """Return the mistake in the finished formulas, which have the shape of `right`.
+    """Return the mistake in the finished formulas of an answer that has the shape of `right`.
 
-    Each entry is searched for one mistake. With `any_number`, a number or an angle may also be wrong by any amount.
-    Blanks are not wrong.
+    Each wrong entry is searched for one mistake. If `any_number`, a number or an angle may also be wrong by any amount.
+    Blanks don't count as wrong.
     """
     if answer.values.shape != right.shape:
         return None
@@ -91,7 +91,7 @@ def explain_formulas(
 
 
 def in_words(places: Sequence[Place], shape: tuple[int, ...]) -> str:
-    """Return the positions of entries in words, to begin a sentence.
+    """Return the positions of entries in words, as the beginning of a sentence.
 
     >>> in_words([(0, 1), (1, 1)], (2, 2))
     'In row 1, column 2, and row 2, column 2,'
@@ -116,7 +116,7 @@ def _find_exchange(answer: InNumbers, right: np.ndarray, places: Sequence[Place]
 
 
 def _find_throughout(rows: Rows, values: Values, answer: InNumbers) -> Diagnosis | None:
-    """Return the mistake that was made everywhere in the formulas, unless these are too long."""
+    """Return the mistake that was made everywhere in the formulas; None if there is none or they are too long."""
     size = sum(size_of(entry) for row in rows for entry in row)
     for name, changed in islice(edits_throughout(rows), MOST_NODES // max(size, 1)):
         wrong = _evaluate([entry for row in changed for entry in row], values).reshape(answer.values.shape)
@@ -126,9 +126,9 @@ def _find_throughout(rows: Rows, values: Values, answer: InNumbers) -> Diagnosis
 
 
 def _find_other_lengths(formulas: Compared, values: Values, answer: InNumbers, right: np.ndarray) -> Diagnosis | None:
-    """Return the diagnosis that an answer would be correct for an arm with other lengths, if several differ.
+    """Return the diagnosis that an answer would be correct for an arm with other lengths, of which several differ.
 
-    This is no mistake of the catalogue, for which partial credit is given: the arm may be another student's.
+    This is not a mistake of the catalogue and earns no partial credit, because the arm may be another student's.
     """
     entries = [entry for row in formulas.typed or [] for entry in row]
     if sum(map(size_of, entries)) > LONGEST:
@@ -140,7 +140,7 @@ def _find_other_lengths(formulas: Compared, values: Values, answer: InNumbers, r
     replaced = list(dict.fromkeys(typed))
     other_lengths = [leaf for leaf in replaced if leaf not in arm_lengths]
     if len(arm_lengths) ** len(replaced) > MOST_WAYS:
-        replaced = other_lengths  # otherwise the arm's own lengths may be exchanged, too
+        replaced = other_lengths  # if there are few combinations, the arm's own lengths may also be exchanged
     if sum(map(typed.count, other_lengths)) < 2 or not 0 < len(arm_lengths) ** len(replaced) <= MOST_WAYS:
         return None
     sampled_values = {name: value[:FEW_POINTS] for name, value in values.items()}
@@ -170,7 +170,7 @@ def _lengths_in(node: Node) -> Iterator[Node]:
 def _find_in_places(
     formulas: Compared, values: Values, answer: InNumbers, right: np.ndarray, places: Sequence[Place], any_number: bool
 ) -> Diagnosis | None:
-    """Return the kind of mistake that was made in each of the wrong entries, or up to two kinds."""
+    """Return the mistake that was made in each wrong entry: the same in all, or one of at most two kinds."""
     count = answer.values[..., 0].size
     possible: dict[Place, list[Slip]] = {}
     for i, j in places:
@@ -199,12 +199,12 @@ def _find_in_places(
 
 
 Slip = tuple[str, str]
-"""The name of a mistake, and which term or factor is missing, in words."""
+"""The name of a mistake, and words that identify the missing term or factor, if any."""
 
 
 @dataclass(frozen=True)
 class _Entry:
-    """One wrong entry: the reference, the formula as typed, and the values of both."""
+    """One wrong entry of an answer, with its reference: the formulas and the values of both."""
 
     reference: Node
     typed: Node | None
@@ -216,7 +216,7 @@ class _Entry:
     def slips(self, beside_others: bool, any_number: bool) -> list[Slip]:
         """Return the mistakes that give the entry, the likelier first.
 
-        A constant entry identifies a mistake only if there are correct entries, too (`beside_others`).
+        A constant entry identifies a mistake only if there are enough correct entries (`beside_others`).
         """
         is_informative = says_something(self.answer.values)
         if not (is_informative or beside_others):
@@ -237,7 +237,7 @@ class _Entry:
             yield edit.mistake, edit.which
 
     def _reversed(self) -> Iterator[Slip]:
-        """Yield a surplus term or factor: without it, the entry equals the reference."""
+        """Yield a mistake if the entry without one of its terms or factors equals the reference."""
         if self.typed is None:
             return
         expected = replace(self.answer, values=self.right[None, None])
@@ -247,7 +247,7 @@ class _Entry:
             yield "term-surplus", Edit("", self.typed, self.typed).which
 
     def _fitting_edits(self, entry: Node, wanted: InNumbers, mistakes: Collection[str] = CATALOGUE) -> list[Edit]:
-        """Return the edits of a formula, among those of the given mistakes, that give it the wanted values."""
+        """Return the edits of a formula that give the wanted values, among the edits for the given mistakes."""
         if not self.is_derivative:
             mistakes = set(mistakes) - OF_DERIVATIVES
         changed = list(islice((edit for edit in edits(entry, self.values) if edit.mistake in mistakes), MOST_EDITS))
@@ -255,7 +255,7 @@ class _Entry:
         return [changed[k] for k in np.flatnonzero(wanted.like(answers[:, None, None]))] if changed else []
 
     def _by_number(self) -> Iterator[Slip]:
-        """Yield a mistake if a term or the entry is multiplied by any wrong number, or if any number is added to it."""
+        """Yield a mistake if a term or the entry is multiplied by any number, or if any number is added."""
         terms = (terms_of(self.reference, MOST_TERMS) if size_of(self.reference) <= LONGEST else None) or []
         parts = [*terms, ONE, *([self.reference] if len(terms) > 1 else [])]
         difference = self.answer.values[0, 0] - self.right
@@ -272,8 +272,8 @@ class _Entry:
     def _by_angle(self) -> Iterator[Slip]:
         """Yield a mistake if one angle is wrong by any constant c.
 
-        Let w be a sine or cosine, and w' the same a quarter turn ahead. The entry is A + B (w cos c + w' sin c), which
-        gives c.
+        Let w be a sine or cosine of the angle, and w' the same with pi/2 added. The wrong entry is
+        A + B (w cos c + w' sin c), which is solved for c by least squares.
         """
         if size_of(self.reference) > LONGEST or self.right.shape[-1] < POINTS_FOR_CONSTANT:
             return
@@ -296,7 +296,7 @@ class _Entry:
                 return
 
     def _by_sign(self) -> Iterator[Slip]:
-        """Yield a mistake if the absolute value is correct and the sign is wrong at some configurations only."""
+        """Yield a mistake if the absolute value is correct, but the sign is wrong at some configurations only."""
         values, reference = self.answer.values[0, 0].real, self.right.real
         is_same_size = replace(self.answer, values=np.abs(values)[None, None]).is_all(np.abs(reference)[None, None])
         if is_same_size and (values * reference > 0).any() and (values * reference < 0).any():

@@ -1,4 +1,4 @@
-"""Groups of equal wrong answers: a key for each, shared by all students whose answers are wrong in the same way.
+"""Compute the keys of groups of wrong answers; students whose answers are wrong in the same way share a key.
 
 Two answers are the same if the same mistake was made at the same joint or entry. If no mistake is known, two answers
 are the same if their formulas are equal and so are the expected answers. For this, each student's own numbers are
@@ -110,8 +110,9 @@ def _numbers(entries: Sequence[Node]) -> tuple[str, ...]:
 class _GeneralForm:
     """Rewrites formulas into a form common to all students: numbers that are given lengths become names.
 
-    `factors` looks numbers up as products of lengths, and `terms` as sums of lengths first. `zeros` has the
-    offsets of joints, and `names` maps each joint variable to the variable minus its offset.
+    `factors` and `terms` map numbers to expressions of lengths. An ambiguous number is a product of lengths in
+    `factors`, and a sum in `terms`. `zeros` maps joint variables to their offsets, and `names` maps them to the
+    variable minus its offset.
     """
 
     def __init__(self, chain: Chain) -> None:

@@ -1,4 +1,4 @@
-"""Compare the values of an answer at some configurations with those that mistakes give."""
+"""Compare the values of an answer at some configurations with the values that mistakes give."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -6,18 +6,18 @@ from functools import cached_property
 import numpy as np
 
 PRECISE = 1e-4
-"""Maximum relative tolerance of numbers at which all mistakes can be told apart."""
+"""Maximum relative tolerance of numbers that are precise enough to tell all mistakes apart."""
 ENDLESS = 1e6
-"""Ratio of terms to values from which the size of the terms gives no useful tolerance; SAME limits it then."""
+"""If the terms are larger than the values by this ratio, the size of the terms gives no useful tolerance."""
 SAME = 1e-9
-"""Fraction of the size of the terms by which equal values may differ."""
+"""Fraction of the size of its terms by which a value may differ from an equal one."""
 
 
 @dataclass(frozen=True)
 class InNumbers:
-    """The values of an answer, (rows, columns, N), with the size of its terms; nan for blanks.
+    """The values of an answer, (rows, columns, N), and the size of its terms; nan for blanks.
 
-    `room` is the tolerance, relative to the size and absolute. A direction is compared up to a factor.
+    `room` is the tolerance: relative to the size, and absolute. Directions are compared up to a factor.
     """
 
     values: np.ndarray
@@ -26,7 +26,7 @@ class InNumbers:
     is_direction: bool = False
 
     def like(self, wanted: np.ndarray) -> np.ndarray:
-        """Return for each entry whether the wanted values are the same, (rows, columns)."""
+        """Return for each entry whether its values equal the wanted ones, (rows, columns)."""
         with np.errstate(all="ignore"):
             if self.is_direction:
                 direction, wanted_direction = unit(self.values), unit(wanted)
@@ -39,7 +39,7 @@ class InNumbers:
         return np.asarray(is_near.all(axis=-1))
 
     def is_all(self, wanted: np.ndarray) -> bool:
-        """Return whether the wanted values have the same shape and are the same."""
+        """Return whether all values equal the wanted ones, which may have another shape."""
         if self.values.shape != wanted.shape:
             return False
         if not self.is_direction:  # most answers differ at the first configuration already
@@ -49,13 +49,13 @@ class InNumbers:
         return bool(self.like(wanted).all())
 
     def entry(self, row: int, column: int) -> "InNumbers":
-        """Return one entry alone, with the same tolerance as among the others."""
+        """Return one entry alone, with the same tolerance as in the whole answer."""
         index = (slice(row, row + 1), slice(column, column + 1))
         return InNumbers(self.values[index], np.broadcast_to(self._largest, self.values[index].shape), self.room)
 
     @property
     def is_precise(self) -> bool:
-        """Whether numbers have so many digits that other mistakes hardly ever give the same by chance."""
+        """Whether numbers have so many digits that other mistakes hardly ever give the same numbers by chance."""
         return self.room[0] <= PRECISE and self.room[1] == 0.0
 
     @cached_property
@@ -76,7 +76,7 @@ def unit(vector: np.ndarray) -> np.ndarray:
 
 
 def says_something(answer: np.ndarray) -> bool:
-    """Return whether entries are too specific to match by chance: neither all zero nor only a few constants."""
+    """Return whether an answer is too specific to match by chance: it is neither zero nor only a few constants."""
     largest = np.abs(answer).max(axis=-1)
     varies = answer.shape[-1] == 1 or (np.ptp(answer, axis=-1) > SAME * largest).any()
     return bool((largest > SAME).any() and (varies or largest.size > 3))

@@ -1,7 +1,7 @@
 """Find the links that are missing in columns or in P, if no mistake of the catalogue gives a wrong answer.
 
 The difference between the reference and the student's answer is compared with sums of the links' contributions, column
-by column. Each column may lack other links.
+by column. Different columns may lack different links.
 """
 
 from collections.abc import Iterator, Sequence
@@ -69,7 +69,7 @@ def _of_position(w: Working, links: np.ndarray, residual: np.ndarray) -> Diagnos
 
 
 def _sum_of(parts: np.ndarray, residual: np.ndarray, counted: Sequence[int], size: float) -> tuple[int, ...] | None:
-    """Return the links whose contributions add up to a residual: as few as possible, and not all of them."""
+    """Return the smallest set of links, but not all of them, whose contributions add up to a residual, or None."""
     if np.isnan(residual).any() or not np.abs(residual).max() > SAME * size:
         return None
     for subset in _subsets(counted):
@@ -84,7 +84,7 @@ def _subsets(counted: Sequence[int]) -> Iterator[tuple[int, ...]]:
 
 
 def _parts(w: Working, links: Sequence[int]) -> str:
-    """Return the contributions of links in words; the link after all joints is P in its own frame."""
+    """Return the contributions of links in words; index n stands for the vector to P in its own frame."""
     names = ["the offset of P" if k == w.n else f"link {k + 1}" for k in links]
     joined = names[0] if len(names) == 1 else f"{', '.join(names[:-1])} and {names[-1]}"
     return f"the part that {joined} {'adds' if len(names) == 1 else 'add'}"

@@ -11,19 +11,19 @@ from qdot.grader.diagnosis.numbers import InNumbers
 from qdot.grader.judging.verdict import Diagnosis
 
 NEAR = 2e-3
-"""Maximum relative error that decimals for exact constants cause in the entries, such as 3.14 for pi."""
+"""Maximum relative error of an entry with decimals for exact constants, such as 3.14 for pi."""
 NEAR_VALUES = 1e-6
-"""Maximum error that rounding causes in the values of a function, relative to the largest: they keep six digits."""
+"""Maximum error that rounding to six digits causes in a function's values, relative to the largest value."""
 EXACTLY = "Right but for rounding: write exact values, as pi/2 for 1.5708 and sqrt(3)/2 for 0.866."
 FUNCTION = "Right but for rounding: round neither the values that the function returns nor the constants in it."
 DIGITS = 2
-"""Minimum number of digits that identify a number; of several numbers, at least one needs as many."""
+"""Minimum number of digits that identify a number; if there are several numbers, at least one needs as many."""
 
 
 def explain_rounding(part: Part, answer: InNumbers, right: np.ndarray, entries: Sequence[Node]) -> Diagnosis | None:
     """Return the diagnosis that an answer is correct except for rounding, or None.
 
-    This is no mistake of the catalogue. `entries` are the formulas as typed.
+    This is not a mistake of the catalogue. `entries` are the formulas as typed.
     """
     if answer.values.shape != right.shape or (np.iscomplexobj(right) and np.any(right.imag)):
         return None
@@ -40,7 +40,7 @@ def explain_rounding(part: Part, answer: InNumbers, right: np.ndarray, entries: 
         return Diagnosis((), EXACTLY) if entries and is_right(answer, right) else None  # such as 866025/1000000
     difference = np.abs(answer.values - right)
     size = np.minimum(answer.size, 2 * np.abs(right).max())  # large terms may cancel in the answer
-    size = np.maximum(size, np.abs(right).max(axis=(0, 1)))  # cos(1.5708) times one entry may be added to another
+    size = np.maximum(size, np.abs(right).max(axis=(0, 1)))  # an entry may contain cos(1.5708) times another entry
     if not (answer.like(right) | (difference <= NEAR * size).all(axis=-1)).all():
         return None
     return Diagnosis((), EXACTLY if part.rounding is None else f"Right but for rounding: decimals are due {digits}.")
@@ -55,7 +55,7 @@ def explain_rounded_function(returned: InNumbers, right: np.ndarray) -> Diagnosi
 
 
 def is_right(answer: InNumbers, right: np.ndarray) -> bool:
-    """Return whether an answer has the correct values within its tolerance: then the error is not in the values."""
+    """Return whether all values of an answer are correct within its tolerance."""
     return answer.values.shape == right.shape and bool(answer.like(right).all())
 
 
@@ -67,7 +67,10 @@ def _to_few(answer: InNumbers, right: np.ndarray) -> bool:
 
 
 def _is_to(digits: int, values: np.ndarray, right: np.ndarray) -> np.ndarray:
-    """Return for each number whether it is the correct one rounded to digits, or truncated to two, (rows, columns)."""
+    """Return for each number whether it is the correct one rounded to `digits` digits, (rows, columns).
+
+    It may also be truncated to two digits.
+    """
     with np.errstate(all="ignore"):
         step = 10.0 ** (np.floor(np.log10(np.abs(right))) + 1 - digits)
         rounded_values = [np.round(right / step) * step, *([np.trunc(right / step) * step] if digits == DIGITS else [])]

@@ -1,8 +1,8 @@
 """Find the mistake behind a wrong set of singular configurations, or the pieces of the set that are wrong.
 
-A piece that gives values of joints is identified by these values. A piece that ties several joints is identified by the
-values of the expression that vanishes, up to a factor. Only pieces in another form, or that no mistake gives, are
-compared by their configurations, which is slow.
+A piece is a list of conditions that hold simultaneously. If it gives values of joints, it is identified by these. If it
+ties several joints, it is identified by the values of the expression that vanishes, up to a factor. Only pieces in
+another form, or that no mistake gives, are compared by their configurations, which is slow.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -40,21 +40,22 @@ MOST_SAID = 3
 DIGITS = 6
 
 Mark = tuple[str, tuple[complex, ...]]
-"""A joint and its values for some lengths.
+"""One condition: a joint and its values for some random lengths.
 
-Without a joint (an empty name), the values of the expression that vanishes, up to a factor."""
+If it ties several joints, the name is empty, and the values are those of the expression that vanishes, up to a
+factor."""
 
 
 @dataclass(frozen=True)
 class Marks:
-    """A set as it is written: the pieces that give values of joints, and those that tie several joints."""
+    """A set as it is written: the pieces that give values of joints, and the pieces that tie several joints."""
 
     values: frozenset[frozenset[Mark]]
     ties: frozenset[frozenset[Mark]]
 
 
 def explain_set(problem: Problem, part: Part, parsed_answer: ParsedAnswer, seed: str) -> Diagnosis | None:
-    """Return the mistake that turns the correct set into the given one, or the pieces that are wrong."""
+    """Return the diagnosis of a wrong set: the mistake that gives it, or otherwise its wrong pieces."""
     if parsed_answer.tree is None:
         return None
     joints = [q.name for q in problem.chain.q]
@@ -78,7 +79,7 @@ def explain_set(problem: Problem, part: Part, parsed_answer: ParsedAnswer, seed:
 
 
 def find_mistaken_answer(problem: Problem, part: Part, parsed_answer: ParsedAnswer, seed: str) -> Diagnosis | None:
-    """Return the mistake whose answer is judged equal to the given one, among those without a derivation."""
+    """Return the mistake whose answer is judged equal to the given one, for parts that aren't derived step by step."""
     for mistake, variant in mistaken_answers(problem.chain, part):
         if _is_judged_right(problem, part, parsed_answer, variant, seed):
             return name_either([(mistake, variant.words, mistake.sentence(variant.words))])
@@ -86,7 +87,7 @@ def find_mistaken_answer(problem: Problem, part: Part, parsed_answer: ParsedAnsw
 
 
 def name_either(rivals: Sequence[tuple[Mistake, Mapping[str, object], str]]) -> Diagnosis:
-    """Return the diagnosis for mistakes that give the same answer; each comes with its words and sentence."""
+    """Return the diagnosis that names several mistakes that give the same answer, with their words and messages."""
     names = tuple(dict.fromkeys(mistake.name for mistake, _, _ in rivals))
     message = " Or, which gives the same answer: ".join(dict.fromkeys(sentence for _, _, sentence in rivals))
     located = tuple(locate_mistake(mistake.name, words) for mistake, words, _ in rivals)
@@ -96,9 +97,9 @@ def name_either(rivals: Sequence[tuple[Mistake, Mapping[str, object], str]]) -> 
 def _name_likeliest(
     problem: Problem, part: Part, mistake: Mistake, variant: MistakenAnswer, marker: "_Marker"
 ) -> Diagnosis:
-    """Return the diagnosis for a mistake and equally likely ones that give the same set.
+    """Return the diagnosis that names the likeliest of the mistakes that give the same set as `mistake`.
 
-    If one of them is likelier than the others, it is named alone.
+    Equally likely mistakes are all named.
     """
     marks, equal_variants = marker.mark_answer(variant.answer), [(mistake, variant)]
     for rival in map(CATALOGUE.__getitem__, ALIKE.get(mistake.name, ())):
@@ -123,7 +124,7 @@ def _is_judged_right(
     """Return whether an answer would be correct if a mistaken one were the reference."""
     try:
         outcome = judge_given(problem, replace(part, answer=variant.answer), parsed_answer, seed).outcome
-    except ReadError:  # the mistake doesn't give a set
+    except ReadError:  # the mistaken answer can't be parsed as a set
         return False
     return outcome is Outcome.CORRECT
 
@@ -132,7 +133,7 @@ def _is_judged_right(
 
 
 def _explain_pieces(problem: Problem, part: Part, claimed: Sequence[Piece], seed: str) -> Diagnosis | None:
-    """Return the claims that are not singular, and the conditions that are partly or completely missing."""
+    """Return the diagnosis that lists false claims, and conditions that are partly or completely missing."""
     claims = _Claims(problem, part, claimed, seed)
     wrong = [piece for piece, is_sound in zip(claimed, claims.compared.sound, strict=True) if is_sound is False]
     if claims.compared.rounded or any(len(piece) > 1 or piece[0].joint is None for piece in wrong):
@@ -148,7 +149,10 @@ def _explain_pieces(problem: Problem, part: Part, claimed: Sequence[Piece], seed
 
 
 class _Claims:
-    """Compares a claimed set with the expected conditions, a list of pieces each, by their configurations."""
+    """Compares a claimed set with the expected conditions by the configurations that they contain.
+
+    Each condition is a list of pieces.
+    """
 
     def __init__(self, problem: Problem, part: Part, claimed: Sequence[Piece], seed: str) -> None:
         assert isinstance(part.answer, ConditionSet)
@@ -163,7 +167,7 @@ class _Claims:
         return compare_sets(pieces, others, self.space, self.seed)
 
     def called_singular(self, wrong: Sequence[Piece]) -> Iterator[tuple[str, Mapping[str, object]]]:
-        """Yield the mistake behind the wrong values of each joint, with its words."""
+        """Yield for each joint with wrong values the name of the mistake behind them, and its words."""
         singular_joints = {q.name for component in self.components for q, _ in component.solutions or ()}
         for joint in dict.fromkeys(str(piece[0].joint) for piece in wrong):
             joint_pieces = [piece for piece in wrong if piece[0].joint == joint]
@@ -175,7 +179,7 @@ class _Claims:
                 yield name, {"joint": joint, "values": values, "zero": zero_there(self.chain)}
 
     def missing(self, wrong: Sequence[Piece]) -> Iterator[tuple[str, Mapping[str, object]]]:
-        """Yield the mistake behind each condition that is missing or only partly given, with its words."""
+        """Yield for each condition that is not completely given the name of the mistake behind this, and its words."""
         for k, (component, condition) in enumerate(zip(self.components, self.expected, strict=True)):
             contained = self._within(wrong, condition)
             if False not in self._compare(condition, self.claimed).sound or len(contained) == len(condition):
@@ -188,13 +192,13 @@ class _Claims:
             yield ("one-root-only", {}) if in_part else missed_mistake(self.chain, component)
 
     def _within(self, claimed: Sequence[Piece], condition: Sequence[Piece]) -> list[Piece]:
-        """Return the pieces of a condition that the claimed set contains."""
+        """Return the pieces of a condition that the claimed pieces contain."""
         are_contained = self._compare(condition, claimed).sound if claimed else ()
         return [piece for piece, is_contained in zip(condition, are_contained, strict=False) if is_contained]
 
 
 def _as_written(value: Node) -> str:
-    """Return a value as people write it, without brackets around it.
+    """Return a value in ordinary notation, without brackets around it.
 
     >>> from qdot.exercises.formula.parser import read
     >>> [_as_written(read(text, {})) for text in ("-pi/2", "1/3", "-acos(1/3)", "pi - 1")]
@@ -210,7 +214,7 @@ def _as_written(value: Node) -> str:
 
 
 class _Marker:
-    """Identifies the pieces of sets by their values for some values of all symbols."""
+    """Identifies the pieces of sets by numeric values, computed for random values of all symbols."""
 
     def __init__(self, problem: Problem, seed: str) -> None:
         self.values = sample_values(problem.domain(), POINTS, Stream(f"{seed}/sets"))
@@ -222,7 +226,7 @@ class _Marker:
         return all(count > 1 if joint is None else count == 0 for joint, count in joint_counts)
 
     def mark_pieces(self, pieces: Sequence[Piece]) -> Marks:
-        """Return the marks of a set that was typed."""
+        """Return the marks of the pieces of a typed set."""
         return self._collect(
             frozenset(self._mark(atom.joint, compile_program([atom.zero])) for atom in piece) for piece in pieces
         )
@@ -261,7 +265,7 @@ class _Marker:
 
 
 def _are_rounded(marks: Marks, right: Marks, has_decimals: bool) -> bool:
-    """Return whether a set is the correct one, or near it if it has decimals instead of constants."""
+    """Return whether a set is correct, or would be if its decimals were the exact constants."""
     if not has_decimals:
         return marks == right
     pairs = ((marks.values, right.values), (marks.ties, right.ties))

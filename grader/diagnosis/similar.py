@@ -1,6 +1,6 @@
 """Compare answers as they are written, and find students who wrote nearly the same wrong answer.
 
-Nothing is judged here: two equal answers are only a hint for a person to look at.
+Nothing is judged here: two similar answers are only a hint for a person.
 """
 
 import math
@@ -21,9 +21,9 @@ LARGEST = 600
 LEAST_SIZE = 9
 """Minimum number of nodes: smaller trees may be equal by chance (a1*sin(theta1) has 4)."""
 ALIKE = 0.9
-"""Share of common subtrees from which two answers count as nearly the same."""
+"""Minimum share of common subtrees of two answers that count as nearly the same."""
 MOST_PAIRS = 400
-"""Maximum number of wrong answers to a part that are compared in pairs; if there are more, only equal ones count."""
+"""Maximum number of wrong answers to a part that are compared in pairs; if there are more, only equal pairs count."""
 
 _IN_ANY_ORDER = {"+", "*", "set", "and", "or", "eq"}
 
@@ -73,7 +73,7 @@ def _written(tree: Node) -> Written | None:
 
 
 def _flat(node: Node) -> Node:
-    """Return the tree with nested sums and nested products flattened, and numeric factors multiplied together.
+    """Flatten nested sums and products of a tree, and multiply its numeric factors together.
 
     a − b becomes a + (−1)·b, and a/2 becomes (1/2)·a, so the position of a sign or a fraction makes no difference.
     """
@@ -125,9 +125,9 @@ def alikeness(first: Written, second: Written) -> float:
 
 
 def nearly_the_same(answers: Sequence[Wrong], usual: int) -> list[Pair]:
-    """Return pairs of nearly the same answers whose expected answers differ, the most alike first.
+    """Return pairs of nearly the same answers whose expected answers differ, the most similar first.
 
-    An answer that more than `usual` students wrote is a common mistake and no hint. Neither is a short answer.
+    Answers that more than `usual` students wrote are common mistakes and are ignored, and so are short answers.
     """
     long_answers = [answer for answer in answers if answer.written.size >= LEAST_SIZE]
     text_counts = Counter(answer.written.text for answer in long_answers)

@@ -1,9 +1,9 @@
-"""Decide whether a wrong answer is an attempt at this arm, by the solution's terms that it contains.
+"""Decide whether a wrong answer is an attempt at this arm, by the share of the solution's terms that it contains.
 
-Answer and solution are expanded into terms, both as written and with angle-sum identities applied. A term is found if
-it equals a term of the solution at random configurations, with either sign. If the answer has more terms than the
-solution, the share is relative to the answer's own terms: an answer that contains everything is no attempt. Terms
-without joints or velocities don't count, because constants occur in any text.
+Answer and solution are expanded into terms, both as written and after angle-sum identities are applied. A term is found
+if it equals a term of the solution at random configurations, with either sign. If the answer has more terms than the
+solution, the share is relative to the answer's terms, so that a list of all possible terms is no attempt. Terms without
+joints or velocities don't count, because any text may contain constants.
 """
 
 from collections.abc import Sequence
@@ -21,7 +21,7 @@ from qdot.exercises.problem.problem import Part, Problem
 from qdot.grader.judging.answer import ParsedAnswer
 
 LEAST = Fraction(1, 2)
-"""Minimum share of the solution's terms in an attempt, if nothing else shows that it is one."""
+"""Minimum share of the solution's terms that an answer must contain to be an attempt."""
 LONGEST = 3000
 """Maximum number of nodes of an answer that is expanded."""
 MOST = 300
@@ -55,7 +55,7 @@ def share_of_terms(problem: Problem, part: Part, parsed_answer: ParsedAnswer, se
 
 
 def _share(pairs: Sequence[tuple[Node, Node]], varying: AbstractSet[str], values: Values) -> Fraction:
-    """Return the share of common terms, for pairs of an entry and its reference."""
+    """Return the share of terms that entries have in common with their references; `pairs` contains both."""
     common_count = expected_count = typed_count = 0
     for entry, reference in pairs:
         expected_terms = [term for term in terms_of(reference, MOST) or [reference] if names(term) & varying]
@@ -67,7 +67,7 @@ def _share(pairs: Sequence[tuple[Node, Node]], varying: AbstractSet[str], values
 
 
 def _count_common(terms: Sequence[Node], wanted: Sequence[Node], values: Values) -> int:
-    """Return how many of the wanted terms are among the terms, with either sign, each matched at most once."""
+    """Return how many of the wanted terms are found among the terms, with either sign; each is used only once."""
     if not wanted:
         return 0
     at_points = evaluate(compile_program([*terms, *wanted]), values, POINTS)[0]
@@ -87,7 +87,7 @@ def _count_common(terms: Sequence[Node], wanted: Sequence[Node], values: Values)
 
 
 def _take_apart(node: Node) -> Node:
-    """Return a tree with angle-sum identities applied, and with quotients as products."""
+    """Apply angle-sum identities to a tree, and write its quotients as products."""
     if node.kind == "call" and node.value in ("sin", "cos"):
         return _expand_wave(str(node.value), addends(node.args[0]))
     args = tuple(map(_take_apart, node.args))
