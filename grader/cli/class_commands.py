@@ -153,14 +153,15 @@ def verify(
 
 
 NO_FOLDER = "; there is no folder of that name, either"
+"""The end of the message about an argument that is neither a problem nor a folder."""
 
 
 def _tasks(
     what: list[str], family: str, seeds: range, task_of: Callable[[ProblemId], Task], varied: bool
 ) -> list[Task]:
-    """Return the tasks for the problems to verify: those named by `what`, or one of the family for each seed.
+    """Return the tasks for the problems to verify: those named by `what`, or those of the family with the seeds.
 
-    If there are several families, the seeds are the number of problems of all families together. Raises QdotError.
+    Several families share the number of seeds evenly, each beginning at the first seed. Raises QdotError.
     """
     if not family and not what:
         raise QdotError("name problems (planar-2r/7), an assignment folder, or --family (or --family all) with --count")
@@ -169,7 +170,9 @@ def _tasks(
     families = list(FAMILIES) if family == "all" else [look_up_family(family).name] if family else []
     numbers = range(len(seeds) if families else 0)
     tasks = [task_of(ProblemId(families[i % len(families)], seeds.start + i // len(families))) for i in numbers]
-    tasks.sort(key=lambda task: families.index(task.identity.family))  # each process derives a structure only once
+    tasks.sort(
+        key=lambda task: families.index(task.identity.family)
+    )  # then each process derives an arm's structure only once
     for item in what:
         if not Path(item).is_dir():
             tasks.append(task_of(ProblemId.parse(item, NO_FOLDER)))
@@ -184,6 +187,7 @@ def _tasks(
 
 
 def _tasks_of_folder(folder: Path) -> list[Task]:
+    """Return the tasks for the problems of an assignment, and print a note on each former student."""
     assignment = load_class(folder)
     for student in find_former_students(assignment):
         note(f"{student} is not on the roster, and has a notebook or certificate, which is verified all the same")
@@ -228,6 +232,7 @@ def compare(
 
 
 def _read_lines(batch: str) -> Iterable[str]:
+    """Yield the lines of a file, or of standard input for "-". Raises QdotError if the file can't be read."""
     if batch == "-":
         if isinstance(sys.stdin, io.TextIOWrapper):
             sys.stdin.reconfigure(errors="surrogateescape")

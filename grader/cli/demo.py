@@ -35,7 +35,7 @@ NAMES = (
 )  # fmt: skip
 
 Edit = Callable[[str, Part], str]
-"""Changes the right-hand side of the reference answer's assignment into a student's, as Python text."""
+"""A function that changes the Python text of the reference answer to that of a student's answer."""
 
 
 def _is_symbolic(part: Part) -> bool:
@@ -51,6 +51,7 @@ def _expand(code: str, part: Part) -> str:
 
 
 def _negate(code: str, part: Part) -> str:
+    """Change the sign of a formula; choose option A if there are options."""
     if part.answer.offered:
         return '"A"'
     return code if part.answer.is_a_set else f"-({code})"
@@ -109,10 +110,10 @@ EDITS: Sequence[tuple[str, Edit]] = (
 )  # fmt: skip
 
 FILES = ("blank", "cut off", "another assignment", "never handed in")
-"""The other kinds of submission in a class, which need no change to an answer."""
+"""The other kinds of submission in the class: no answer in them is edited."""
 
 RIGHT = 15
-"""The number of additional students whose answers are all correct, in one of two forms."""
+"""Number of additional students whose answers are all correct, in one of two forms."""
 
 
 def kinds() -> list[str]:
@@ -171,6 +172,7 @@ def _score(result: Result) -> str:
 
 
 def _check_is_demo(folder: Path) -> None:
+    """Raise QdotError if an existing folder is not one that `qdot demo` made."""
     try:
         is_demo = load_assignment(folder).title == TITLE
     except QdotError:

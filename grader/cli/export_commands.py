@@ -179,6 +179,7 @@ def _describe_failures(failed: Mapping[str, str], names: Sequence[str]) -> str:
 
 
 def _export(order: Order, name: str, target: Path) -> int:
+    """Write the files of one export format into a folder; return their number."""
     export_format = EXPORT_FORMATS[name]
     count = 0
     with (

@@ -253,6 +253,7 @@ def _tell_notes(results: list[Result]) -> None:
 
 
 def _summary(results: list[Result], folder: Path, ownerless: int) -> str:
+    """Return a line that summarises the results; `ownerless` is the number of files without a certain owner."""
     kinds = ", ".join(f"{count} {kind}" for kind, count in Counter(map(status, results)).items())
     percents = [result.percent for result in results if result.submission is not None and status(result) not in NO_MARK]
     mean = f"mean {fmean(percents):.1f} % of those handed in; " if percents else ""

@@ -32,7 +32,7 @@ STOPPED = {
     "forget": "stopped; run the same command again to remove the rest",
     "verify": "stopped; the same command begins at the first problem again, and --first-seed SEED begins a sweep later",
 }
-"""The messages that are printed when Ctrl-C or SIGTERM stops a command, unless it is just "stopped"."""
+"""The messages that are printed when Ctrl-C or SIGTERM stops a command; for other commands it is "stopped"."""
 
 COMMANDS = {
     **dict.fromkeys(("init", "families", "questions", "show", "robots", "solve"), "qdot.grader.cli.problem_commands"),
@@ -48,6 +48,7 @@ COMMANDS = {
 ENDING = [signal.SIGTERM, *([signal.SIGHUP] if hasattr(signal, "SIGHUP") else [])]
 """The signals that end the program like Ctrl-C: a request to terminate, and a closed terminal."""
 SITE = {"build": "build_site", "serve": "serve"}
+"""The commands of `qdot site`, each with the name of its function."""
 
 
 BETWEEN_COLLECTIONS = 20_000, 10, 10
@@ -156,6 +157,7 @@ def _report_errors(command: Callable[..., None]) -> Callable[..., None]:
 
 
 def _leave(message: str, code: int) -> NoReturn:
+    """Print a message on standard error, and exit with a code."""
     import typer
 
     from qdot.exercises.common.console import printable
@@ -165,6 +167,7 @@ def _leave(message: str, code: int) -> NoReturn:
 
 
 def _stop_at_once(number: int, _: object) -> NoReturn:
+    """Handle a signal by ending the process immediately, before a command has begun."""
     os.write(2, f"qdot: {STOPPED.get(' '.join(sys.argv[1:2]), 'stopped')}\n".encode())
     os._exit(128 + number)
 
@@ -208,6 +211,7 @@ def needed_part(typed: Sequence[str], environment: Mapping[str, str]) -> str:
 
 
 COMPLETION = ("--install-completion", "--show-completion")
+"""Typer's options for completion in a shell."""
 
 
 def main() -> None:

@@ -28,6 +28,7 @@ def _twist_order(default: str) -> Any:
 
 
 OF_ID = "what the id says, else "
+"""The beginning of the default in the help text of options that a problem's identifier can set, too."""
 ConventionOption = Annotated[str, _convention(OF_ID)]
 TwistOrderOption = Annotated[str, _twist_order(OF_ID)]
 SiteConventionOption = Annotated[str, _convention("")]

@@ -21,10 +21,12 @@ KINDS: tuple[tuple[str, Callable[[Chain], bool]], ...] = (
 )
 """The kinds of arms, each with a test: an arm is of the first kind whose test it passes."""
 RANDOM = "Arms whose structure is drawn, too"
+"""The kind of the families with random structures."""
 ORDER = (
     "Planar arms", "Spatial arms of revolute joints", "Spatial arms with slides", "Wrists",
     "Arms of five to seven joints", RANDOM,
 )  # fmt: skip
+"""The kinds of arms in the order in which they are listed."""
 
 
 def kinds() -> dict[str, list[Family]]:

@@ -34,6 +34,7 @@ from qdot.grader.grading.certify import find_failures
 
 SITE = Path("qdot-site")
 OF_EACH_PROBLEM = 5
+"""Default number of variants of each problem of an assignment."""
 
 
 def build_site(

@@ -1,4 +1,4 @@
-"""Query GitHub or GitLab, from a grading job, for the addresses of repositories and the time of each push.
+"""Query GitHub or GitLab, from a grading job, for the pushes to students' repositories and their times.
 
 The times of commits come from a student's machine, so they are not trusted. The server records pushes with the times
 of its own clock: GitHub as the activity of a repository, GitLab as the events of a project.
@@ -20,6 +20,7 @@ from urllib.parse import quote
 from qdot.exercises.common.errors import QdotError
 
 TOKEN = "QDOT_TOKEN"  # noqa: S105 - a variable's name
+"""The environment variable with the token for students' repositories."""
 PATIENCE = 60
 """Timeout for an answer of a server, in seconds."""
 PAUSES = (2, 10)
@@ -109,7 +110,7 @@ def _pushes_on_gitlab(host: Host, repository: str, branch: str) -> Iterator[Push
 
 
 def _list_pages(host: Host, path: str) -> Iterator[Any]:
-    """Yield the items of a paginated list of the API."""
+    """Yield the items of a list that the API returns in pages."""
     url = f"{host.api}/{path}"
     while url:
         page, links = _request(host, url)

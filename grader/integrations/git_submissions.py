@@ -128,6 +128,7 @@ def collect(assignment: Assignment, host: Host) -> list[Collected]:
 
 
 def _table(columns: Sequence[str], rows: Iterable[Mapping[str, str]]) -> str:
+    """Return a table as CSV text."""
     table = io.StringIO()
     writer = csv.DictWriter(table, columns, lineterminator="\n")
     writer.writeheader()
@@ -265,6 +266,7 @@ def hand_back(assignment: Assignment, host: Host) -> list[Collected]:
 
 
 def _push(host: Host, repository: str, folder: str) -> None:
+    """Push the files in a folder to the branch for feedback, as its only commit. Raises _Unreached."""
     author = ("-c", "user.name=qdot", "-c", "user.email=qdot@localhost", "-c", "commit.gpgsign=false")
     times = dict.fromkeys(("GIT_AUTHOR_DATE", "GIT_COMMITTER_DATE"), "2000-01-01T00:00:00Z")
     _git(host, "-C", folder, "init", "--quiet", f"--initial-branch={FEEDBACK}")

@@ -20,7 +20,8 @@ def restore_cells(cells: Sequence[Cell], points: Mapping[str, float]) -> list[Ce
     """Return a student's cells with a cell for each part's marks after its answer; `points` are by part.
 
     nbgrader's metadata are recreated, so that students' changes to them neither affect the marks nor stop the grading.
-    If several cells have the name of an answer, the first keeps it. A changed cell for marks remains as another cell.
+    If several cells have the name of an answer, the first keeps it. A changed cell for marks remains as an ordinary
+    cell.
     """
     parts = {grade_id(part): part for part in points}
     marks = {name: marks_cell(part, points[part]) for name, part in parts.items()}

@@ -32,6 +32,7 @@ from qdot.grader.sandbox.sandbox import Limits
 FOLDER = "qdot"
 """The folder of a course that contains the folders of assignments that qdot marks."""
 Handed = tuple[NotebookNode, Any]
+"""What a step of nbgrader passes to the next one: the notebook, and nbgrader's resources."""
 
 
 def configure(c: Any) -> None:

@@ -23,7 +23,7 @@ from qdot.exercises.exports.otter import FOLDER
 from qdot.grader.integrations.otter_marks import grade_for_otter, list_marks, write_marks_code
 
 OTTERS = "tests"
-"""The folder that Otter itself has put next to the notebook, replacing any submitted folder of that name."""
+"""The folder of tests that Otter puts next to the notebook; it replaces any submitted folder of that name."""
 
 
 class Marks(AbstractOtterPlugin):

@@ -40,6 +40,7 @@ from qdot.grader.judging.verdict import Outcome, Verdict
 from qdot.grader.reports.feedback_levels import at_least
 
 Data = dict[str, Any]
+"""PrairieLearn's dictionary, or a part of it."""
 
 LONGEST = 20_000
 """Maximum number of characters of an answer; the longest reference answer is a tenth as long."""
@@ -111,7 +112,7 @@ def grade(data: Data, folder: str, slot: str) -> None:
 
 
 def _part_scores(part: Part, verdict: Verdict, tells_entries: bool) -> Data:
-    """Return the score of a part and, if `tells_entries`, whether each of several numbers is correct."""
+    """Return the score of a part and, if `tells_entries`, a score of 0 or 1 for each of several numbers."""
     assert verdict.points is not None
     scores: Data = {part.name: {"score": verdict.points / part.points, "weight": part.points}}
     names, entries = input_names(part), verdict.judgement.entries
@@ -292,7 +293,7 @@ def _why_unreadable(problem: Problem, part: Part, typed: str) -> str:
 
 
 def _describe_outcome(problem: Problem, verdict: Verdict) -> str:
-    """Return the feedback on an answer, without correct values, because students may try a variant again."""
+    """Return the feedback on an answer; it has no correct values, because students may try a variant again."""
     outcome, entries = verdict.judgement.outcome, verdict.judgement.entries
     sentence = _OUTCOMES[outcome]
     if verdict.followed_from is not None:

@@ -34,7 +34,7 @@ RunCells = Callable[[Sequence[str | None], Sequence[str]], Run]
 class Answers:
     """The answers of a notebook: its run, the reason why each missing answer is missing (by variable), and notes.
 
-    `refused` lists, for the staff, the cells that stopped because they tried something forbidden.
+    `refused` has a note for the staff on each cell that stopped because it tried something forbidden.
     """
 
     run: Run
@@ -136,7 +136,7 @@ class _Notebook:
         return [index for index, cell in enumerate(self.cells) if cell.part == part]
 
     def locate(self, part: str) -> None:
-        """Make sure that the answer to a part is found: if no cell sets its variable, change the source that is run."""
+        """If no cell sets the variable of a part, find the answer elsewhere and have the run source assign it."""
         name, setters = self.names[part], self.setters(self.names[part])
         marked_cells = [index for index in self.marked_cells(part) if index in self.sources]
         assigning_cells = [index for index in marked_cells if isinstance(self._answer_statement(index), ast.Assign)]
@@ -305,7 +305,7 @@ def _only_displays(statement: ast.Expr) -> bool:
 
 
 def _is_answer(statement: ast.stmt) -> bool:
-    """Return whether a statement is likely code: a word or two of prose may be valid Python, too."""
+    """Return whether a statement is likely to be code; a word or two of prose may be valid Python, too."""
     is_code = isinstance(statement, ast.Expr) and isinstance(statement.value, (ast.Call, ast.BinOp, ast.List, ast.Dict))
     return is_code or isinstance(statement, ast.Assign)
 
@@ -333,7 +333,7 @@ def _use_earlier_value(answers: Answers, name: str) -> None:
 
 
 def _use_second_run(answers: Answers, name: str, setters: Sequence[int], second_run: Run) -> None:
-    """Use the value that a variable has after the second run of its cells, which lacked a name in the first run."""
+    """Use a variable's value after the second run of its cells, which lacked a name in the first run."""
     value = second_run.answers.get(name)
     if value is not None and not _is_blank(value):
         answers.run.answers[name] = value
@@ -369,7 +369,7 @@ def _describe_lost_symbol(name: str, index: int, value: str) -> str:
 
 
 def _describe_overtime(notebook: _Notebook, run: Run) -> list[str]:
-    """Return notes on the cells that were stopped because they took too long, and on the answers that they had set."""
+    """Return a note on each cell that was stopped because it took too long, with the answers that it had set."""
     notes = []
     for index, error in run.cell_errors.items():
         if error.startswith(OVERTIME):
@@ -406,7 +406,7 @@ def _quote_line(notebook: _Notebook, index: int, number: int) -> str:
 
 
 def _find_first_stop(notebook: _Notebook, stops: Mapping[int, str]) -> list[str]:
-    """Return the note, if any, on the first cell that stopped above all answers, because they may depend on it."""
+    """Return the note on the first cell that stopped above all answers, as they may depend on it; empty if none did."""
     first_answer = min((index for index, names in notebook.sets.items() if names), default=len(notebook.cells))
     return [stops[index] for index in sorted(stops) if index < first_answer][:1]
 

@@ -1,7 +1,7 @@
-"""Lists the files of untrusted zip and tar archives, reads one of them, or unpacks those of a class, within limits.
+"""Lists and reads the files in untrusted zip and tar archives, and unpacks a class's download, all within limits.
 
-A name in an archive is only a label: no file is written to that path. The exception is `unpack_temporarily`, which
-writes to it below a temporary folder. Archives inside archives are not opened.
+No file is written to the path that its name in an archive states, except by `unpack_temporarily`, which writes it
+below a temporary folder. Archives inside archives are not opened.
 """
 
 import contextlib

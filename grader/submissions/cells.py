@@ -22,7 +22,7 @@ if TYPE_CHECKING:  # this module is also run as a program, which must start quic
     from qdot.exercises.notebook.self_check import Problems
 
 LARGEST = 200_000_000
-"""Maximum size of a file in bytes; it is so large because a notebook may have outputs of 100 MB."""
+"""Maximum size of a file in bytes, which allows for a notebook with outputs of 100 MB."""
 
 MOST_VALUES = 12_000_000
 """Maximum number of values in a JSON file; even a short value takes about 60 bytes of memory."""
@@ -59,7 +59,7 @@ class Cell:
 
 @dataclass(frozen=True)
 class Content:
-    """The content of a file: its cells, qdot's metadata (`claims`), a note on its format, and unknown metadata."""
+    """A file's content: its cells, qdot's metadata (`claims`), a note on its format, and keys of other metadata."""
 
     cells: tuple[Cell, ...]
     claims: Mapping[str, Any]
@@ -68,6 +68,7 @@ class Content:
 
 
 SCRIPTS, TEXTS = (".py",), (".md", ".rmd", ".qmd", ".markdown")
+"""Endings of the names of scripts and of Markdown files."""
 
 INSTEAD = "open it in Jupyter and hand in the notebook itself, the file that ends in .ipynb"
 
@@ -324,7 +325,7 @@ def _parse(source: str) -> ast.Module | Exception:
 
 
 def _split_markdown(text: str) -> Iterator[Cell]:
-    """Yield fenced Python code as code cells, and the text between as text cells."""
+    """Yield each fenced block of Python code as a code cell, and the text between blocks as text cells."""
     fence, info, body = "", "", list[str]()
     for line in text.split("\n"):
         match = _FENCE.fullmatch(line)

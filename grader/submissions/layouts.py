@@ -39,6 +39,7 @@ def safe_check(is_so: Callable[[], bool]) -> bool:
 
 
 Layout = Callable[[Path, Sequence[Path]], list[SubmittedPath]]
+"""A function that returns the submissions that it recognises among the entries of a folder."""
 
 
 def _match(pattern: re.Pattern[str], paths: Sequence[Path]) -> list[tuple[Path, re.Match[str]]]:
@@ -166,13 +167,13 @@ LAYOUTS: dict[str, Layout] = {
 
 
 def only_folder(root: Path) -> Path | None:
-    """Return the only entry of a folder if that is a folder, as in an export that was unpacked unchanged."""
+    """Return the only entry of a folder if it is a folder, as in an unpacked export; else None."""
     entries = _entries(root)
     return entries[0] if len(entries) == 1 and not entries[0].is_symlink() and safe_check(entries[0].is_dir) else None
 
 
 def find_submitted_paths(root: Path) -> list[SubmittedPath]:
-    """Return the submitted files and folders in a folder of submissions, with what their names tell about the owner."""
+    """Return the submitted files and folders in a folder of submissions, with what their names say about the owner."""
     unrecognised, submissions = _entries(root), list[SubmittedPath]()
     for layout in LAYOUTS.values():
         recognised = layout(root, unrecognised)

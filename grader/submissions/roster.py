@@ -20,7 +20,7 @@ _IDENTIFIES = re.compile(r"id\b|identif|login|user|mail|sis\b|matri|participant|
 
 @dataclass(frozen=True)
 class PossibleOwners:
-    """The students who may have made a submission: one student if that is certain, else all who fit, and why."""
+    """The students who may have made a submission: one if that is certain, else all who fit, and why."""
 
     students: tuple[str, ...]
     why: str = ""

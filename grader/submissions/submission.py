@@ -34,7 +34,7 @@ if TYPE_CHECKING:  # not imported at run time: a student's `qdot check` needs no
     from qdot.exercises.assignment.assignment import Assignment, Student
 
 DEEPEST = 5
-"""Maximum depth to which nested folders are followed in search of submissions; each is the only entry of its parent."""
+"""Maximum number of nested folders, each the only entry of its parent, that are opened in search of submissions."""
 MOST_FILES, MOST_ATTEMPTS = 20_000, 50
 """Maximum number of files that a student may submit, and maximum number of notebooks of theirs that are graded."""
 NOT_FETCHED = ".not-fetched.csv"
@@ -84,7 +84,7 @@ class StudentFiles:
 
 @dataclass(frozen=True)
 class SubmissionFolder:
-    """A folder of submissions: the files of each student, of nobody on the roster, and of uncertain owners."""
+    """A folder of submissions: each student's files, files of `strangers`, and messages on files of `unsure` owners."""
 
     by_student: dict[str, StudentFiles]
     strangers: list[str] = field(default_factory=list)
@@ -211,9 +211,9 @@ MAY_BE = (
 
 
 def _select_files(submitted: Sequence[SubmittedPath], key: str, doubtful: Sequence[Path] = ()) -> StudentFiles | None:
-    """Return a student's files, the one to grade first; None if there are none.
+    """Return a student's files, beginning with the one to grade; None if there are none.
 
-    Of several times, the last one is the time of submission. `doubtful` are files that may be another student's.
+    If there are several times, the last one is the time of submission. `doubtful` files may be another student's.
     """
     late_flags = [entry.late for entry in submitted if entry.late is not None]
     select = partial(
@@ -485,6 +485,7 @@ def explain_wrong_assignment(submission: Submission, assignment: "Assignment") -
 
 
 OTHER_EDITION = "made from another assignment.toml, redrawn.csv or secret than what is graded with"
+"""The staff's note on a notebook of another version of the assignment."""
 
 
 @dataclass(frozen=True)
@@ -496,7 +497,7 @@ class Note:
 
 
 def find_oddities(submission: Submission, assignment: "Assignment", student: str) -> list[Note]:
-    """Return notes on peculiar metadata. They change no mark: the student's own problems are graded in any case."""
+    """Return notes on peculiar metadata. They don't affect marks: the student's own problems are graded in any case."""
     claims, notes = submission.claims, []
     claimed, digest = claims.get("student"), claims.get("digest")
     if isinstance(claimed, str) and claimed != student:
