@@ -1,7 +1,7 @@
 """Parse a student's answer once into its formula, entries, conditions or options, or refuse it with a reason.
 
-Judgement, credit, diagnosis, follow-through and the pages all use the parsed answer and never parse the text again. The
-typed text is stored with it for reports. `answer_parser` calls the function in this module that fits the part.
+Judging, partial credit, diagnosis, follow-through and reports all use the parsed answer and never parse the text again.
+The typed text is stored with it for reports. `answer_parser` calls the function of this module that fits the part.
 """
 
 import re
@@ -42,10 +42,10 @@ Shape = tuple[int, int]
 
 @dataclass(frozen=True)
 class Table:
-    """The values of a student's Python function at several points.
+    """The values of a student's Python function at several configurations.
 
-    `shape` is that of one value, None if the text was not a table. `values` has one row per point and one column per
-    entry. `at` maps each argument to its value at each point.
+    `shape` is that of one value; None if the text was not a table. `values` has one row per configuration and one
+    column per entry. `at` maps each argument to its values at the configurations.
     """
 
     shape: tuple[int, ...] | None
@@ -57,9 +57,9 @@ class Table:
 class ParsedAnswer:
     """A parsed answer: the typed `text` and its meaning. If it was refused, `refusal` is the judgement.
 
-    `tree` is the formula, list or set of conditions, without a leading "det J =". `rows` are its entries in rows and
-    columns; named entries are in the expected order. A refused answer has both as far as it could be parsed. `table`
-    holds the values of a Python function, `chosen` the options given by letters, counted from 0.
+    `tree` is the formula, list or set of conditions, without a leading "det J =". `rows` contains its entries in rows
+    and columns, with named entries in the expected order. A refused answer has both as far as it could be parsed.
+    `table` contains the values of a Python function, and `chosen` the indices of the options that the letters name.
     """
 
     text: str
@@ -81,12 +81,12 @@ class ParsedAnswer:
 
     @property
     def blanks(self) -> list[bool]:
-        """Which entries were left blank."""
+        """Whether each entry was left blank."""
         return [has_blank(entry) for entry in self.entries]
 
 
 class _Refusal(Exception):
-    """Raised with the reason why an answer is refused, and whether it is ambiguous."""
+    """Raised with the reason for refusing an answer, and whether the answer is ambiguous."""
 
     def __init__(self, reason: str, is_ambiguous: bool = False) -> None:
         super().__init__(reason)
@@ -94,12 +94,12 @@ class _Refusal(Exception):
 
 
 def refuse(text: str, reason: str) -> ParsedAnswer:
-    """Return a refused answer with this text and reason."""
+    """Return an answer with this text that is refused for the given reason."""
     return ParsedAnswer(text, wrong(reason))
 
 
 def read_formula(text: str, domain: Domain, labels: Sequence[str] = ()) -> ParsedAnswer:
-    """Parse a single formula; 0,5 is a half. If there is one label, the formula may follow it, as in vx = …."""
+    """Parse a single formula, in which 0,5 is a half. If there is one label, it may precede the formula: vx = …."""
     parsed = _parse(text, domain)
     if parsed.tree is None:
         return parsed
@@ -126,8 +126,8 @@ def read_formula(text: str, domain: Domain, labels: Sequence[str] = ()) -> Parse
 def read_matrix(text: str, shape: Shape, domain: Domain, labels: Names = (), columns: Names = ()) -> ParsedAnswer:
     """Parse a matrix or vector of the given shape.
 
-    A vector may be a row instead of a column, or have its entries named by `labels`. A matrix may be given by the
-    vectors named in `columns`, and a twist by its halves v and ω.
+    A vector may be typed as a row instead of a column, and its entries may be named by `labels`. The columns of a
+    matrix may be typed as vectors with the names in `columns`, and a twist as its two vectors v and ω.
     """
     parsed = _read_entries(text, shape, domain, labels, columns)
     return _or_table(parsed, lambda text: table_text(text, shape), lambda table: read_matrix(table, shape, domain))
@@ -136,7 +136,7 @@ def read_matrix(text: str, shape: Shape, domain: Domain, labels: Names = (), col
 def read_numbers(text: str, count: int, labels: Sequence[str] = (), units: Sequence[str] = ()) -> ParsedAnswer:
     """Parse `count` numbers, or formulas without symbols; they may be named by `labels`. A single 0,5 is a half.
 
-    `units` are the units of the entries. A length is refused where an angle is expected, and vice versa.
+    `units` are the units of the entries. A length is refused if an angle is expected, and vice versa.
     """
     if text.strip() and (unit_error := _other_unit(text, labels, units)):
         return refuse(text, unit_error)
@@ -149,7 +149,7 @@ def read_numbers(text: str, count: int, labels: Sequence[str] = (), units: Seque
 def _read_entries(
     text: str, shape: Shape, domain: Domain, labels: Names, columns: Names = (), are_numbers: bool = False
 ) -> ParsedAnswer:
-    """Parse the entries of a matrix or vector, or numbers; they may be named."""
+    """Parse the entries of a matrix or vector, or numbers (`are_numbers`); they may be named."""
     parsed = _parse(text, domain)
     if parsed.tree is None:
         return parsed
@@ -175,13 +175,13 @@ def _read_entries(
 
 
 _ORDERED = ("eq", "pair", "set", "list")
-"""Kinds of entries that give a set an order: they name their position, or are rows."""
+"""Kinds of entries that make the order of a set irrelevant or clear: they name their position, or are rows."""
 
 
 def _or_table(
     parsed: ParsedAnswer, table_of: Callable[[str], str | None], read_again: Callable[[str], ParsedAnswer]
 ) -> ParsedAnswer:
-    """Return the answer parsed as a printed table if it was refused and its text is one; else return it unchanged."""
+    """Return the answer parsed as a printed table if it was refused and its text is a table; else unchanged."""
     if parsed.refusal is None or (table := table_of(parsed.text)) in (None, parsed.text):
         return parsed
     is_clear = table_of(table) in (None, table)
@@ -189,7 +189,7 @@ def _or_table(
 
 
 def _other_unit(text: str, labels: Sequence[str], units: Sequence[str]) -> str:
-    """Return a sentence on the first unit that doesn't fit its entry; "" if all units fit."""
+    """Return a sentence about the first unit that doesn't fit its entry; "" if all units fit."""
     text = text.strip().strip("[](){}")
     separator = ";" if ";" in text else "\n" if "\n" in text else ","
     is_one_unit_per_entry = text.count(separator) + 1 == len(units)
@@ -208,9 +208,9 @@ def _other_unit(text: str, labels: Sequence[str], units: Sequence[str]) -> str:
 
 
 def read_conditions(text: str, domain: Domain, joints: Sequence[str] = ()) -> ParsedAnswer:
-    """Parse conditions on these joints, without the entries that were left blank.
+    """Parse conditions on the given joints, ignoring entries that were left blank.
 
-    If `joints` is empty, the content is not checked; it may be a set of angles.
+    If `joints` is empty, the content is not checked, so it may be a set of angles.
     """
     measured = with_points_of_lengths(text)
     parsed = replace(_parse(measured, domain), text=text)
@@ -258,9 +258,9 @@ def _require_conditions(tree: Node, text: str, domain: Domain, joints: Sequence[
 
 
 def _last_in_chain(tree: Node, joints: Sequence[str]) -> str:
-    """Return the joint that ends a product between two equals signs, "" if there is none.
+    """Return the joint at the end of a product between two equals signs; "" if there is none.
 
-    Such a joint may begin another condition, as in theta1 = 0 theta2 = 0.
+    Such a joint may be the beginning of another condition, as in theta1 = 0 theta2 = 0.
     """
     products = (side for node in nodes_of(tree) for side in chain_of(node)[1:-1] if side.kind == "*")
     factors = (product.args[1] for product in products)
@@ -277,7 +277,10 @@ def _is_bare(node: Node, joints: Sequence[str]) -> bool:
 
 
 def _drop_blanks(node: Node) -> Node:
-    """Return the conditions without blanks and entries without content: the dots of 0, pi, …; det J = 0; k in Z."""
+    """Return the conditions without blanks and without entries that say nothing, such as det J = 0 and k in Z.
+
+    The dots in 0, pi, … are blanks.
+    """
     if node.kind in ("eq", "in", "pair") and node.args[1].kind in ("list", "set"):
         return node.with_args((node.args[0], _drop_blanks(node.args[1])))
     if node.kind not in ("and", "or", "list", "set"):
@@ -289,9 +292,9 @@ def _drop_blanks(node: Node) -> Node:
 
 
 def _substitute_whole_numbers(node: Node) -> Node:
-    """Return the conditions with the listed values of a whole number substituted, as in theta2 = k*pi, k = 0, 1.
+    """Substitute the listed values of a whole number into conditions, as in theta2 = k*pi, k = 0, 1.
 
-    If dots follow the values, as in k = 0, 1, 2, …, k stays any whole number. Raises ReadError if the result is too
+    If dots follow the values, as in k = 0, 1, 2, …, k remains any whole number. Raises ReadError if the result is too
     long.
     """
     index = next((i for i, arg in enumerate(node.args) if _whole_number_of(arg)), 0) if node.kind == "list" else 0
@@ -314,7 +317,7 @@ def _whole_number_of(node: Node) -> bool:
 
 
 def _says_nothing(node: Node) -> bool:
-    """Return whether an entry is blank, or states only that k is a whole number or that det J is zero."""
+    """Return whether an entry is blank, or only says that k is a whole number or that det J is zero."""
     if node.kind == "eq" and (names_on_left := names(node.args[0])) and names_on_left <= set(VOCABULARY["determinant"]):
         return True
     if node.kind == "in" and node.args[1].value in VOCABULARY["number_sets"]:
@@ -326,9 +329,9 @@ def _says_nothing(node: Node) -> bool:
 
 
 def with_joint(node: Node, joints: Sequence[str]) -> Node:
-    """Assign bare values, as in {0, pi}, to the only joint. Raises ReadError if there are several joints.
+    """Assign values without a joint, as in {0, pi}, to the only joint. Raises ReadError if there are several joints.
 
-    The intended joint is unknown then, and the reference must not decide it.
+    Then the student has to name the joint, because the reference must not decide which one was meant.
     """
     values = node.args if node.kind in ("list", "set") else (node,)
     if not values or any(_says_a_condition(value, joints) for value in values):
@@ -342,9 +345,9 @@ OR = "commas between conditions mean 'or'; write 'and' between those that have t
 
 
 def combine_with_and(node: Node, joints: Sequence[str]) -> Node | None:
-    """Return the conditions with commas between different joints as "and"; None if commas can only mean "or".
+    """Return conditions with "and" instead of commas between different joints; None if commas can only mean "or".
 
-    Conditions on the same joints remain alternatives, and values belong to the joint before them.
+    Conditions on the same joints remain alternatives. A value belongs to the joint before it.
     """
     if node.kind != "list":
         return None
@@ -361,7 +364,7 @@ def _says_a_condition(node: Node, joints: Sequence[str]) -> bool:
 
 
 _GROUPS_AFTER = re.compile(r"(?:[-+*/^=·−]|\b(?:sin|cos|tan|sqrt|exp|abs|asin|acos|atan|arcsin|arccos|arctan))\s*$")
-"""Text before a bracket that only groups: an operator, or a function of one argument."""
+"""Matches text before a bracket that only groups: an operator, or a function of one argument."""
 NEAR = 40
 """Number of characters inspected on each side of a bracket."""
 _CALLED, _GROUPS_BEFORE = re.compile(r"\w\s*$"), re.compile(r"\s*[-+*/^·−]")
@@ -370,7 +373,7 @@ _CALLED, _GROUPS_BEFORE = re.compile(r"\w\s*$"), re.compile(r"\s*[-+*/^·−]")
 def with_points(text: str) -> str:
     """Return the text with decimal commas, as in 0,5, replaced by points.
 
-    Commas between the entries of a list and between the arguments of a function stay.
+    Commas between entries of a list, or between arguments of a function, don't change.
 
     >>> with_points("a1*(0,06*s2 - 1,5)"), with_points("[0,5]"), with_points("atan2(1,2)")
     ('a1*(0.06*s2 - 1.5)', '[0,5]', 'atan2(1,2)')
@@ -401,7 +404,7 @@ def _ends_of_brackets(text: str) -> dict[int, int]:
 
 
 def _only_groups(text: str, begin: int, end: int | None) -> bool:
-    """Return whether a bracket groups a formula rather than a list: an operator or a function applies to it."""
+    """Return whether a bracket contains a formula and not a list, because an operator or function applies to it."""
     before, after = text[max(0, begin - NEAR) : begin], "" if end is None else text[end + 1 : end + NEAR]
     return bool(_GROUPS_AFTER.search(before) or (not _CALLED.search(before) and _GROUPS_BEFORE.match(after)))
 
@@ -416,7 +419,7 @@ def read_any(text: str) -> ParsedAnswer:
 
 
 def _parse(text: str, domain: Domain) -> ParsedAnswer:
-    """Return the parsed text with its tree only, or with the judgement if it is empty or can't be parsed."""
+    """Parse a text into a tree only; if it is blank or can't be parsed, return the refused answer."""
     if not text.strip():
         return ParsedAnswer(text, missing())
     try:
@@ -445,9 +448,9 @@ def is_all_blank(node: Node) -> bool:
 
 
 def _right_side(tree: Node, domain: Domain, labels: Sequence[str] = ()) -> Node:
-    """Return the value in "J = …", "… = J" or "det: …".
+    """Return the value in "J = …", "… = J" or "det: …"; return any other tree unchanged.
 
-    The name is one that the student introduced, or the only one of `labels`.
+    The student may have introduced the name; otherwise, it must be the only one in `labels`.
     """
     statement = tree.args[0] if tree.kind == "dict" and len(tree.args) == 1 else tree
     sides = chain_of(statement) or (statement.args if statement.kind == "pair" else ())
@@ -466,7 +469,7 @@ LINEAR, ANGULAR = ("vx", "vy", "vz"), ("wx", "wy", "wz")
 
 
 def _other_component(tree: Node, labels: Sequence[str]) -> str:
-    """Return the name before a formula if it is a velocity component other than the expected one, else ""."""
+    """Return the name before a formula if it is another velocity component than the expected one, else ""."""
     if [label for label in map(_label_of, labels) if label in LINEAR] == [] or len(labels) != 1:
         return ""
     while tree.kind in ("list", "set", "dict") and len(tree.args) == 1:
@@ -478,7 +481,7 @@ def _other_component(tree: Node, labels: Sequence[str]) -> str:
 
 
 def _is_called(node: Node) -> bool:
-    """Return whether a node is a name rather than a formula: words, dx/dq, |J| or the power of a name, as J^-1."""
+    """Return whether a node is a name rather than a formula: words, dx/dq, |J|, or a power of a name such as J^-1."""
     node = node.args[0] if node.kind == "call" and node.value == "abs" else node
     while node.kind in ("*", "/") and node.args[1].kind == "name":
         node = node.args[0]
@@ -486,7 +489,7 @@ def _is_called(node: Node) -> bool:
 
 
 def _is_of_entries(node: Node) -> bool:
-    """Return whether a formula contains only entries of the Jacobian, as J11*J22 - J12*J21."""
+    """Return whether a formula contains only entries of the Jacobian, as in J11*J22 - J12*J21."""
     return bool(names(node)) and all(_ENTRY.fullmatch(name) for name in names(node))
 
 
@@ -494,7 +497,7 @@ _ENTRY = re.compile(r"[jJ]_?[1-6]{2}")
 
 
 def _spread(tree: Node, expected: Sequence[str]) -> Node:
-    """Return the tree with z0 = z1 = a split into z0 = a, z1 = a if all names are `expected`, also in a list."""
+    """Return the tree with z0 = z1 = a, also within a list, split into z0 = a and z1 = a if both names are expected."""
     if tree.kind not in ("and", "list", "set"):
         return tree
     labels, statements = set(map(_label_of, expected)), list[Node]()
@@ -513,7 +516,7 @@ def _find_rows(tree: Node) -> Matrix | None:
 
 
 def _require_rows(tree: Node, what: str, labels: Sequence[str] = (), shape: tuple[int, int] = (0, 0)) -> Matrix:
-    """Return the entries of an answer in rows and columns, without labels. Raises _Refusal."""
+    """Return the entries of an answer in rows and columns, without their names. Raises _Refusal."""
     try:
         return as_matrix(_unlabelled(tree, labels, shape))
     except ReadError as error:
@@ -565,9 +568,9 @@ def _refuse_repetition(node: Node) -> Node:
 
 
 def _of_vectors(node: Node, shape: tuple[int, int], labels: Sequence[str], columns: Sequence[str]) -> Node | None:
-    """Return the matrix given by v = […], ω = […] or by z0 = […], z1 = […], in any order; None for anything else.
+    """Return the matrix that v = […], ω = […] or z0 = […], z1 = […] define, in any order; None for anything else.
 
-    The columns of a Jacobian are named J1, J2, …, and the screws S1, S2, ….
+    The columns of a Jacobian may also be named J1, J2, …, and screws S1, S2, ….
     """
     if node.kind not in ("dict", "list", "set", "and") or not all(map(_name_before, node.args)):
         return None
@@ -592,7 +595,7 @@ _COLUMNS = ("j", "s")
 
 
 def _name_before(node: Node) -> str:
-    """Return the name before an entry, or "". There S1 is a screw, although it was parsed as sin(theta1)."""
+    """Return the name before an entry, or "". Here S1 is the name of a screw, although it was parsed as sin(theta1)."""
     name = node.args[0] if node.kind in ("pair", "eq") else node
     if node.kind in ("pair", "eq") and name.kind == "call" and name.value == "sin" and name.args[0].kind == "name":
         return str(name.args[0].value).replace("theta", "s")
@@ -615,7 +618,7 @@ def _is_labelled(node: Node) -> bool:
 
 
 def _label_of(name: str) -> str:
-    """Return the normalized name of an entry: P_x, p_x and px become x, v_x and x_dot become vx, ω_x becomes wx."""
+    """Return the normalized name of an entry: P_x, p_x and px become x; v_x and x_dot become vx; ω_x becomes wx."""
     plain = name.replace("_", "").lower()
     plain = VOCABULARY["velocities"].get(plain, plain)
     for spelled, letter in VOCABULARY["spelled"].items():
@@ -646,7 +649,7 @@ _COMMAS = "; where 0,5 is a number, put semicolons or a comma and a space betwee
 
 
 def _as_in(shape: tuple[int, int], entry: str = "a") -> str:
-    """Return an example of how an answer of this shape is typed: [a, b], or [[a, b], [c, d]]."""
+    """Return an example of a typed answer of this shape: [a, b], or [[a, b], [c, d]]."""
     rows, columns = shape
     if max(shape) > _MOST_SHOWN:
         row = entry if columns == 1 else f"[{entry}, {'…, ' if columns > 2 else ''}{entry}]"  # too many to show
@@ -660,7 +663,7 @@ _MOST_SHOWN = 3
 
 
 def _require_scalars(rows: Matrix, what: str) -> None:
-    """Raise _Refusal if an entry that was not left blank is a list or a statement."""
+    """Raise _Refusal if any entry is a list or a statement; entries that were left blank are allowed."""
     try:
         for entry in (entry for row in rows for entry in row if not has_blank(entry)):
             refuse_statements(entry)

@@ -1,4 +1,4 @@
-"""Parse a text as the answer to one part of a problem, in the form that the part expects."""
+"""Parse a text as the answer to one part of a problem, in the form that is expected there."""
 
 import re
 from dataclasses import dataclass, replace
@@ -25,8 +25,8 @@ from qdot.grader.judging.functions import constant_text, is_table, read_table
 class ExpectedForm:
     """The form in which a part's answer is expected, and the names that it may contain.
 
-    The entries of a vector may be named by `labels`, the columns of a matrix by `columns`. `metres` is the power of
-    metres that is the unit of a determinant.
+    The entries of a vector may be named by `labels`, and the columns of a matrix by `columns`. The unit of a
+    determinant is m^`metres`.
     """
 
     answer: answers.Answer
@@ -45,7 +45,7 @@ def expected_form(problem: Problem, part: Part) -> ExpectedForm:
 
 
 def read_answer(problem: Problem, part: Part, text: str, points_seed: str = "") -> ParsedAnswer:
-    """Parse a text as the answer to a part; `points_seed` determines the points at which a function was called.
+    """Parse a text as the answer to a part; `points_seed` determines at which points a Python function was called.
 
     >>> from qdot import generate
     >>> problem = generate("planar-2r/7", ["position"])
@@ -56,7 +56,7 @@ def read_answer(problem: Problem, part: Part, text: str, points_seed: str = "") 
 
 
 def read_as(expected: ExpectedForm, text: str, points_seed: str = "") -> ParsedAnswer:
-    """Parse a text as the expected answer, as `read_answer` does."""
+    """Parse a text in the expected form, as `read_answer` does."""
     if is_table(text):
         constant = constant_text(text)
         if constant is None:
@@ -75,7 +75,7 @@ def read_as(expected: ExpectedForm, text: str, points_seed: str = "") -> ParsedA
 
 
 _CUBIC = re.compile(r"(?<![\w])(?:m|\\mathrm\{m\}|\\text\{m\})(?:\^\(?3\)?|\^\{3\}|³|\*\*3)[\])]?[ .$]{0,9}$")
-"""Cubic metres at the end of an answer."""
+"""Matches cubic metres at the end of an answer."""
 CUBED = 3
 
 

@@ -1,4 +1,4 @@
-"""Parse and judge letters of options: one option, several, or one for each item; true or false."""
+"""Parse and judge answers that choose options by letters: one option, several, one for each item, or true or false."""
 
 import re
 import unicodedata
@@ -19,7 +19,7 @@ NOTHING = ("", "blank", "ellipsis", "none")
 
 
 LONGEST = 1000
-"""Maximum number of characters of an answer (with single spaces) that are searched for an option."""
+"""Maximum number of characters of an answer, with single spaces, that are searched for an option."""
 
 
 def read_choice(text: str, options: Sequence[str]) -> ParsedAnswer:
@@ -45,7 +45,7 @@ def read_matching(text: str, items: Sequence[str], options: int) -> ParsedAnswer
 
 
 def _parse(text: str, chosen: Sequence[int] | None, problem: str) -> ParsedAnswer:
-    """Return the chosen options as an answer; refuse a blank text, and a text without options for the given reason."""
+    """Return the chosen options as an answer; refuse a blank text, or a text without options with the given reason."""
     if _strip(text) in NOTHING:
         return ParsedAnswer(text, _BLANK)
     return refuse(text, f"{text[:40]!r} {problem}") if chosen is None else ParsedAnswer(text, chosen=tuple(chosen))
@@ -55,7 +55,7 @@ _BLANK = missing("the answer was left blank")
 
 
 def chosen_letters(student: str, options: int) -> list[int] | None:
-    r"""Return the options for consecutive letters, or letters separated by commas; None for any other text.
+    r"""Return the indices of the options that letters name, with or without commas; None for any other text.
 
     >>> chosen_letters("A, c", 4), chosen_letters("['B', 'A']", 4), chosen_letters("{1: 'B', 2: 'A'}", 4)
     ([0, 2], [1, 0], [1, 0])
@@ -70,9 +70,9 @@ def chosen_letters(student: str, options: int) -> list[int] | None:
 
 
 def _plain(text: str) -> str:
-    """Return a text in lower case, with wide letters as plain ones and without invisible marks.
+    """Return a text in lower case, with full-width letters replaced by ordinary ones and without invisible characters.
 
-    A text longer than any option is cut off and marked, so that it matches no option.
+    A text longer than any option is truncated, and a special character at its end ensures that it matches no option.
     """
     words = " ".join(text.split())
     visible = "".join(sign for sign in words[:LONGEST] if unicodedata.category(sign) != "Cf")
@@ -85,11 +85,11 @@ def _strip(student: str) -> str:
 
 
 _LABEL = re.compile(r"^(?:answer|option|antwort|lösung|solution)(?: is| ist| ?[:=])? ?(?=[\"'(\[]?[a-h](?![a-z]))")
-"""The words before a letter, as in "Answer: C"."""
+"""Matches the words before a letter, as in "Answer: C"."""
 
 
 def chosen_option(student: str, options: Sequence[str]) -> int | None:
-    """Return the option with this letter or text; None if there is no such option or several."""
+    """Return the index of the option with this letter or text; None if there is no such option, or several."""
     plain = _strip(student)
     if tuple(options) == TRUE_FALSE:
         plain = {"t": "true", "f": "false"}.get(plain, plain)

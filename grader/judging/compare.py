@@ -1,4 +1,4 @@
-"""Compare two texts as the grader does, and return a judgement (`qdot compare`)."""
+"""Compare a student's text with a reference as the grader does, and return a judgement (`qdot compare`)."""
 
 import contextlib
 import hashlib
@@ -82,7 +82,7 @@ def _domain(nodes: Sequence[Node], student: str, joints: Sequence[str]) -> Domai
 
 
 def compare_line(line: str, number: int) -> dict[str, Any]:
-    """Return the answer to one line of a batch, in the form of docs/schemas/compare.json.
+    """Judge the request in one line of a batch, and return the response in the form of docs/schemas/compare.json.
 
     Raises QdotError if the line is not a valid request.
     """
@@ -101,7 +101,7 @@ def compare_line(line: str, number: int) -> dict[str, Any]:
 
 
 def compare_lines(lines: Iterable[str], refused: list[str]) -> Iterator[str]:
-    """Yield one line of JSON for each nonempty line of a batch; append the errors of invalid requests to `refused`."""
+    """Yield one line of JSON for each nonempty line of a batch; append the errors in invalid requests to `refused`."""
     for number, line in enumerate(lines, 1):
         if not line.strip():
             continue

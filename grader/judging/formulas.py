@@ -42,13 +42,13 @@ from qdot.grader.judging.verdict import (
 )
 
 IMAGINARY = 1e-12
-"""An imaginary part below this share of a number is rounding."""
+"""An imaginary part below this fraction of a number is a rounding error."""
 
 
 def judge_expression(
     parsed: ParsedAnswer, reference: Node, domain: Domain, seed: str, rounding: Rounding | None = None
 ) -> Judgement:
-    """Judge a formula; `rounding` is the error allowed for its decimals."""
+    """Judge a formula; `rounding` is the error that is allowed for decimals in it."""
     if parsed.refusal is not None:
         return parsed.refusal
     comparison = compare_entries(parsed.entries, [reference], domain, seed, rounding)
@@ -62,8 +62,8 @@ def judge_matrix(
 ) -> Judgement:
     """Judge a matrix or vector entry by entry.
 
-    The share is the number of correct entries, minus zeros that were answered with something else, divided by the
-    number of nonzero entries. Zeros don't count as correct entries, so that a matrix of zeros earns nothing.
+    The share is the number of correct nonzero entries, minus the number of wrong entries that should be zero, divided
+    by the number of nonzero entries in the reference. So a matrix of zeros earns nothing.
     """
     if parsed.refusal is not None:
         return parsed.refusal
@@ -78,7 +78,7 @@ def judge_matrix(
 
 
 def matrix_judgement(comparison: Comparison, blanks: Sequence[bool], reference: Matrix, unknown: str = "") -> Judgement:
-    """Return the judgement on a matrix whose entries were compared; `unknown` is a sentence on unknown symbols."""
+    """Return the judgement on a matrix whose entries were compared; `unknown` is a message about unknown symbols."""
     columns = len(reference[0])
     equal = [same and not blank for same, blank in zip(comparison.equal, blanks, strict=True)]
     is_zero = [entry.kind == "number" and not entry.value for row in reference for entry in row]
@@ -94,7 +94,7 @@ def matrix_judgement(comparison: Comparison, blanks: Sequence[bool], reference: 
 
 
 def _count(equal: Sequence[bool], blanks: Sequence[bool], is_zero: Sequence[bool], what: str = "entries") -> str:
-    """Return a sentence on the number of correct entries; entries that are zero in the reference don't count."""
+    """Return a phrase with the number of correct entries; entries that are zero in the reference don't count."""
     zeros = list(is_zero) if not all(is_zero) else [False] * len(is_zero)
     correct_count = sum(same and not zero for same, zero in zip(equal, zeros, strict=True))
     total = len(zeros) - sum(zeros)
@@ -113,7 +113,7 @@ def _count(equal: Sequence[bool], blanks: Sequence[bool], is_zero: Sequence[bool
 
 
 def _difference(comparison: Comparison, columns: int) -> str:
-    """Return a sentence on the first entry that differs, with both values; "" if no answered entry differs."""
+    """Return a phrase on the first entry that differs, with both values; "" if no answered entry differs."""
     example = comparison.certificate.counterexample
     if not isinstance(example, EntryDifference):
         return ""
@@ -122,7 +122,7 @@ def _difference(comparison: Comparison, columns: int) -> str:
 
 
 def unknown_symbols(parsed: ParsedAnswer, domain: Domain) -> str:
-    """Return a sentence on symbols in the answer that are unknown in the problem; "" if there are none."""
+    """Return a message about symbols in the answer that the problem doesn't define; "" if there are none."""
     unknown = parsed.symbols - set(domain.roles)
     if not unknown:
         return ""
@@ -169,8 +169,8 @@ def judge_direction(
 ) -> Judgement:
     """Judge a vector, which is correct if it is the reference times any nonzero factor.
 
-    Without `tolerance` both are formulas that must be equal up to the factor at every configuration. With it they are
-    numbers, and `tolerance` is the largest allowed norm of the difference of the unit vectors.
+    Without `tolerance`, both vectors are formulas, which must be equal up to the factor at every configuration. With
+    it, both are numeric, and `tolerance` is the largest allowed norm of the difference of the unit vectors.
     """
     if parsed.refusal is not None:
         return parsed.refusal
@@ -203,10 +203,10 @@ def _judge_symbolic_direction(parsed: ParsedAnswer, reference: Sequence[Node], d
 
 
 def _certificate_for_pivot(certificate: Certificate, expected: Node, answered: Node, pivot: int) -> Certificate:
-    """Return the certificate with the student's entry and the value it should have for the pivot as answered.
+    """Return the certificate with the student's entry, and with the value that fits the student's pivot.
 
-    The comparison multiplied both values by the `expected` pivot. If that is zero at the counterexample, the answered
-    pivot is not, so that the counterexample shows the pivot instead.
+    The comparison multiplied both values by the `expected` pivot. If this pivot is zero at the counterexample, the
+    student's pivot is not, so the counterexample shows the pivot instead.
     """
     example = certificate.counterexample
     if not isinstance(example, EntryDifference):
@@ -215,7 +215,7 @@ def _certificate_for_pivot(certificate: Certificate, expected: Node, answered: N
         return certificate
     at = {name: np.array([value]) for name, value in example.at.items()}
     scale, value = (complex(pivots[0]) for pivots in evaluate(compile_program([expected, answered]), at, 1)[0])
-    if not scale:  # e.g. -sin(theta1) at theta1 = 0, which is a possible readable value
+    if not scale:  # e.g. -sin(theta1) at theta1 = 0; readable sample values may be 0
         return replace(certificate, counterexample=EntryDifference(pivot, example.at, number(value), 0.0))
     values = tell_apart(example.yours / scale, example.expected / scale)
     return replace(certificate, counterexample=EntryDifference(example.entry, example.at, *values, pivot))
@@ -249,10 +249,11 @@ def judge_singular(
     seed: str,
     rounding: Rounding | None = None,
 ) -> Judgement:
-    """Judge a set of singular configurations by the configurations it contains.
+    """Judge a set of singular configurations by the configurations that it contains.
 
-    The reference lists for each condition its values, or the condition itself. The share depends on how many conditions
-    are found completely or in part, and on how many claimed conditions are not singular (`share_of_set`).
+    For each condition, the reference contains a list of its values, or the condition itself. The share depends on how
+    many conditions are found completely or in part, and on how many claimed conditions are not singular
+    (`share_of_set`).
     """
     if parsed.refusal is not None or parsed.tree is None:
         return parsed.refusal or missing()
@@ -268,7 +269,7 @@ def judge_singular(
         return judged
     try:
         is_better = _judge_set(parse_claims(combined, joints), reference_pieces, space, seed).share > judged.share
-    except ReadError:  # too many cases
+    except ReadError:  # the combined conditions have too many cases
         return judged
     return replace(judged, reason=f"{OR}; {judged.reason}") if is_better else judged
 
@@ -301,7 +302,7 @@ def _judge_set(
     tolerant_comparison = (
         compare_sets(claimed, reference_pieces, tolerant_space, seed) if comparison.rounded else comparison
     )
-    # An unsound piece may happen to cover part of the reference; only sound pieces count for the share.
+    # A piece that is not singular everywhere may cover part of the reference; only sound pieces count for the share.
     sound = [piece for piece, held in zip(claimed, tolerant_comparison.sound, strict=True) if held]
     matched = _count_matched(compare_sets(sound, reference_pieces, tolerant_space, seed).covered, conditions)
     claims = [(_joints_of(piece, space), held) for piece, held in zip(claimed, tolerant_comparison.sound, strict=True)]
@@ -330,7 +331,7 @@ def _joints_of(piece: Piece, space: Space) -> frozenset[str]:
 
 
 def _count_matched(covered: Sequence[bool | None], conditions: Sequence[Sequence[Piece]]) -> list[tuple[int, int]]:
-    """Return for each condition the number of covered pieces, and the number of pieces that aren't empty."""
+    """Return for each condition the number of pieces that are covered, and the number of nonempty pieces."""
     remaining = iter(covered)
     groups = ([held for held in islice(remaining, len(condition)) if held is not None] for condition in conditions)
     return [(sum(group), len(group)) for group in groups if group]
@@ -352,7 +353,7 @@ def _matched_words(matched: Sequence[tuple[int, int]], unsound: int) -> str:
 
 
 def by_joints(reference: Sequence[Node], joints: Sequence[str]) -> list[list[Node]]:
-    """Return the conditions grouped by the joints they contain, because their true grouping is unknown."""
+    """Return conditions grouped by the joints that they contain, because the correct grouping is unknown."""
     groups: dict[frozenset[str], list[Node]] = {}
     for tree in reference:
         groups.setdefault(frozenset(names(tree) & set(joints)), []).append(tree)

@@ -1,8 +1,9 @@
 """Judge answers that are Python functions by their values at random points.
 
-A function that accepts symbols leaves the sandbox as a formula and is not judged here (see `callables`). The values
-judged here are doubles from the student's code, which can't be recomputed with more digits. They must be correct to
-nine digits, relative to the size of the terms, or as the assignment allows. Nobody knows the points beforehand.
+A function that accepts symbols is converted to a formula in the sandbox and is not judged here (see `callables`). The
+values judged here are double-precision numbers from the student's code, which can't be recomputed with more digits.
+They must be correct to nine digits, relative to the size of the terms, or within the assignment's tolerance. Nobody
+knows the points beforehand.
 """
 
 import hashlib
@@ -36,7 +37,7 @@ SHOWN = f"a Python function; its values at {POINTS} random configurations were c
 
 
 def calls_of(problem: Problem, domain: Domain, seed: str) -> Calls:
-    """Return the calls of a student's function: the joints, and the names and values of all symbols at the points."""
+    """Return the arguments of the calls of a student's function: the joints, and all symbols with their values."""
     values = _points(domain, seed)
     symbols = tuple(sorted(values))
     points = np.array([values[symbol] for symbol in symbols]).T.tolist()
@@ -48,7 +49,7 @@ def _points(domain: Domain, seed: str) -> dict[str, np.ndarray]:
 
 
 def is_table(answer: str) -> bool:
-    """Return whether an answer is a table of a function's values."""
+    """Return whether an answer is a table of the values of a Python function."""
     return answer.startswith(TABLE)
 
 
@@ -80,7 +81,7 @@ def table_values(answer: str) -> tuple[tuple[int, ...] | None, np.ndarray]:
 
 
 def judge_function(part: Part, table: Table, joints: Sequence[str], known: Iterable[str]) -> Judgement:
-    """Judge the values of a function of the `joints`. A malformed table is the student's own, and wrong."""
+    """Judge the values of a function of the `joints`. A malformed table was typed by the student, and is wrong."""
     if not part.answer.entries():
         return wrong("a function of the configuration stands where no formula is due")
     reference = part.answer.trees(known)

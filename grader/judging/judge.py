@@ -1,4 +1,4 @@
-"""Judge an answer of any type to one part of a problem by comparing it with the reference."""
+"""Judge an answer of any type to one part of a problem, by comparing it with the reference."""
 
 import secrets
 from dataclasses import dataclass
@@ -38,7 +38,7 @@ def judge_given(problem: Problem, part: Part, parsed: ParsedAnswer, seed: str) -
 
 @dataclass(frozen=True)
 class _Judging(answers.AnswerVisitor[Judgement]):
-    """Judges a parsed answer by the method for the expected form."""
+    """Judges a parsed answer; each method is for one type of answer."""
 
     problem: Problem
     part: Part
