@@ -4,9 +4,9 @@ From the bottom up:
 
     vectors                     rotations about axes; cross products
     conventions/                how arms are presented: a class for each convention, with all that depends on it
-    chain                       a DH table with base, point of interest and task: the only description of an arm
+    chain                       an arm: its DH table, base, point of interest and task
     kinematics, trigonometry    frames and Jacobians; exact equality of trigonometric polynomials, and textbook factors
-    existence_conditions        for which lengths a condition holds anywhere
+    existence_conditions        the lengths for which a condition can hold at some configuration
     transforms                  the poses of the frames of a structure; its Jacobian in the last frame
     axes_to_dh, standard_table  the standard table of an arm that is described by its axes or by a modified table
     arithmetic                  the arithmetic of a derivation: numbers, SymPy or formula trees
@@ -14,7 +14,7 @@ From the bottom up:
     derivation                  all results, by both routes, once per structure
     joint_solvability           whether conditions can hold simultaneously
     singularity                 where the Jacobian loses rank
-    axes, reason                how axes are arranged at a configuration; whether that is why it is singular
+    axes, reason                how axes are arranged at a configuration; whether this is the reason for a singularity
     normalized_arm              an arm without joint offsets and base position, on which singularities do not depend
     lengths                     lengths replaced by symbols, and values substituted for symbolic lengths
     reach, three_joints         which points an arm reaches, and whether it reaches beyond its current position
@@ -24,9 +24,9 @@ From the bottom up:
     classification              the kinds of singular sets, and what their configurations look like
     difficulty                  how hard an arm is to work through by hand
     directions, meanings        which motion is lost at a singular configuration; statements about its look
-    mpmath_kinematics, path     the numeric arm with many digits; along a straight line
-    entry                       one entry of a table
-    urdf, robot_file            the user's own arm: a URDF; a ROBOT.toml in any convention
-    robot_text                  an arm written as ROBOT.toml
-    library                     real robots, by their names
+    mpmath_kinematics, path     the numeric arm with many digits; its motion along a straight line
+    entry                       parser for one entry of a table
+    urdf, robot_file            readers of the user's own arm: a URDF; a ROBOT.toml in any convention
+    robot_text                  writer of an arm as ROBOT.toml
+    library                     the library of real robots
 """

@@ -15,18 +15,21 @@ from qdot.exercises.arm.chain import Base, Joint, Point
 from qdot.exercises.arm.vectors import rot_x, rot_z
 
 NEAR = sp.Float("1e-9")
-"""A number below this counts as zero, and an angle this close to a multiple of pi/12 counts as that multiple, because
-descriptions are rounded."""
+"""Tolerance for zero and for multiples of pi/12, because the numbers that users write are rounded."""
 EXACT, _DUST, _PLACES = sp.Float("1e-45"), sp.Float("1e-50"), 60
-"""The tolerance for recognising an exact number, the rounding error of zero, and the number of digits."""
+"""The tolerance for recognising an exact number, the size below which a number is a rounding error of zero, and the
+number of digits of computations."""
 _DIGITS = 10
-"""Decimals of a number that has no simple form."""
+"""Number of decimals to which a number without a simple form is rounded."""
 _SMALL, _SMALL_SQUARE = 10**8, 10**16
 """The largest denominators of a fraction that is not a decimal, and of a fraction under a root: lengths along an axis
 (1, 2, 3) or (0, 3, 4) have large ones. With 45 matching digits, neither is a coincidence.
 """
 _SUMS = 10**4
-"""The largest whole number in a sum of 1 and the roots of 2, 3 and 6, as rotations by 30 and 45 degrees produce."""
+"""The largest whole-number coefficient in a combination of 1 and the roots of 2, 3 and 6.
+
+Rotations by 30 and 45 degrees produce such combinations.
+"""
 
 
 @dataclass(frozen=True)
@@ -37,7 +40,7 @@ class Pose:
     origin: sp.Matrix
 
     def __matmul__(self, inner: "Pose") -> "Pose":
-        """Return, in the outer frame, a pose that is given in this frame."""
+        """Convert a pose from this frame to the outer frame."""
         origin = self.origin + self.rotation * inner.origin
         return Pose(_evaluate_matrix(self.rotation * inner.rotation), _evaluate_matrix(origin))
 

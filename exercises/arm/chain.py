@@ -1,4 +1,4 @@
-"""Describe serial chains by standard (distal) Denavit-Hartenberg tables.
+"""The description of a serial chain by its standard (distal) Denavit-Hartenberg table.
 
 Frame i is fixed to link i: T_{i-1,i} = Rz(theta_i) Tz(d_i) Tx(a_i) Rx(alpha_i). The joint variable is `theta_i` for a
 revolute joint (rad) and `d_i` for a prismatic joint (m), each with an optional offset. Everything is expressed in the
@@ -17,7 +17,7 @@ from qdot.exercises.arm.conventions.screws import Screws
 from qdot.exercises.common.errors import QdotError, unknown
 
 TASK_ROWS = VELOCITIES
-"""Names of the rows of the 6 x n Jacobian, linear first (6.6)."""
+"""The names of the rows of the 6 x n Jacobian, linear first (6.6)."""
 
 ANGLES = ("alpha", "fixed", "base_yaw", "base_tilt")
 """The prefixes of the names of constant angles in `Chain.map_entries`."""
@@ -31,9 +31,10 @@ TWIST_ORDERS = Screws.twist_orders
 
 @dataclass(frozen=True)
 class Joint:
-    """One row of the table: kind "R" or "P", and theta (rad), d (m), a (m), alpha (rad).
+    """One row of the table: the joint's kind "R" or "P", and theta (rad), d (m), a (m), alpha (rad).
 
-    Its own variable is theta_i or d_i, to which a constant may be added. Raises QdotError for another kind.
+    The entry theta (revolute) or d (prismatic) is the joint variable theta_i or d_i, plus a constant if needed. Raises
+    QdotError for any other kind.
 
     >>> Joint("R", "theta1 + pi/2", 0, "a1", 0).theta
     theta1 + pi/2
@@ -68,7 +69,7 @@ class Base:
 
 @dataclass(frozen=True)
 class Point:
-    """The point of interest: `offset` (m) in the coordinates of frame `frame`, with which it moves."""
+    """The point of interest, which is fixed in frame `frame` at the coordinates `offset` (m)."""
 
     frame: int
     offset: tuple[sp.Expr, sp.Expr, sp.Expr] = (sp.S.Zero, sp.S.Zero, sp.S.Zero)
@@ -81,14 +82,18 @@ class Point:
 
 @dataclass(frozen=True)
 class Chain:
-    """A robot arm with its task: DH table, base, point of interest and the rows of J that count.
+    """A robot arm with its task: DH table, base, point of interest, and the rows of J that belong to the task.
 
-    `joints` are the rows of the standard (distal) table, `task` some of TASK_ROWS; without a `tool`, the point of
-    interest is the last frame's origin. `convention`, one of CONVENTIONS, is how the arm is presented to people: it
-    determines the frames of the links (`link_frames`), and does not change how the arm moves. `axis_points` are points
-    on the joint axes at home that a file names (world frame, m; None for a prismatic joint), empty if it names none.
-    `twist_order`, one of TWIST_ORDERS, is the order of twists if the arm is described by its axes. Raises QdotError for
-    an invalid table or task.
+    - `joints`: the rows of the standard (distal) table.
+    - `task`: some of TASK_ROWS.
+    - `tool`: the point of interest; if it is None, the point is the origin of the last frame.
+    - `convention`: how the arm is presented to people, one of CONVENTIONS. It determines the frames of the links
+      (`link_frames`), but not how the arm moves.
+    - `axis_points`: the points on the joint axes at home that the arm's file gives (world frame, m; None for a
+      prismatic joint). It is empty if the file gives none.
+    - `twist_order`: the order of twists, one of TWIST_ORDERS, if the arm is described by its axes.
+
+    Raises QdotError for an invalid table or task.
 
     >>> Chain("mine", (Joint("R", "theta1", 0, "a1", 0), Joint("P", 0, "d2", 0, 0)), ("vx", "vy"))
     Chain(mine: RP, vx vy of frame 2)
@@ -124,6 +129,7 @@ class Chain:
             self._check_row(number, joint)
 
     def _check_row(self, number: int, joint: Joint) -> None:
+        """Raise QdotError if joint variables occur anywhere but in their own entry."""
         variable = self.q[number - 1]
         moving_value = joint.theta if joint.kind == "R" else joint.d
         fixed_value = joint.d if joint.kind == "R" else joint.theta
@@ -179,7 +185,7 @@ class Chain:
 
     @property
     def linear_rows(self) -> tuple[str, ...]:
-        """The coordinates of the point's velocity that belong to the task, out of "x", "y", "z"."""
+        """The components of the point's velocity that belong to the task: some of "x", "y", "z"."""
         return tuple(row[1] for row in self.task if row[0] == "v")
 
     @property
@@ -193,6 +199,7 @@ class Chain:
         return self._is_polar()
 
     def _is_polar(self) -> bool:
+        """Return whether the arm is a planar RP arm."""
         if [joint.kind for joint in self.joints] != ["R", "P"] or self.joints[0].d != 0:
             return False
         is_in_plane = self.joints[0].alpha in (sp.pi / 2, -sp.pi / 2) and self.joints[1].theta in (0, sp.pi)
@@ -209,8 +216,8 @@ class Chain:
     def map_entries(self, change: Callable[[str, sp.Expr], sp.Expr]) -> "Chain":
         """Return the arm with each entry of its table, base and point replaced by `change(name, entry)`.
 
-        The names are theta1, d1, a1, alpha1 (fixed1 for the constant theta of a prismatic joint), base_x, base_yaw,
-        base_tilt, and point_x.
+        The names of entries are theta1, d1, a1, alpha1 and so on, base_x, base_yaw, base_tilt, and point_x. The
+        constant theta of a prismatic joint is called fixed1.
         """
         joints = tuple(
             Joint(

@@ -46,7 +46,7 @@ class TableRow:
 
 @dataclass(frozen=True)
 class Table:
-    """The DH table with base and point, from which every derivation starts."""
+    """The DH table with base and point of interest, from which every derivation starts."""
 
     rows: tuple[TableRow, ...]
     base: tuple[np.ndarray, np.ndarray, np.ndarray]
@@ -69,8 +69,8 @@ Change = Callable[["Working", Any], Any]
 class Working:
     """The stages of a derivation for one arm in one arithmetic; `changes` are the mistakes in it.
 
-    Stages (STAGES) are computed on demand. `before` is the working without the newest mistakes (`fresh`), if any. It
-    supplies the stages that these cannot affect.
+    Stages (STAGES) are computed on demand. If the working was made from another one by adding mistakes (`fresh`),
+    `before` is that other working. Stages that the new mistakes cannot affect are taken from it.
     """
 
     chain: Chain
@@ -110,14 +110,14 @@ class Working:
         return Working(self.chain, self.arithmetic, remaining_changes, _turns=self._turns)
 
     def turn(self, row: TableRow) -> np.ndarray:
-        """Return the rotation Rz Rx of a row of the table; it is cached for the same angle objects."""
+        """Return the rotation Rz(theta) Rx(alpha) of a row; it is cached for the same theta and alpha objects."""
         key = (id(row.theta), id(row.alpha))
         if key not in self._turns:
             self._turns[key] = (row, product(turn_z(self, row.theta), turn_x(self, row.alpha)))
         return self._turns[key][1]
 
     def up_to(self, frame: int) -> "Working":
-        """Return the same working, with its mistakes, for the first joints only: for a frame's origin and its link."""
+        """Return the working for the first joints only, with the same mistakes; its point is the origin of `frame`."""
         if frame not in self._first:
             before = None if self.before is None else self.before.up_to(frame)
             shorter = before.chain if before else convention_of(self.chain).first_joints(frame)
@@ -145,7 +145,7 @@ class Working:
 
 
 def numbers(chain: Chain, values: Mapping[str, np.ndarray]) -> Working:
-    """Return the correct working at the configurations that the values of the symbols describe."""
+    """Return the correct working in numbers; `values` holds the values (N,) of each symbol at N configurations."""
     return Working(chain, Numbers([q.name for q in chain.q], values))
 
 
@@ -155,7 +155,7 @@ def trees(chain: Chain) -> Working:
 
 
 def formulas(chain: Chain) -> Working:
-    """Return the correct working in formulas."""
+    """Return the correct working in SymPy expressions."""
     return Working(chain, Formulas([q.name for q in chain.q]))
 
 
@@ -242,7 +242,7 @@ def _point(w: Working) -> np.ndarray:
 
 
 def _effects(w: Working) -> np.ndarray:
-    """Return the effect of each joint on each link, (n, n + 1, 3, …): the derivative of that link's vector."""
+    """Return the effect of each joint on each link's vector, (n, n + 1, 3, …): its derivative by the joint variable."""
     derivatives = [w.arithmetic.slopes(link)[: w.n] for link in w["links"]]
     effects = np.stack(derivatives, axis=1)
     excluded = [k for k in range(w.n + 1) if k not in links_to_point(w.chain)]
@@ -255,7 +255,7 @@ def _axes(w: Working) -> np.ndarray:
 
 
 def _origins_on_axes(w: Working) -> np.ndarray:
-    """Return the origins of the frames on the joint axes and the one after them, (n + 1, 3, …)."""
+    """Return the origin of the frame on each joint axis, followed by the origin of the last frame, (n + 1, 3, …)."""
     if not convention_of(w.chain).is_proximal:
         return np.asarray(w["origins"])
     offsets = [row.d * rotation[:, 2] for row, rotation in zip(w["table"].rows, w["rotations"], strict=False)]
@@ -280,7 +280,7 @@ def _linear(w: Working) -> np.ndarray:
 
 
 def _kinds(w: Working) -> list[str]:
-    """Return the kind of each joint, from which the columns of J are built."""
+    """Return the kind of each joint, which decides how its column of J is computed."""
     return [row.kind for row in w["table"].rows]
 
 
@@ -332,7 +332,7 @@ def _pseudo_inverse(w: Working) -> np.ndarray:
 
 
 def _self_motion(w: Working) -> np.ndarray:
-    """Return the self-motion of n = m + 1 joints: the minor without each column, with alternating signs."""
+    """Return the self-motion of n = m + 1 joints: for each column, the minor without it, with alternating signs."""
     jacobian = w["jacobian"]
     if jacobian.shape[1] != jacobian.shape[0] + 1:  # more than one self-motion, or none
         return np.asarray(jacobian[0] * np.nan)
@@ -464,9 +464,10 @@ STAGES: dict[str, tuple[Callable[[Working], Any], tuple[str, ...]]] = {
     "joint rates": (lambda w: w.symbols(w.chain.rates), ()),
     "rates": (_rates, ("inverse", "wanted velocity")),
 }
-"""The function that computes each stage, and the stages that it uses.
+"""For each stage, the function that computes it and the stages that this function uses.
 
-"linear" is computed from the effects or, with `propagate_linear_rows`, from the other stages.
+"linear" is normally computed from "effects". A change may replace it by `propagate_linear_rows`, which uses the other
+stages.
 """
 
 
@@ -478,7 +479,7 @@ def prerequisites(stage: str) -> frozenset[str]:
 
 
 def as_formulas(values: np.ndarray) -> sp.Matrix:
-    """Return a vector or matrix of formulas as a SymPy matrix; a single number as 1 x 1."""
+    """Convert an array of SymPy expressions to a SymPy matrix; a single expression becomes a 1 x 1 matrix."""
     entries = values[..., 0]
     if entries.ndim == 0:
         return sp.Matrix([[entries.item()]])

@@ -1,4 +1,4 @@
-"""Rate how hard an arm is to work through by hand: a number, and its band (shared scale of the mathematics)."""
+"""Rate how hard an arm is to work through by hand: a number, and the band in which the number lies."""
 
 from functools import lru_cache
 
@@ -16,11 +16,15 @@ HARDEST = len(BANDS)
 
 @lru_cache(maxsize=256)
 def difficulty(chain: Chain) -> int:
-    """Return terms of J + 4 x conditions of the singular set + 8 x those that tie several joints + deviations.
+    """Return the difficulty of an arm, the sum of these numbers:
 
-    The conditions are the factors of det J that can vanish, if J is square. Deviations from an arm as books draw it
-    count one each: an offset of a joint, a displaced base, a rotated base, and a point of interest that is not an
-    origin. Example 6.3 has 15 + 8 + 8 = 31.
+    - the number of terms of J;
+    - 4 for each condition of the singular set (if J is square, each factor of det J that can vanish);
+    - 8 more for each condition that involves several joints;
+    - 1 for each deviation from a textbook arm: an offset of a joint, a displaced base, a rotated base, and a point of
+      interest that is not an origin.
+
+    Example 6.3 has 15 + 8 + 8 = 31.
     """
     factors = {condition for component in singular_set(chain) or () for condition in component.conditions}
     coupled = sum(len(factor.free_symbols & set(chain.q)) > 1 for factor in factors)
@@ -28,6 +32,7 @@ def difficulty(chain: Chain) -> int:
 
 
 def _terms(chain: Chain) -> int:
+    """Return the number of terms of J, multiplied out."""
     entries = (entry if _is_multiplied_out(entry) else sp.expand(entry) for entry in derive(chain).jacobian)
     return sum(len(sp.Add.make_args(entry)) for entry in entries if entry != 0)
 
@@ -47,6 +52,7 @@ def _is_multiplied_out(expression: sp.Expr) -> bool:
 
 
 def _is_plain(term: sp.Expr) -> bool:
+    """Return whether a term is a rational multiple of a symbol, of pi or of 1."""
     rest = term.as_coeff_Mul()[1]
     return bool(rest.is_Symbol or rest in (1, sp.pi))
 
@@ -63,12 +69,12 @@ def _count_deviations(chain: Chain) -> int:
 
 
 def step(chain: Chain) -> int:
-    """Return the band of the difficulty: 0 below 10, 1 below 16, 2 below 24, 3 below 34, 4 above."""
-    if _terms(chain) + _count_deviations(chain) >= BANDS[-1]:  # its singular set may take a minute, and adds to that
+    """Return the band of an arm's difficulty: 0 below 10, 1 below 16, 2 below 24, 3 below 34, else 4."""
+    if _terms(chain) + _count_deviations(chain) >= BANDS[-1]:  # finding the singular set may take a minute
         return HARDEST
     return sum(difficulty(chain) >= least for least in BANDS)
 
 
 def describe_band(low: int, high: int) -> str:
-    """Return a range of bands as text, such as "2" or "1 to 3"."""
+    """Describe a range of bands, such as "2" or "1 to 3"."""
     return str(low) if low == high else f"{low} to {high}"

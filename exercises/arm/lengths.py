@@ -15,7 +15,7 @@ _LENGTH = re.compile(r"[ad]\d+|(base|point)_[xyz]")
 """The names of lengths in a structure."""
 
 _MOST, _SAME = 8, 1e-9
-"""Maximum number of lengths whose sums are checked, and the tolerance in metres below which a sum is zero."""
+"""Maximum number of lengths whose sums are checked, and the tolerance (m) below which a sum counts as zero."""
 
 
 def with_lengths(chain: Chain, values: Mapping[sp.Symbol, sp.Expr]) -> Chain:
@@ -42,9 +42,10 @@ def with_open_lengths(chain: Chain) -> tuple[Chain, dict[sp.Symbol, sp.Expr]]:
 
 
 def are_unrelated(lengths: Collection[sp.Expr]) -> bool:
-    """Return whether no length (m) equals another or a sum of others with any signs; False for symbols and long lists.
+    """Return whether no length (m) equals another one, or a sum or difference of others.
 
-    If lengths are related, an arm may be singular at other configurations, or with another kind of singularity.
+    If lengths are related, an arm may be singular at other configurations, or with another kind of singularity. Symbols
+    and long lists are not checked, and the result is False.
 
     >>> are_unrelated([sp.Rational(1, 2), sp.Rational(2, 5)]), are_unrelated([sp.S(1), sp.S(2), sp.S(3)])
     (True, False)

@@ -1,7 +1,7 @@
-"""Find real robots in the library: `exercises/robots` has one file for each, in the convention of its source.
+"""The library of real robots: `exercises/robots` has one file for each robot, in the convention of its source.
 
-A robot's name is that of its file without the extension, in lower or upper case, with or without hyphens: panda, UR5e.
-The tests compare these robots with published models (in the tests' data).
+A robot's name is the name of its file without the extension, such as panda or UR5e; case and hyphens don't matter. The
+tests compare these robots with published models.
 """
 
 import difflib
@@ -17,12 +17,12 @@ from qdot.exercises.common.errors import QdotError
 
 FOLDER = Path(__file__).parents[1] / "robots"
 ENDINGS = (".toml", ".urdf", ".xml")
-"""File extensions; a name with any of them, or with a folder, is not a robot's name."""
+"""File extensions of arms; a text that ends in one of them, or contains a folder, is a path and not a robot's name."""
 
 
 @dataclass(frozen=True)
 class ListedRobot:
-    """A robot of the library in a list: its name, title, kinds of joints as in RRPR, convention and source."""
+    """A robot in the list of the library: its name, title, joint kinds (such as RRPR), convention and source."""
 
     name: str
     title: str
@@ -38,7 +38,7 @@ class ListedRobot:
 
 @cache
 def robots() -> Mapping[str, ListedRobot]:
-    """Return all robots of the library by name, in natural order of their names.
+    """Return all robots of the library by name, sorted by name with numbers in numeric order.
 
     >>> list(robots())[-6:]
     ['ur3', 'ur3e', 'ur5', 'ur5e', 'ur10', 'ur10e']
@@ -58,9 +58,9 @@ def _read_listing(path: Path) -> ListedRobot:
 
 
 def robot_path(name_or_path: str, folder: Path = Path()) -> Path:
-    """Return the file with that name in the folder, else the file of the library's robot with that name.
+    """Return the path of an arm's file: the file with this name in the folder, or the library's robot with this name.
 
-    Raises QdotError if there is neither; the message suggests the most similar robot.
+    Raises QdotError if there is neither; the message suggests the robot with the most similar name.
 
     >>> robot_path("Panda").name
     'panda.toml'

@@ -1,18 +1,23 @@
-"""Decide which points an arm can reach, by the triangle inequality: a planar arm, alone or rotated by joint 1.
+"""Decide which points a planar arm can reach, alone or rotated by joint 1, by the triangle inequality.
 
-`reaches_beside` also decides this for a point and an angle. `reaches_beyond` decides for many arms at once whether they
-reach just beyond their current position. It uses these formulas if they apply, else a damped Newton method from many
-starts.
+`reaches` decides this for a point, and `reaches_beside` for a point and an angle. `reaches_beyond` decides for many
+arms at once whether they reach just beyond their current position. It uses these formulas if they apply, else a damped
+Newton method from many starts.
 
-For a planar arm of revolute joints with parallel axes, the links are vectors of any direction. The distances of the
-point from the first axis therefore range from longest - all others (or 0) to the sum of all lengths. An RP arm reaches
-all distances that are at least the distance of the prismatic joint's line. If joint 1 rotates a planar arm about an
-axis in its plane, or parallel to it, the arm reaches a point if the planar arm does so on either side of the axis.
+The formulas, for arms without joint limits:
 
-A prismatic joint along the normal of the plane reaches every height, and changes nothing else. If a prismatic joint
-comes first in the plane, the arm reaches all points whose distance from its line is at most the total length of the
-later links. If the task also has an angle, a last revolute joint sets it, and the remaining task is to position its
-axis. For a last prismatic joint, the angle determines its direction, and the distance of its line remains.
+- Only revolute joints with parallel axes: each link can have any direction. The distance of the point from the first
+  axis therefore ranges from (longest link - all other links), or 0 if this is negative, to the sum of all links.
+- RP: the arm reaches all distances from the first axis that are at least the distance of the prismatic joint's line.
+- Joint 1 rotates a planar arm about an axis in its plane, or parallel to it: the arm reaches a point if the planar arm
+  reaches it on either side of the axis.
+- A prismatic joint along the normal of the plane reaches every height, and changes nothing else.
+- A prismatic joint is the first joint in the plane: the arm reaches all points whose distance from this joint's line is
+  at most the total length of the later links.
+- The task has an angle, and the last joint is revolute: this joint sets the angle, and the other joints must position
+  its axis.
+- The task has an angle, and the last joint is prismatic: the angle determines this joint's direction, and the other
+  joints must bring its line to the right distance.
 """
 
 from collections.abc import Sequence
@@ -61,9 +66,12 @@ def reaches(arm: NumericChain, place: np.ndarray) -> bool | None:
 class _CarriedArm:
     """A planar arm that rotates about the line through `foot` along `axis`.
 
-    `distances` are the minimum and maximum distance that it reaches from its own first axis, the shoulder. `beside` is
-    the distance of its plane from the line. `shoulder` is the position of that first axis relative to the foot: across,
-    and above along the line. `size` is the size of the whole arm.
+    - `distances`: the minimum and maximum distance from the shoulder, the planar arm's own first axis, that it reaches.
+    - `axis`: the direction of the line.
+    - `foot`: a point on the line.
+    - `shoulder`: the position of the shoulder relative to `foot`, perpendicular to the line and along it.
+    - `beside`: the distance of the arm's plane from the line.
+    - `size`: the size of the whole arm.
     """
 
     distances: np.ndarray
@@ -115,6 +123,7 @@ def _distances(kinds: Sequence[str], axes: np.ndarray, origins: np.ndarray, poin
 
 
 def _is_inside(distance: float, distances: np.ndarray) -> bool | None:
+    """Return whether a distance lies between two others; None if it is too close to one of them."""
     minimum, maximum = distances
     tolerance = _SURE * float(np.max(distances[np.isfinite(distances)]) + distance)
     if abs(distance - maximum) < tolerance or (minimum > 0 and abs(distance - minimum) < tolerance):
@@ -128,8 +137,9 @@ def _is_inside(distance: float, distances: np.ndarray) -> bool | None:
 def reaches_beside(arm: NumericChain, frames: np.ndarray, task: Sequence[int], shift: np.ndarray) -> bool | None:
     """Return whether the arm reaches a pose displaced from its own by `shift`; None if undecided.
 
-    `task` are the rows that the task counts. `frames` are the arm's frames, as returned by `NumericChain.frames`.
-    `shift` is the displacement in the order of these rows (m along a world axis, rad about a world axis).
+    - `frames`: the arm's frames, as returned by `NumericChain.frames`.
+    - `task`: the indices of the task's rows.
+    - `shift`: the displacement in the order of these rows (m along a world axis, rad about a world axis).
     """
     point = arm.point_of(frames)
     displacement = np.zeros(6)
@@ -162,8 +172,10 @@ def reaches_beside(arm: NumericChain, frames: np.ndarray, task: Sequence[int], s
 class _FlatArm:
     """A planar arm that may have prismatic joints along its normal.
 
-    `normal` is the normal of its plane. `inside` (3 x 3) projects a vector into the plane. `joints` are the joints that
-    move in the plane. `turns` says whether the task has an angle.
+    - `normal`: the normal of its plane.
+    - `inside`: the projection of a vector into the plane (3 x 3).
+    - `joints`: the joints that move in the plane.
+    - `turns`: whether the task has an angle.
     """
 
     normal: np.ndarray
@@ -174,9 +186,9 @@ class _FlatArm:
 
 @lru_cache(maxsize=256)
 def _flat_arm(arm: NumericChain, task: tuple[int, ...]) -> _FlatArm | None:
-    """Return an arm as a planar arm, if the task has its position in the plane; None for other arms and tasks.
+    """Return an arm as a planar arm; None for other arms, and for tasks without the position in the plane.
 
-    The task must also have the height if the arm can change it.
+    If the arm can change the height of the point above the plane, the task must have this height, too.
     """
     home, angle_axes = _home_frames(arm), [row - 3 for row in task if row >= 3]
     linear, moving = [row for row in task if row < 3], arm.point_frame
@@ -200,9 +212,10 @@ def _flat_arm(arm: NumericChain, task: tuple[int, ...]) -> _FlatArm | None:
 
 
 def _reaches_flat(arm: NumericChain, flat: _FlatArm, joints: tuple[int, ...], place: np.ndarray) -> bool | None:
-    """Return whether the first joints of a planar arm bring the next joint's axis to a position (3); None if undecided.
+    """Return whether `joints`, the first ones of a planar arm, can bring the next joint's axis to `place` (3).
 
-    If no joint follows, they have to bring the point of interest there. The height does not matter.
+    If no joint follows, they have to bring the point of interest there. The height above the plane does not matter.
+    Return None if undecided.
     """
     home = _home_frames(arm)
     if not joints:
@@ -225,6 +238,7 @@ def _reaches_flat(arm: NumericChain, flat: _FlatArm, joints: tuple[int, ...], pl
 
 
 def _is_below(size: float, most: float) -> bool | None:
+    """Return whether a size is below a limit; None if it is too close to the limit."""
     return None if abs(size - most) < _SURE * (size + most) else size < most
 
 
@@ -241,12 +255,15 @@ def _rotation_about(turn: np.ndarray) -> np.ndarray:
 # --- positions just beyond the current one, for many arms at once ---
 
 _STARTS, _STEPS = 80, 40
+"""Number of starts of a search for a configuration beyond the current position, and maximum number of steps."""
 _EARLY, _KEPT = 8, 20
-"""Starts and steps of a search for a configuration beyond a fold; after `_EARLY` steps, only the `_KEPT` nearest
-searches continue."""
+"""After `_EARLY` steps, only the `_KEPT` searches that are nearest to the target continue."""
 
 _BEYOND = 1e-4
-"""Distance beyond a fold that is tested, as a fraction of the reach: less than the unreachable hole of a folded arm."""
+"""Distance beyond the current position that is tested, as a fraction of the reach.
+
+It must be smaller than the unreachable region around the base of a folded arm.
+"""
 
 
 def reaches_beyond(samples: Sequence[Sample], task: Sequence[int], directions: np.ndarray) -> np.ndarray:
@@ -318,6 +335,7 @@ def _pose_difference(arms: NumericChain, frames: np.ndarray, now: np.ndarray) ->
 
 @lru_cache(maxsize=64)
 def _starts(n: int) -> np.ndarray:
+    """Return random configurations of n joints, starts x n; they are the same at every call."""
     rng = Stream("starts")
     return np.array([[rng.uniform(-np.pi, np.pi) for _ in range(n)] for _ in range(_STARTS)])
 

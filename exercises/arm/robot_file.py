@@ -67,21 +67,23 @@ ANGLES = ("theta", "alpha")
 MOST_JOINTS = 10
 """Maximum number of joints: each further parallel joint doubles the time of proving that both routes agree."""
 ANGLE_UNITS = ("radians", "degrees")
-"""The units of a file's angles."""
+"""The units in which a file may give its angles; the first is the default."""
 TOP_KEYS = ("name", "source", "convention", "twist_order", "angles", "task", "point", "base", "tool", "joint", "draw")
 _RANGE = "a length has a range in metres, as in a1 = [0.3, 0.8]"
 _POSE = "it is {position = [x, y, z]}, with rpy = [roll, pitch, yaw] if it is turned"
 Limits = tuple[sp.Expr, sp.Expr]
 Triple = tuple[sp.Expr, sp.Expr, sp.Expr]
 Draws = tuple[tuple[sp.Symbol, int, int], ...]
+"""The random lengths of an arm: symbol, minimum and maximum in whole cm."""
 
 
 @dataclass(frozen=True)
 class WrittenArm:
-    """The arm as described in its file, if that is not a standard table: the convention, and the rows as written.
+    """The description of an arm in its file, if this is not a standard table.
 
-    A row of a table is theta, d, a, alpha. A row of axes is the direction and a point, which is None for a prismatic
-    joint. `base` has position and angles of the base as written; it is None if the file has no base.
+    - `rows`: the rows as the user wrote them. A row of a table is theta, d, a, alpha. A row of axes is the direction
+      and a point, which is None for a prismatic joint.
+    - `base`: position and angles of the base as the user wrote them; None if the file has no base.
     """
 
     convention: type[Convention]
@@ -91,11 +93,12 @@ class WrittenArm:
 
 @dataclass(frozen=True)
 class Robot:
-    """The robot that a file describes: a chain, and the lengths to sample as (symbol, minimum, maximum) in whole cm.
+    """The robot that a file describes.
 
+    - `draws`: the lengths that are random for each student.
     - `notes`: warnings about probable mistakes.
     - `limits`: the limits of each joint (rad or m), None for a joint without limits.
-    - `written_arm`: the arm as written, None if that is the standard table.
+    - `written_arm`: the description in the file, None if that is the standard table.
     - `source`: the source of the numbers, or empty.
     - `rounded`: whether numbers of the standard table are rounded to ten decimals, because they have no short formula.
     """
@@ -136,6 +139,7 @@ def read_robot_file(path: Path, tip: str = "") -> Robot:
 
 
 def _too_many(count: int) -> str:
+    """Return the error message for an arm with too many joints."""
     return f"{count} joints are too many to be worked out; an arm has up to {MOST_JOINTS}"
 
 
@@ -166,7 +170,7 @@ def robot_of(file: TomlFile) -> Robot:
 
 
 class _Reader:
-    """Reads the arm of one file."""
+    """The reader of one ROBOT.toml; its methods raise QdotError with the place of the mistake and a correction."""
 
     def __init__(self, file: TomlFile) -> None:
         file.check_keys((), TOP_KEYS, ("name", "joint"))
@@ -192,7 +196,7 @@ class _Reader:
         self.written_arm: WrittenArm | None = None
         self.axis_points: tuple[Triple | None, ...] = ()
         self.home_axes: tuple[list[Axis], sp.Matrix | None] = ([], None)
-        """The axes at home and the point of interest, for checking whether the table rounded them."""
+        """The axes and the point of interest at home, as the file gives them; used to check the table's rounding."""
 
     def chain(self) -> Chain:
         """Return the arm with the task in the file, or with the default task if the file has none."""
@@ -205,7 +209,7 @@ class _Reader:
             return chain.with_task(*_task(self.table["task"]))
 
     def _text(self, key: str, example: str) -> str:
-        """Return the text under a key as a single line. Raises QdotError if it is empty or no text."""
+        """Return the text under a key as a single line. Raises QdotError if it is empty or not a text."""
         value = self.table[key]
         with self.file.at(key):
             if not isinstance(value, str) or not value.strip():
@@ -213,6 +217,7 @@ class _Reader:
         return " ".join(value.split())
 
     def _one_of(self, key: str, known: tuple[str, ...]) -> str:
+        """Return the value under a key, by default the first known value. Raises QdotError if it is not known."""
         value = self.table.get(key, known[0])
         with self.file.at(key):
             if value not in known:
@@ -222,6 +227,7 @@ class _Reader:
         return str(value)
 
     def _kind(self, index: int, row: dict[str, Any]) -> str:
+        """Return the kind of a joint after checking the joint's keys."""
         keys, path = self.convention.joint_keys, ("joint", index)
         self._check_convention(index, row)
         self.file.check_keys(path, (*keys, "limits"), ("kind",), TOP_KEYS)
@@ -233,7 +239,7 @@ class _Reader:
         return str(row["kind"])
 
     def _check_convention(self, index: int, row: dict[str, Any]) -> None:
-        """Raise QdotError if a joint does not match the file's convention, which may have been omitted."""
+        """Raise QdotError if a joint has keys of another convention than the file's, or than the default."""
         key = next((key for key in row if key in (("axis",) if self.has_table else ROW_KEYS[1:])), None)
         if key is None:
             return
@@ -254,6 +260,7 @@ class _Reader:
     # --- tables ---
 
     def _read_table(self) -> tuple[Base, tuple[Joint, ...], Point | None]:
+        """Return base, standard table and point of an arm that is described by a table."""
         rows = [self._row(index) for index in range(len(self.rows))]
         if self.has_links_first and rows[0].alpha.free_symbols:
             raise QdotError(f"{self.file.place('joint', 0, 'alpha')}: the first one turns the base, and is a number")
@@ -277,6 +284,7 @@ class _Reader:
         return self._triple(position, _POSE), self._triple(rpy, _POSE, are_angles=True)
 
     def _row(self, index: int) -> Row:
+        """Return one row of the table, with its joint variable split off."""
         row, variable = self.rows[index], self.variables[index]
         kind, variable_key = row["kind"], "theta" if row["kind"] == "R" else "d"
         values: dict[str, sp.Expr] = {}
@@ -291,7 +299,7 @@ class _Reader:
         return Row(kind, values["theta"], values["d"], values["a"], values["alpha"], is_reversed)
 
     def _point(self) -> Point | None:
-        """Return the point of interest in a frame of the table as written; None if the file has none."""
+        """Return the point of interest in a frame of the file's convention; None if the file gives no point."""
         n = len(self.rows)
         if "tool" in self.table:
             if "point" in self.table:
@@ -325,6 +333,7 @@ class _Reader:
     # --- axes ---
 
     def _read_axes(self) -> tuple[Base, tuple[Joint, ...], Point | None]:
+        """Return base, standard table and point of an arm that is described by its axes."""
         if "tool" in self.table:
             raise QdotError(
                 f"{self.file.place('tool')}: with screws, it is `point`: [x, y, z] at home, in the base frame"
@@ -350,7 +359,7 @@ class _Reader:
         return dh_of_axes(world_axes, point.origin, home_point.frame)
 
     def _axis(self, index: int) -> Axis:
-        """Return an axis as written, in the base frame."""
+        """Return a joint's axis as the user wrote it, in the base frame."""
         row = self.rows[index]
         with self.file.at("joint", index, "axis"):
             message = "it is the direction of the axis at home, three numbers that are not all zero, as in [0, 0, 1]"
@@ -366,6 +375,7 @@ class _Reader:
     # --- entries ---
 
     def _pose(self, key: str) -> Pose:
+        """Return the pose under a key, by default the identity."""
         if key not in self.table:
             return HOME
         raw = self.table[key]
@@ -379,6 +389,7 @@ class _Reader:
             return pose_of(position, rpy)
 
     def _triple(self, raw: object, right: str, are_angles: bool = False) -> tuple[sp.Expr, sp.Expr, sp.Expr]:
+        """Parse three entries. `right` is the error message for anything else."""
         if not isinstance(raw, list) or len(raw) != 3:
             raise QdotError(right)
         values = []
@@ -390,6 +401,7 @@ class _Reader:
         return values[0], values[1], values[2]
 
     def _value(self, raw: object, is_angle: bool) -> sp.Expr:
+        """Parse one entry; the names q1, q2, … are replaced by the joint variables."""
         if self.in_degrees and isinstance(raw, str) and re.search(r"\b(a?(sin|cos|tan)|atan2)\s*\(", raw):
             raise QdotError(
                 "where angles are in degrees, a sine or an arctangent is written as its number, as in sqrt(3)/2"
@@ -399,6 +411,7 @@ class _Reader:
         return value.xreplace(variables_by_name)
 
     def _check_entry(self, value: sp.Expr, is_angle: bool) -> sp.Expr:
+        """Return an entry unchanged. Raises QdotError if it has joint variables or mixes lengths and angles."""
         _check_symbols(value, self.variables)
         check_role(value, is_angle)
         return value
@@ -461,6 +474,7 @@ def _check_symbols(value: sp.Expr, variables: Sequence[sp.Symbol]) -> None:
 
 
 def _task(raw: object) -> tuple[str, ...]:
+    """Parse the task: a list of rows, which is returned in the order of TASK_ROWS."""
     if not isinstance(raw, list) or not raw or not all(isinstance(row, str) for row in raw):
         raise QdotError('it is a list of the rows that count, as in ["vx", "vy"]')
     for row in raw:
@@ -478,6 +492,7 @@ def _task(raw: object) -> tuple[str, ...]:
 
 
 def _draws(file: TomlFile, chain: Chain) -> Draws:
+    """Parse the table [draw]."""
     range_table = file.content.get("draw", {})
     with file.at("draw"):
         if not isinstance(range_table, dict):
@@ -519,7 +534,7 @@ def _range(name: str, ends: object) -> tuple[int, int]:
 
 
 def _notes(file: TomlFile, chain: Chain, draws: Sequence[tuple[sp.Symbol, int, int]]) -> tuple[str, ...]:
-    """Return a warning for the first length that is probably not in metres."""
+    """Return a warning about the first length that is probably not in metres; empty if there is none."""
     joints = enumerate(chain.joints)
     entries: list[tuple[Place, sp.Expr]]
     entries = [(("joint", i, key), getattr(joint, key)) for i, joint in joints for key in ("d", "a")]
@@ -538,14 +553,14 @@ def _is_number(value: object) -> bool:
 
 
 _CLEARLY = 1e-6
-"""An entry of J above this is more than a rounding error; entries have the order of magnitude of an arm's length."""
+"""An entry of J above this is not a rounding error; entries have the order of magnitude of an arm's length."""
 
 
 @lru_cache(maxsize=64)
 def _moves_somewhere(chain: Chain) -> tuple[bool, ...]:
-    """Return for each row of J whether it is clearly nonzero at one of three configurations.
+    """Return for each of the six rows of J whether it is clearly nonzero at one of three random configurations.
 
-    This avoids deriving formulas for arms with many joints, which takes minutes if axes are skew.
+    For arms with many joints, this avoids deriving formulas, which takes minutes if axes are skew.
     """
     rng = Stream("rows of J")
     values = {symbol.name: rng.uniform(0.4, 1.4) for symbol in chain.parameters}
@@ -558,11 +573,12 @@ def _moves_somewhere(chain: Chain) -> tuple[bool, ...]:
 
 
 def _is_no_zero_row(chain: Chain, i: int) -> bool:
+    """Return whether row i of J (from 0) has a formula that is not zero."""
     return any(entry != 0 for entry in derive(chain).geometric.row(i))
 
 
 def default_task(chain: Chain) -> tuple[str, ...]:
-    """Return the task's rows for a file without `task`; see the module's docstring."""
+    """Return the default task of an arm, for a file without `task`; the module's docstring gives the rules."""
     moving = tuple(row for i, row in enumerate(TASK_ROWS) if _moves_somewhere(chain)[i] or _is_no_zero_row(chain, i))
     if chain.n >= 6 and len(moving) == len(TASK_ROWS):
         return TASK_ROWS

@@ -1,4 +1,4 @@
-"""Compute the poses of all frames of a structure, and its Jacobian in the last frame, in which the point is fixed.
+"""The poses of all frames of a structure, and its Jacobian in the last frame, in which the point of interest is fixed.
 
 The angles of consecutive parallel joints are added. The frames are those of the arm's convention.
 """
@@ -15,7 +15,7 @@ from qdot.exercises.arm.trigonometry import count_terms, textbook
 
 @lru_cache(maxsize=4096)
 def poses(structure: Chain) -> tuple[sp.Matrix, ...]:
-    """Return T_{w,0} ... T_{w,n}, 4 x 4."""
+    """Return the poses T_{w,0} ... T_{w,n} of the frames in the world, 4 x 4."""
     return tuple(
         frame.rotation.row_join(frame.origin).applyfunc(textbook).col_join(sp.Matrix([[0, 0, 0, 1]]))
         for frame in link_frames(structure)
@@ -29,6 +29,7 @@ def seen_from_tool(structure: Chain) -> tuple[tuple[sp.Matrix, sp.Matrix, sp.Mat
 
 
 def _joint_in_tool_frame(structure: Chain, i: int) -> tuple[sp.Matrix, sp.Matrix, sp.Matrix]:
+    """Return z, p* and z x p* of one joint (from 0) in the last frame."""
     convention = convention_of(structure)
     joints = convention.first_joints(structure.n).joints
     rest = frame_behind(joints[i:])  # frame n in the coordinates of the frame at the end of link i
