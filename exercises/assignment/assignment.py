@@ -125,7 +125,7 @@ RIGHT = {
 
 @dataclass(frozen=True)
 class Student:
-    """A line of the roster; `others` are its other columns, unchanged, and `due_date` is the student's own due date."""
+    """A line of the roster; `others` are its other columns, and `due_date` is the student's own due date."""
 
     id: str
     name: str = ""

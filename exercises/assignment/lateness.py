@@ -107,7 +107,7 @@ def _parse_share(name: str, value: object) -> Fraction:
 
 
 def parse_duration(text: object, right: str) -> int:
-    """Return a duration such as "15 min" in seconds. Raises QdotError with `right`, the expected form."""
+    """Return a duration such as "15 min" in seconds. Raises QdotError, which states the expected form."""
     match = re.fullmatch(r"\s*(\d{1,6})\s*([a-z]+)\s*", text) if isinstance(text, str) else None
     if match is None or match.group(2) not in UNITS:
         raise QdotError(f"{right}; units: {', '.join(UNITS)}")

@@ -44,7 +44,7 @@ Checks = Iterator[Check]
 
 
 class NumericReference:
-    """The numeric arm at random samples: ARMS choices of the symbolic lengths, with POSES configurations for each.
+    """The numeric arm at random samples: some choices of the symbolic lengths, and some configurations for each.
 
     The first axis of every array runs over the samples:
 
@@ -349,7 +349,7 @@ def transform_point(pose: np.ndarray, point: np.ndarray) -> np.ndarray:
 def exponential(spin: np.ndarray, slide: np.ndarray, value: np.ndarray) -> np.ndarray:
     """Return e^([S] theta) as 4 x 4 matrices, by the closed form of the series.
 
-    `spin` and `slide` are the screws' omega and v, (…, 3); `value` is theta, (…).
+    `spin` and `slide` are the angular and the linear part of the screws, (…, 3); `value` is the joint variable, (…).
     """
     matrix, angle = hat(spin), value[..., None, None]
     is_revolute = (np.linalg.norm(spin, axis=-1) > 0.5)[..., None, None]

@@ -56,7 +56,7 @@ class LineFollower:
         return q, np.asarray(self.arm.jacobian_of(frames)[self.task])
 
     def joints(self, places: np.ndarray) -> np.ndarray:
-        """Return the joint values at increasing distances `places`, the first of them near the start."""
+        """Return the joint values at increasing distances along the line, of which the first is near the start."""
         q, configurations, previous_s = self.first, [], 0.0
         jacobian = self.jacobian(q)
         for s in places:

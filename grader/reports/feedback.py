@@ -156,7 +156,7 @@ def _describe_decisions(result: Result) -> list[str]:
 
 
 def _describe_override(override: AppliedOverride, what: str) -> str:
-    """Return a note for the student on an override; `what` names what was set: the points of a part, or the total."""
+    """Return a note for the student on an override; `what` is the total, or the points of a part."""
     comment = make_visible(override.comment)
     if override.points is None:
         return f"Your instructor says: {comment}"
@@ -257,7 +257,7 @@ def _points(points: float) -> str:
 
 
 def _reason(part: PartResult, is_short: bool) -> str:
-    """Return the reason why an answer is wrong, without its numbers if `is_short`, because a table shows them."""
+    """Return the reason why an answer is wrong; `is_short` omits its numbers if a table shows them."""
     reason = part.reason
     if is_short:
         reason = remove_numbers(reason)

@@ -31,7 +31,7 @@ Cell = str | float | None
 
 
 def grades_csv(results: Sequence[Result], roster: Sequence[Student]) -> str:
-    """Return grades.csv: columns that identify the student, a column for each part, and the columns in `SUMS`.
+    """Return grades.csv: columns that identify the student, a column for each part, and columns for the total.
 
     The score is the sum of the parts minus late_penalty, unless the column override shows that a person set the total.
     If a student has no mark, score and percent are empty.
