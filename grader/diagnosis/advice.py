@@ -122,10 +122,10 @@ def _find_factor(answer: np.ndarray, expected: np.ndarray, room: float) -> Itera
     """Yield a remark if all entries of an answer differ from the expected ones by the same factor."""
     if answer.shape != expected.shape:
         return
-    counted = np.abs(expected) > SAME * np.abs(expected).max(initial=0.0)
-    if not counted.any() or (np.abs(answer[~counted]) > SAME).any():
+    is_counted = np.abs(expected) > SAME * np.abs(expected).max(initial=0.0)
+    if not is_counted.any() or (np.abs(answer[~is_counted]) > SAME).any():
         return
-    ratios = answer[counted] / expected[counted]
+    ratios = answer[is_counted] / expected[is_counted]
     factor = float(ratios[0].real)
     if not np.isfinite(ratios).all() or (np.abs(ratios - factor) > room * abs(factor)).any() or factor in (0.0, 1.0):
         return
@@ -135,7 +135,7 @@ def _find_factor(answer: np.ndarray, expected: np.ndarray, room: float) -> Itera
         for size_word, known_factor in (("large", candidate), ("small", 1 / candidate)):
             if abs(factor / known_factor - 1) < room:
                 yield f"All numbers are too {size_word} {words}."
-    if len(ratios) > 1 and np.ptp(expected[counted].real) > SAME:
+    if len(ratios) > 1 and np.ptp(expected[is_counted].real) > SAME:
         yield (
             "Everything is wrong by one and the same factor: look for a unit, a root or a square, a common factor, or "
             "a vector that is to have length 1."
@@ -168,14 +168,16 @@ def _find_pose(pair: _AnswerAndReference, values: Values) -> Iterator[str]:
     if pair.has_fixed_joints:
         yield "Work the numbers out again step by step, and put the result back into the equation that it comes from."
         return
-    revolute = [q for q, joint in zip(pair.chain.q, pair.chain.joints, strict=True) if joint.kind == "R"]
+    revolute_joints = [q for q, joint in zip(pair.chain.q, pair.chain.joints, strict=True) if joint.kind == "R"]
     first_values = {name: value[:1] for name, value in values.items()}
-    for angles in islice(product(EASY, repeat=len(revolute)), MOST_POSES):
-        pose = dict(zip(revolute, angles, strict=True))
-        answer, expected = pair.evaluate(first_values | {q.name: np.array([angle]) for q, angle in pose.items()})
+    for angles in islice(product(EASY, repeat=len(revolute_joints)), MOST_POSES):
+        joint_angles = dict(zip(revolute_joints, angles, strict=True))
+        answer, expected = pair.evaluate(
+            first_values | {q.name: np.array([angle]) for q, angle in joint_angles.items()}
+        )
         wrong_entries = np.flatnonzero(~(np.abs(answer - expected)[:, 0] <= SAME * (1 + np.abs(expected)[:, 0])))
         if len(wrong_entries) and np.isfinite(expected).all():
-            pose_text = ", ".join(f"{q} = {round(np.degrees(angle))}°" for q, angle in pose.items())
+            pose_text = ", ".join(f"{q} = {round(np.degrees(angle))}°" for q, angle in joint_angles.items())
             entry = _name_entry(pair.part, int(wrong_entries[0]))
             yield f"Draw the arm at {pose_text or 'any place'} and work out {entry} there by hand: your answer differs."
             return
@@ -194,20 +196,20 @@ def _advise_on_set(problem: Problem, part: Part, parsed_answer: ParsedAnswer, se
     if parsed_answer.refusal is not None or parsed_answer.tree is None:
         return None
     components = singular_set(problem.chain) or ()
-    expected = {
+    expected_joints = {
         q.name for component in components for condition in component.conditions for q in condition.free_symbols
     }
     for name in [q.name for q in problem.chain.q]:
         is_named = name in names(parsed_answer.tree)
-        if name in expected and not is_named:
+        if name in expected_joints and not is_named:
             return f"Nothing is said of {name}. Do the zeros of the determinant (or of all minors) depend on it?"
-        if is_named and name not in expected:
+        if is_named and name not in expected_joints:
             return (
                 f"Something is said of {name}. Put its value into the determinant (or the minors): are they zero then, "
                 "whatever the other joints are?"
             )
-    together = any(len(component.conditions) > 1 for component in components)
-    return _advise_on_claims(problem, part, parsed_answer.tree, seed, together)
+    has_joint_conditions = any(len(component.conditions) > 1 for component in components)
+    return _advise_on_claims(problem, part, parsed_answer.tree, seed, has_joint_conditions)
 
 
 def _advise_on_claims(problem: Problem, part: Part, tree: Node, seed: str, together: bool) -> str | None:
@@ -217,11 +219,11 @@ def _advise_on_claims(problem: Problem, part: Part, tree: Node, seed: str, toget
     """
     joints, domain = [q.name for q in problem.chain.q], problem.domain()
     try:
-        claimed = parse_claims(with_joint(tree, joints), joints)
-        expected = [
+        claimed_pieces = parse_claims(with_joint(tree, joints), joints)
+        expected_pieces = [
             piece for (condition,) in part.answer.trees(domain.roles) for piece in parse_pieces(condition, joints)
         ]
-        comparison = compare_sets(claimed, expected, Space(joints, domain, part.rounding), seed)
+        comparison = compare_sets(claimed_pieces, expected_pieces, Space(joints, domain, part.rounding), seed)
     except ReadError:
         return None
     advice = "look for all angles in a turn, and for what vanishes together"
@@ -231,7 +233,7 @@ def _advise_on_claims(problem: Problem, part: Part, tree: Node, seed: str, toget
         return "A value that is right but for its digits earns less: write each as it is, as in pi/3 or acos(1/3)."
     if comparison.surplus is None:
         return f"What you give is singular, and it is not all: {advice}."
-    if together or any(len(piece) > 1 for piece in claimed):
+    if together or any(len(piece) > 1 for piece in claimed_pieces):
         return (
             "Put each of your values into the determinant (or the minors), those that hold together at once: it has to "
             f"be zero whatever the remaining joints are. Then {advice}."

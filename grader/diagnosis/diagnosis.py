@@ -91,9 +91,9 @@ def diagnose(
         is_short = len(parsed_answer.text) <= LONGEST_SET
         if part.answer.is_a_set:
             return explain_set(problem, part, parsed_answer, seed) if is_short else None
-        mistaken = find_mistaken_answer(problem, part, parsed_answer, seed) if is_short else None
-        if mistaken is not None:
-            return mistaken
+        mistake_of_whole_answer = find_mistaken_answer(problem, part, parsed_answer, seed) if is_short else None
+        if mistake_of_whole_answer is not None:
+            return mistake_of_whole_answer
     wrong_answer = _evaluate_answer(problem, part, parsed_answer, seed)
     if wrong_answer is None:
         return None
@@ -121,14 +121,14 @@ def is_one_mistake(problem: Problem, part: Part, parsed_answer: ParsedAnswer, se
         return False
     is_wrong = ~values.like(reference)
     is_filled = np.abs(values.values[is_wrong]).max(axis=-1) > SAME  # many mistakes give zeros
-    for wrong in wrong_answers(wrong_answer.w, part, values.is_precise) if is_filled.any() else ():
-        fits = wrong.answer.shape == reference.shape and (values.like(wrong.answer) | ~is_wrong).all()
-        if fits and says_something(wrong.answer):
+    for predicted in wrong_answers(wrong_answer.w, part, values.is_precise) if is_filled.any() else ():
+        fits = predicted.answer.shape == reference.shape and (values.like(predicted.answer) | ~is_wrong).all()
+        if fits and says_something(predicted.answer):
             return True
     if is_product(part) or not is_filled.all():  # the factors of a product are marked separately
         return False
-    one_kind = (missing_links(wrong_answer.w, part, reference, values.values), _explain_formulas(wrong_answer))
-    return any(diagnosis is not None and diagnosis.is_one for diagnosis in one_kind)
+    formula_diagnoses = (missing_links(wrong_answer.w, part, reference, values.values), _explain_formulas(wrong_answer))
+    return any(diagnosis is not None and diagnosis.is_one for diagnosis in formula_diagnoses)
 
 
 # --- the numeric values of the answer ---
@@ -162,16 +162,16 @@ class WrongAnswer:
         """
         if is_made_of_jacobian(self.part):
             return np.zeros(self.right.shape[:2], bool)
-        doubled = result(self.w.with_mistakes({"linear": lambda _, rows: 2 * rows}), self.part)
-        return np.asarray((np.abs(doubled - self.right) > SAME * np.abs(self.right)).any(axis=-1))
+        result_for_doubled_rows = result(self.w.with_mistakes({"linear": lambda _, rows: 2 * rows}), self.part)
+        return np.asarray((np.abs(result_for_doubled_rows - self.right) > SAME * np.abs(self.right)).any(axis=-1))
 
     @property
     def upright(self) -> "WrongAnswer":
         """The same answer, transposed if a vector was typed as a row instead of a column, or vice versa."""
-        shape, transposed = self.right.shape, self.in_numbers.values.swapaxes(0, 1)
-        if 1 not in shape[:2] or self.in_numbers.values.shape == shape or transposed.shape != shape:
+        shape, transposed_values = self.right.shape, self.in_numbers.values.swapaxes(0, 1)
+        if 1 not in shape[:2] or self.in_numbers.values.shape == shape or transposed_values.shape != shape:
             return self
-        in_numbers = replace(self.in_numbers, values=transposed, size=self.in_numbers.size.swapaxes(0, 1))
+        in_numbers = replace(self.in_numbers, values=transposed_values, size=self.in_numbers.size.swapaxes(0, 1))
         return replace(self, in_numbers=in_numbers, rows=None if self.rows is None else _transpose(self.rows))
 
 
@@ -199,10 +199,10 @@ def _evaluate_function(problem: Problem, part: Part, table: Table) -> WrongAnswe
         return None
     values = {name: column[:POINTS] for name, column in table.at.items()}
     rows = (*table.shape, *(1,) * (2 - len(table.shape)))
-    returned = table.values[:POINTS].T.reshape(*rows, -1)
+    outputs = table.values[:POINTS].T.reshape(*rows, -1)
     tolerances = (max(SAME, part.rounding.relative), part.rounding.absolute) if part.rounding else (SAME, 0.0)
     is_direction = part.answer.counts_up_to_a_factor
-    return WrongAnswer(problem, part, values, InNumbers(returned, np.abs(returned), tolerances, is_direction))
+    return WrongAnswer(problem, part, values, InNumbers(outputs, np.abs(outputs), tolerances, is_direction))
 
 
 def _evaluate_entries(part: Part, parsed_answer: ParsedAnswer, values: Values) -> InNumbers | None:
@@ -211,13 +211,13 @@ def _evaluate_entries(part: Part, parsed_answer: ParsedAnswer, values: Values) -
         return None
     filled = [Node("name", value="pi") if blank else entry for entry, blank in zip(entries, blanks, strict=True)]
     count = len(next(iter(values.values())))
-    evaluated, term_size = evaluate(compile_program(filled), values, count)
-    evaluated[blanks] = np.nan
+    entry_values, term_size = evaluate(compile_program(filled), values, count)
+    entry_values[blanks] = np.nan
     shape, is_direction = (
         (len(parsed_answer.rows), len(parsed_answer.rows[0]), count),
         part.answer.counts_up_to_a_factor,
     )
-    return InNumbers(evaluated.reshape(shape), term_size.reshape(shape), _room(part, filled), is_direction)
+    return InNumbers(entry_values.reshape(shape), term_size.reshape(shape), _room(part, filled), is_direction)
 
 
 def _room(part: Part, entries: Sequence[Node]) -> tuple[float, float]:
@@ -261,16 +261,16 @@ def _explain(answer: WrongAnswer, causes: Sequence[Cause]) -> Diagnosis | None:
     in_numbers, reference, part = answer.in_numbers, answer.right, answer.part
     if in_numbers.is_direction and _moves(reference, in_numbers.values):
         return Diagnosis(("direction-that-moves",), CATALOGUE["direction-that-moves"].sentence({}))
-    fitting = []
-    for wrong in wrong_answers(answer.w, part, in_numbers.is_precise):
-        if _gives(wrong, in_numbers):
-            if cause := _find_cause(wrong, causes):
-                return _name_inherited(wrong, cause)
-            fitting.append(wrong)
-            if not causes and variant_frequency(wrong) >= 1:
+    fitting_predictions = []
+    for predicted in wrong_answers(answer.w, part, in_numbers.is_precise):
+        if _gives(predicted, in_numbers):
+            if cause := _find_cause(predicted, causes):
+                return _name_inherited(predicted, cause)
+            fitting_predictions.append(predicted)
+            if not causes and variant_frequency(predicted) >= 1:
                 break
-    if fitting:
-        return _name_likeliest(answer, fitting)
+    if fitting_predictions:
+        return _name_likeliest(answer, fitting_predictions)
     if in_numbers.values.shape != reference.shape or in_numbers.is_direction:
         return None
     return (
@@ -303,8 +303,8 @@ def _find_cause(wrong: Wrong, causes: Sequence[Cause]) -> Cause | None:
 def _name_inherited(wrong: Wrong, cause: Cause) -> Diagnosis:
     """Return the diagnosis for a mistake that was already found in an earlier part."""
     message = f"This follows from what went wrong in {cause.title!r}: the same mistake gives this answer."
-    located = locate_mistake(wrong.mistake.name, wrong.variant.words)
-    return Diagnosis((), message, inherited=cause.part, known_by=(located,))
+    signature = locate_mistake(wrong.mistake.name, wrong.variant.words)
+    return Diagnosis((), message, inherited=cause.part, known_by=(signature,))
 
 
 def _name_likeliest(answer: WrongAnswer, fitting: Sequence[Wrong]) -> Diagnosis:
@@ -317,22 +317,24 @@ def _name_likeliest(answer: WrongAnswer, fitting: Sequence[Wrong]) -> Diagnosis:
     if in_numbers.is_direction and first.mistake.name == "row-sign":  # either one row or all the others
         alike_names.append("row-sign")
     alternatives = (wrong for name in alike_names for wrong in make_mistake(CATALOGUE[name], answer.w, answer.part))
-    rivals = [
+    candidates = [
         first,
         *(wrong for wrong in alternatives if _gives(wrong, in_numbers) and wrong.sentence != first.sentence),
     ]
-    highest = max(map(variant_frequency, rivals))
-    count = int((~in_numbers.like(answer.right)).sum()) if in_numbers.values.shape == answer.right.shape else 0
-    is_rare = highest < LEAST_LIKELY and count <= MOST_IN_ONE_PLACE
-    is_throughout = count == 1 < in_numbers.values[..., 0].size and not OF_ONE_PLACE & set(first.variant.words)
+    highest = max(map(variant_frequency, candidates))
+    wrong_count = int((~in_numbers.like(answer.right)).sum()) if in_numbers.values.shape == answer.right.shape else 0
+    is_rare = highest < LEAST_LIKELY and wrong_count <= MOST_IN_ONE_PLACE
+    is_throughout = wrong_count == 1 < in_numbers.values[..., 0].size and not OF_ONE_PLACE & set(first.variant.words)
     is_at_several = first.mistake.rare and len(first.variant.places) > 1
     is_less_likely = is_rare or is_at_several or (is_throughout and highest < VERY_LIKELY)
-    single_mistake = _explain_formulas(answer) if count and not in_numbers.is_direction and is_less_likely else None
+    single_mistake = (
+        _explain_formulas(answer) if wrong_count and not in_numbers.is_direction and is_less_likely else None
+    )
     if single_mistake is not None:
         is_likelier = is_rare and not EXTRA & set(single_mistake.mistakes)
         if is_likelier or set(single_mistake.mistakes) <= (EXCHANGED if is_at_several else SIGNS):
             return single_mistake
-    likeliest = [wrong for wrong in rivals if variant_frequency(wrong) == highest][:2]
+    likeliest = [wrong for wrong in candidates if variant_frequency(wrong) == highest][:2]
     diagnosis = name_either([(wrong.mistake, wrong.variant.words, _sentence(wrong)) for wrong in likeliest])
     cause = (likeliest[0].mistake.name, dict(likeliest[0].variant.words)) if len(likeliest) == 1 else None
     return replace(diagnosis, cause=cause)
@@ -353,8 +355,8 @@ def _explain_formulas(answer: WrongAnswer, any_number: bool = False) -> Diagnosi
         shape = answer.right.shape[:2]
         rows = form if (len(form), len(form[0])) == shape else _transpose(form)
         if (len(rows), len(rows[0])) == shape:
-            compared = Compared(rows, answer.derivatives, answer.rows)
-            diagnoses.append(explain_formulas(compared, answer.values, answer.in_numbers, answer.right, any_number))
+            formulas = Compared(rows, answer.derivatives, answer.rows)
+            diagnoses.append(explain_formulas(formulas, answer.values, answer.in_numbers, answer.right, any_number))
     return min(filter(None, diagnoses), key=lambda each: (len(each.known_by) > 0, not each.is_one), default=None)
 
 

@@ -89,14 +89,14 @@ def follow(
     if answer.table is not None or part.kind not in QUESTIONS:
         return None
     context = _Context(problem, answers, wrong, f"{seed}/follow", is_copied)
-    followed: list[Followed] = []
+    results: list[Followed] = []
     for rows_of_parts, wrong_names in context.ways(part):
         derived = context.derive(part, rows_of_parts)
         judgement = None if derived is None else context.judge(part, derived, answer)
         if judgement is not None and judgement.share > 0:
-            idle = next((name for name in wrong_names if attempts is not None and name not in attempts), None)
-            followed.append(Followed(judgement, wrong_names[0], idle))
-    return max(followed, key=lambda each: (each.idle is None, each.judgement.share), default=None)
+            non_attempt = next((name for name in wrong_names if attempts is not None and name not in attempts), None)
+            results.append(Followed(judgement, wrong_names[0], non_attempt))
+    return max(results, key=lambda each: (each.idle is None, each.judgement.share), default=None)
 
 
 @dataclass(frozen=True)
@@ -127,10 +127,10 @@ class _Context:
     def ways(self, part: Part) -> Iterator[tuple[RowsOfParts, list[str]]]:
         """Yield sets of rows from which an answer may be derived, each with the wrong parts that they come from."""
         for sources in QUESTIONS[part.kind].follows:
-            usable = {name: rows for name in sources if (rows := self.rows(name)) is not None}
-            wrong_names = list(dict.fromkeys(name for _, names_before in usable.values() for name in names_before))
-            if wrong_names and len(usable) == len({*sources}):
-                yield {name: rows for name, (rows, _) in usable.items()}, wrong_names
+            usable_rows = {name: rows for name in sources if (rows := self.rows(name)) is not None}
+            wrong_names = list(dict.fromkeys(name for _, names_before in usable_rows.values() for name in names_before))
+            if wrong_names and len(usable_rows) == len({*sources}):
+                yield {name: rows for name, (rows, _) in usable_rows.items()}, wrong_names
 
     def rows(self, name: str) -> tuple[Rows, list[str]] | None:
         """Return the rows of a part, and the names of the wrong parts that they come from; None if they are unusable.
@@ -224,25 +224,25 @@ class _Context:
         """Return the traits of an answer, found at random configurations."""
         entries = [entry for row in rows for entry in row]
         program, roles = compile_program(entries), self.domain.roles
-        at_points = evaluate(program, self.values, POINTS)[0]
-        largest = max(float(np.nanmax(np.abs(at_points), initial=0.0)), 1e-300)
+        values_at_samples = evaluate(program, self.values, POINTS)[0]
+        largest = max(float(np.nanmax(np.abs(values_at_samples), initial=0.0)), 1e-300)
 
         def differs(values: Mapping[str, np.ndarray], room: float) -> bool:
             with np.errstate(all="ignore"):
-                return not np.all(np.abs(evaluate(program, values, POINTS)[0] - at_points) <= room * largest)
+                return not np.all(np.abs(evaluate(program, values, POINTS)[0] - values_at_samples) <= room * largest)
 
         joints = {q.name for q in self.problem.chain.q}
         used_symbols = {name for name in set().union(*map(names, entries)) if isinstance(roles[name], str)}
-        influential = {
+        influential_symbols = {
             name for name in used_symbols if differs({**self.values, name: 0.83 * self.values[name] + 0.11}, 1e-9)
         }
-        turned_values = {name: value + 2 * np.pi * (roles[name] == "angle") for name, value in self.values.items()}
+        values_after_turn = {name: value + 2 * np.pi * (roles[name] == "angle") for name, value in self.values.items()}
         return Traits(
-            bool(np.isfinite(at_points).all()),
-            not differs(turned_values, 1e-6),
-            len(influential & joints),
-            len(influential - joints),
-            int(np.count_nonzero(np.abs(at_points).max(axis=1) > 1e-9 * largest)),
+            bool(np.isfinite(values_at_samples).all()),
+            not differs(values_after_turn, 1e-6),
+            len(influential_symbols & joints),
+            len(influential_symbols - joints),
+            int(np.count_nonzero(np.abs(values_at_samples).max(axis=1) > 1e-9 * largest)),
         )
 
     # --- the result that follows ---
@@ -250,17 +250,17 @@ class _Context:
     def derive(self, part: Part, rows_of_parts: RowsOfParts) -> "Rows | np.ndarray | None":
         """Return the answer that follows from the rows of earlier parts; None if there is none or it is too long."""
         question = QUESTIONS[part.kind]
-        derived = question.vanishes or question.formula
-        if derived is None or (question.is_long and any(len(rows) > MOST_ROWS for rows in rows_of_parts.values())):
+        compute_rows = question.vanishes or question.formula
+        if compute_rows is None or (question.is_long and any(len(rows) > MOST_ROWS for rows in rows_of_parts.values())):
             return None
         try:
             if part.answer.is_in_numbers:
                 values = sample_configurations(self.problem.chain, part, self.domain, 1, Stream(self.seed))
                 numeric_rows = {name: _evaluate_at(rows, values) for name, rows in rows_of_parts.items()}
                 working = _substitute(numbers(self.problem.chain, values), numeric_rows)
-                return derived(working, part.details)[..., 0].ravel().astype(float)
+                return compute_rows(working, part.details)[..., 0].ravel().astype(float)
             tree_rows = {name: Trees.matrix(rows) for name, rows in rows_of_parts.items()}
-            rows = Trees.rows(derived(_substitute(trees(self.problem.chain), tree_rows), part.details))
+            rows = Trees.rows(compute_rows(_substitute(trees(self.problem.chain), tree_rows), part.details))
             return rows if sum(size_of(entry) for row in rows for entry in row) <= 20 * LONGEST else None
         except ReadError:
             return None
@@ -314,8 +314,8 @@ def _substitute(w: Working, rows_of_parts: Mapping[str, np.ndarray]) -> Working:
 
 def _evaluate_at(rows: Rows, values: Mapping[str, np.ndarray]) -> np.ndarray:
     """Return the values of rows of trees at a configuration, (rows, columns, 1)."""
-    evaluated = evaluate(compile_program([entry for row in rows for entry in row]), values, 1)[0]
-    return np.asarray(evaluated.real.reshape(len(rows), -1, 1))
+    values_of_entries = evaluate(compile_program([entry for row in rows for entry in row]), values, 1)[0]
+    return np.asarray(values_of_entries.real.reshape(len(rows), -1, 1))
 
 
 def _determinant(rows: Rows) -> Rows:

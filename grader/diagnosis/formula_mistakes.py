@@ -110,17 +110,17 @@ def in_words(places: Sequence[Place], shape: tuple[int, ...]) -> str:
 def _find_exchange(answer: InNumbers, right: np.ndarray, places: Sequence[Place]) -> Diagnosis | None:
     if len(places) != 2:
         return None
-    swapped = right.copy()
-    swapped[places[0]], swapped[places[1]] = right[places[1]], right[places[0]]
-    return _name("entries-exchanged", places, right.shape) if answer.is_all(swapped) else None
+    exchanged_values = right.copy()
+    exchanged_values[places[0]], exchanged_values[places[1]] = right[places[1]], right[places[0]]
+    return _name("entries-exchanged", places, right.shape) if answer.is_all(exchanged_values) else None
 
 
 def _find_throughout(rows: Rows, values: Values, answer: InNumbers) -> Diagnosis | None:
     """Return the mistake that was made everywhere in the formulas; None if there is none or they are too long."""
     size = sum(size_of(entry) for row in rows for entry in row)
-    for name, changed in islice(edits_throughout(rows), MOST_NODES // max(size, 1)):
-        wrong = _evaluate([entry for row in changed for entry in row], values).reshape(answer.values.shape)
-        if answer.is_all(wrong) and says_something(wrong):
+    for name, edited_rows in islice(edits_throughout(rows), MOST_NODES // max(size, 1)):
+        predicted = _evaluate([entry for row in edited_rows for entry in row], values).reshape(answer.values.shape)
+        if answer.is_all(predicted) and says_something(predicted):
             return Diagnosis((name,), CATALOGUE[name].sentence({"Where": "In your answer"}))
     return None
 
@@ -133,15 +133,15 @@ def _find_other_lengths(formulas: Compared, values: Values, answer: InNumbers, r
     entries = [entry for row in formulas.typed or [] for entry in row]
     if sum(map(size_of, entries)) > LONGEST:
         return None
-    typed = [leaf for entry in entries for leaf in _lengths_in(entry)]
+    typed_lengths = [leaf for entry in entries for leaf in _lengths_in(entry)]
     arm_lengths = list(
         dict.fromkeys(leaf for row in formulas.reference for entry in row for leaf in _lengths_in(entry))
     )
-    replaced = list(dict.fromkeys(typed))
+    replaced = list(dict.fromkeys(typed_lengths))
     other_lengths = [leaf for leaf in replaced if leaf not in arm_lengths]
     if len(arm_lengths) ** len(replaced) > MOST_WAYS:
         replaced = other_lengths  # if there are few combinations, the arm's own lengths may also be exchanged
-    if sum(map(typed.count, other_lengths)) < 2 or not 0 < len(arm_lengths) ** len(replaced) <= MOST_WAYS:
+    if sum(map(typed_lengths.count, other_lengths)) < 2 or not 0 < len(arm_lengths) ** len(replaced) <= MOST_WAYS:
         return None
     sampled_values = {name: value[:FEW_POINTS] for name, value in values.items()}
     replacements = list(product(_evaluate(arm_lengths, sampled_values), repeat=len(replaced)))
@@ -150,9 +150,9 @@ def _find_other_lengths(formulas: Compared, values: Values, answer: InNumbers, r
         f"length {k}": np.concatenate([replacement[k] for replacement in replacements]).real
         for k in range(len(replaced))
     }
-    tiled = {name: np.tile(value, len(replacements)) for name, value in sampled_values.items()}
-    evaluated = _evaluate([map_nodes(entry, names_of.get) for entry in entries], tiled | lengths)
-    answers = evaluated.reshape(*right.shape[:2], len(replacements), -1)
+    repeated_values = {name: np.tile(value, len(replacements)) for name, value in sampled_values.items()}
+    values_of_entries = _evaluate([map_nodes(entry, names_of.get) for entry in entries], repeated_values | lengths)
+    answers = values_of_entries.reshape(*right.shape[:2], len(replacements), -1)
     expected, size = right[..., :FEW_POINTS], answer.size[..., :FEW_POINTS]
     if not any(InNumbers(answers[:, :, k], size, answer.room).is_all(expected) for k in range(len(replacements))):
         return None
@@ -172,27 +172,31 @@ def _find_in_places(
 ) -> Diagnosis | None:
     """Return the mistake that was made in each wrong entry: the same in all, or one of at most two kinds."""
     count = answer.values[..., 0].size
-    possible: dict[Place, list[Slip]] = {}
+    mistakes_by_entry: dict[Place, list[Slip]] = {}
     for i, j in places:
         entry = _Entry(
             formulas.reference[i][j], formulas.typed[i][j] if formulas.typed else None,
             bool(formulas.derivatives[i, j]), values, answer.entry(i, j), right[i, j],
         )  # fmt: skip
-        possible[i, j] = entry.slips(beside_others=3 < count != len(places), any_number=any_number)
-        if not possible[i, j]:
+        mistakes_by_entry[i, j] = entry.slips(beside_others=3 < count != len(places), any_number=any_number)
+        if not mistakes_by_entry[i, j]:
             return None
-    common = [name for name, _ in possible[places[0]] if all(name in dict(slips) for slips in possible.values())]
-    places_by_slip: dict[Slip, list[Place]] = {}
-    for entry_index, slips in possible.items():
-        places_by_slip.setdefault(next(slip for slip in slips if slip[0] in common[:1] or not common), []).append(
+    common = [
+        name
+        for name, _ in mistakes_by_entry[places[0]]
+        if all(name in dict(slips) for slips in mistakes_by_entry.values())
+    ]
+    entries_by_mistake: dict[Slip, list[Place]] = {}
+    for entry_index, slips in mistakes_by_entry.items():
+        entries_by_mistake.setdefault(next(slip for slip in slips if slip[0] in common[:1] or not common), []).append(
             entry_index
         )
-    mistakes = tuple(dict.fromkeys(name for name, _ in places_by_slip))
+    mistakes = tuple(dict.fromkeys(name for name, _ in entries_by_mistake))
     if len(mistakes) > 2:
         return None
     diagnoses = [
-        _name(name, where, answer.values.shape, missing_words)
-        for (name, missing_words), where in places_by_slip.items()
+        _name(name, entry_indices, answer.values.shape, missing_words)
+        for (name, missing_words), entry_indices in entries_by_mistake.items()
     ]
     known_by = tuple(name for diagnosis in diagnoses for name in diagnosis.known_by)
     return Diagnosis(mistakes, " ".join(diagnosis.says for diagnosis in diagnoses), known_by=known_by)
@@ -226,9 +230,9 @@ class _Entry:
             return [
                 ("term-missing", Edit("", self.reference, self.reference).which) if is_term else ("entry-missing", "")
             ]
-        slips = list(dict.fromkeys((*self._edited(), *self._reversed(), *self._by_sign())))
-        if slips or not (is_informative and any_number):
-            return slips
+        mistakes = list(dict.fromkeys((*self._edited(), *self._reversed(), *self._by_sign())))
+        if mistakes or not (is_informative and any_number):
+            return mistakes
         return list(self._by_number()) or list(self._by_angle())
 
     def _edited(self) -> Iterator[Slip]:
@@ -250,9 +254,9 @@ class _Entry:
         """Return the edits of a formula that give the wanted values, among the edits for the given mistakes."""
         if not self.is_derivative:
             mistakes = set(mistakes) - OF_DERIVATIVES
-        changed = list(islice((edit for edit in edits(entry, self.values) if edit.mistake in mistakes), MOST_EDITS))
-        answers = _evaluate([edit.entry for edit in changed], self.values)
-        return [changed[k] for k in np.flatnonzero(wanted.like(answers[:, None, None]))] if changed else []
+        candidates = list(islice((edit for edit in edits(entry, self.values) if edit.mistake in mistakes), MOST_EDITS))
+        answers = _evaluate([edit.entry for edit in candidates], self.values)
+        return [candidates[k] for k in np.flatnonzero(wanted.like(answers[:, None, None]))] if candidates else []
 
     def _by_number(self) -> Iterator[Slip]:
         """Yield a mistake if a term or the entry is multiplied by any number, or if any number is added."""
@@ -277,11 +281,11 @@ class _Entry:
         """
         if size_of(self.reference) > LONGEST or self.right.shape[-1] < POINTS_FOR_CONSTANT:
             return
-        without = replace_each_wave(self.reference, lambda _: ZERO)[:MOST_WAVES]
-        turned = replace_each_wave(self.reference, turn_wave)[:MOST_WAVES]
-        entry_values, *parts = _evaluate([self.reference, *without, *turned], self.values)
+        without_trig = replace_each_wave(self.reference, lambda _: ZERO)[:MOST_WAVES]
+        turned_trig = replace_each_wave(self.reference, turn_wave)[:MOST_WAVES]
+        entry_values, *variants = _evaluate([self.reference, *without_trig, *turned_trig], self.values)
         for k, (constant_part, turned_values) in enumerate(
-            zip(parts[: len(without)], parts[len(without) :], strict=True)
+            zip(variants[: len(without_trig)], variants[len(without_trig) :], strict=True)
         ):
             coefficients = np.stack([entry_values - constant_part, turned_values - constant_part], axis=1)
             if not np.isfinite(coefficients).all():

@@ -163,27 +163,27 @@ class _GeneralForm:
         if abs(number) in lengths:
             product, factors = _length(lengths, number), others
         for factor, in_denominator in factors:
-            general = _length(lengths, factor.value) if _is_number(factor) else self.generalize(factor)
-            product = Node("/" if in_denominator else "*", (product, general))
+            generalized_factor = _length(lengths, factor.value) if _is_number(factor) else self.generalize(factor)
+            product = Node("/" if in_denominator else "*", (product, generalized_factor))
         return product
 
     def formulas(self, entries: Sequence[Node], seed: str, up_to_a_factor: bool = False) -> tuple[object, ...]:
         """Return a fingerprint that is equal for equal formulas (and for their multiples, if `up_to_a_factor`)."""
         trees = [self.generalize(entry) for entry in entries]
-        numbers = fingerprint_results(compile_program(trees), seed)
-        pivot = next((tree for tree, number in zip(trees, numbers, strict=True) if number and any(number)), None)
+        digests = fingerprint_results(compile_program(trees), seed)
+        pivot = next((tree for tree, digest in zip(trees, digests, strict=True) if digest and any(digest)), None)
         if up_to_a_factor and pivot is not None:
             trees = [Node("/", (tree, pivot)) for tree in trees]
-            numbers = fingerprint_results(compile_program(trees), seed)
-        return tuple(_text(tree) if number is None else number for tree, number in zip(trees, numbers, strict=True))
+            digests = fingerprint_results(compile_program(trees), seed)
+        return tuple(_text(tree) if digest is None else digest for tree, digest in zip(trees, digests, strict=True))
 
     def conditions(self, tree: Node, joints: Sequence[str], seed: str) -> tuple[object, ...]:
         """Return a fingerprint of a set of conditions that doesn't depend on their order."""
-        pieces = {
+        digests = {
             tuple(sorted({repr(self._condition(atom.zero, atom.joint, seed)) for atom in piece}))
             for piece in parse_claims(tree, joints)
         }
-        return tuple(sorted(pieces))
+        return tuple(sorted(digests))
 
     def _condition(self, zero: Node, joint: str | None, seed: str) -> tuple[object, ...]:
         if joint is None:
@@ -195,8 +195,8 @@ class _GeneralForm:
 
 def _length(known: Mapping[Fraction, Node], value: Fraction) -> Node:
     """Return the name of the length that a number is equal to up to its sign, or else the number."""
-    number = known.get(abs(value), Node("number", value=abs(value)))
-    return Node("neg", (number,)) if value < 0 else number
+    absolute_value = known.get(abs(value), Node("number", value=abs(value)))
+    return Node("neg", (absolute_value,)) if value < 0 else absolute_value
 
 
 def _text(tree: Node) -> str:
@@ -233,12 +233,12 @@ def _name_lengths(lengths: Iterator[tuple[str, sp.Expr]]) -> dict[Fraction, Node
 
     Lengths of equal value share one name made of all theirs.
     """
-    of_value: dict[Fraction, list[tuple[str, int]]] = {}
+    names_by_value: dict[Fraction, list[tuple[str, int]]] = {}
     for name, value in lengths:
         if value.is_Rational and value != 0:
             number = Fraction(int(value.p), int(value.q))
-            of_value.setdefault(abs(number), []).append((name, 1 if number > 0 else -1))
-    return {value: _signed_name(named) for value, named in of_value.items()}
+            names_by_value.setdefault(abs(number), []).append((name, 1 if number > 0 else -1))
+    return {value: _signed_name(names_and_signs) for value, names_and_signs in names_by_value.items()}
 
 
 def _unambiguous(names: Mapping[Fraction, Node], ways: Sequence[NumbersAndNodes]) -> NumbersAndNodes:

@@ -33,24 +33,27 @@ def missing_links(w: Working, part: Part, right: np.ndarray, answer: np.ndarray)
         links = np.stack([w.arithmetic.value(link) for link in w["links"]])[:, list(axes)]
         return _of_position(w, links, (right - answer)[:, 0])
     residual, size = right - answer, float(np.abs(right).max())
-    others = [row for row in range(len(right)) if row not in answer_rows]
-    if np.isnan(answer).any() or (others and np.abs(residual[others]).max() > SAME * size):
+    other_rows = [row for row in range(len(right)) if row not in answer_rows]
+    if np.isnan(answer).any() or (other_rows and np.abs(residual[other_rows]).max() > SAME * size):
         return None
-    statements = []
+    clauses = []
     for column in range(right.shape[1]):
         column_residual = residual[list(answer_rows), column]
         if np.abs(column_residual).max() <= SAME * size:
             continue
-        parts = w["effects"][column][:, list(axes)]
+        contributions = w["effects"][column][:, list(axes)]
         missing = _sum_of(
-            parts, column_residual, [k for k in links_to_point(w.chain) if np.abs(parts[k]).max() > SAME * size], size
+            contributions,
+            column_residual,
+            [k for k in links_to_point(w.chain) if np.abs(contributions[k]).max() > SAME * size],
+            size,
         )
         if missing is None:
             return None
-        statements.append(f"column {column + 1} seems to lack {_parts(w, missing)}")
-    if not statements:
+        clauses.append(f"column {column + 1} seems to lack {_parts(w, missing)}")
+    if not clauses:
         return None
-    text = "; ".join(statements)
+    text = "; ".join(clauses)
     return Diagnosis(
         ("chain-rule",),
         f"{text[0].upper()}{text[1:]}. A joint moves every link behind it, with all that they carry. See (6.3).",
@@ -60,8 +63,8 @@ def missing_links(w: Working, part: Part, right: np.ndarray, answer: np.ndarray)
 
 def _of_position(w: Working, links: np.ndarray, residual: np.ndarray) -> Diagnosis | None:
     size = float(np.abs(links).max())
-    counted = [k for k in links_to_point(w.chain) if np.abs(links[k]).max() > SAME * size]
-    missing = _sum_of(links, residual, counted, size)
+    candidate_links = [k for k in links_to_point(w.chain) if np.abs(links[k]).max() > SAME * size]
+    missing = _sum_of(links, residual, candidate_links, size)
     if missing is None:
         return None
     message = f"The position seems to lack {_parts(w, missing)}: every link from the base to P is added. See (6.1)."
@@ -85,6 +88,6 @@ def _subsets(counted: Sequence[int]) -> Iterator[tuple[int, ...]]:
 
 def _parts(w: Working, links: Sequence[int]) -> str:
     """Return the contributions of links in words; index n stands for the vector to P in its own frame."""
-    names = ["the offset of P" if k == w.n else f"link {k + 1}" for k in links]
-    joined = names[0] if len(names) == 1 else f"{', '.join(names[:-1])} and {names[-1]}"
-    return f"the part that {joined} {'adds' if len(names) == 1 else 'add'}"
+    link_names = ["the offset of P" if k == w.n else f"link {k + 1}" for k in links]
+    link_words = link_names[0] if len(link_names) == 1 else f"{', '.join(link_names[:-1])} and {link_names[-1]}"
+    return f"the part that {link_words} {'adds' if len(link_names) == 1 else 'add'}"

@@ -60,22 +60,26 @@ def explain_set(problem: Problem, part: Part, parsed_answer: ParsedAnswer, seed:
         return None
     joints = [q.name for q in problem.chain.q]
     try:
-        claimed = parse_claims(with_joint(parsed_answer.tree, joints), joints)
+        pieces = parse_claims(with_joint(parsed_answer.tree, joints), joints)
     except ReadError:
         return None
     marker = _Marker(problem, seed)
-    if not all(map(marker.is_plain, claimed)):
-        return find_mistaken_answer(problem, part, parsed_answer, seed) or _explain_pieces(problem, part, claimed, seed)
-    marks = marker.mark_pieces(claimed)
+    if not all(map(marker.is_plain, pieces)):
+        return find_mistaken_answer(problem, part, parsed_answer, seed) or _explain_pieces(problem, part, pieces, seed)
+    marks = marker.mark_pieces(pieces)
     if _are_rounded(marks, marker.mark_answer(part.answer), digits_of_decimals(parsed_answer.tree) > 0):
         return Diagnosis((), EXACTLY)
     for mistake, variant in mistaken_answers(problem.chain, part):
         if isinstance(variant.answer, ConditionSet):
-            wrong = marker.mark_answer(variant.answer)
-            in_other_form = marks.ties and marks.values == wrong.values and len(marks.ties) == len(wrong.ties)
-            if wrong == marks or (in_other_form and _is_judged_right(problem, part, parsed_answer, variant, seed)):
+            predicted = marker.mark_answer(variant.answer)
+            has_equal_values = (
+                marks.ties and marks.values == predicted.values and len(marks.ties) == len(predicted.ties)
+            )
+            if predicted == marks or (
+                has_equal_values and _is_judged_right(problem, part, parsed_answer, variant, seed)
+            ):
                 return _name_likeliest(problem, part, mistake, variant, marker)
-    return _explain_pieces(problem, part, claimed, seed)
+    return _explain_pieces(problem, part, pieces, seed)
 
 
 def find_mistaken_answer(problem: Problem, part: Part, parsed_answer: ParsedAnswer, seed: str) -> Diagnosis | None:
@@ -90,8 +94,8 @@ def name_either(rivals: Sequence[tuple[Mistake, Mapping[str, object], str]]) -> 
     """Return the diagnosis that names several mistakes that give the same answer, with their words and messages."""
     names = tuple(dict.fromkeys(mistake.name for mistake, _, _ in rivals))
     message = " Or, which gives the same answer: ".join(dict.fromkeys(sentence for _, _, sentence in rivals))
-    located = tuple(locate_mistake(mistake.name, words) for mistake, words, _ in rivals)
-    return Diagnosis(names, message, known_by=located, either=len(names) > 1)
+    signatures = tuple(locate_mistake(mistake.name, words) for mistake, words, _ in rivals)
+    return Diagnosis(names, message, known_by=signatures, either=len(names) > 1)
 
 
 def _name_likeliest(
@@ -135,10 +139,10 @@ def _is_judged_right(
 def _explain_pieces(problem: Problem, part: Part, claimed: Sequence[Piece], seed: str) -> Diagnosis | None:
     """Return the diagnosis that lists false claims, and conditions that are partly or completely missing."""
     claims = _Claims(problem, part, claimed, seed)
-    wrong = [piece for piece, is_sound in zip(claimed, claims.compared.sound, strict=True) if is_sound is False]
-    if claims.compared.rounded or any(len(piece) > 1 or piece[0].joint is None for piece in wrong):
+    wrong_pieces = [piece for piece, is_sound in zip(claimed, claims.compared.sound, strict=True) if is_sound is False]
+    if claims.compared.rounded or any(len(piece) > 1 or piece[0].joint is None for piece in wrong_pieces):
         return None
-    mistakes = [*claims.called_singular(wrong), *claims.missing(wrong)]
+    mistakes = [*claims.called_singular(wrong_pieces), *claims.missing(wrong_pieces)]
     if not 0 < len(mistakes) <= MOST_SAID:
         return None
     sentences = dict.fromkeys(CATALOGUE[name].sentence(words) for name, words in mistakes)
@@ -181,15 +185,15 @@ class _Claims:
     def missing(self, wrong: Sequence[Piece]) -> Iterator[tuple[str, Mapping[str, object]]]:
         """Yield for each condition that is not completely given the name of the mistake behind this, and its words."""
         for k, (component, condition) in enumerate(zip(self.components, self.expected, strict=True)):
-            contained = self._within(wrong, condition)
-            if False not in self._compare(condition, self.claimed).sound or len(contained) == len(condition):
+            contained_pieces = self._within(wrong, condition)
+            if False not in self._compare(condition, self.claimed).sound or len(contained_pieces) == len(condition):
                 continue
-            others = [piece for group in self.expected[:k] + self.expected[k + 1 :] for piece in group]
+            other_pieces = [piece for group in self.expected[:k] + self.expected[k + 1 :] for piece in group]
             correct_pieces = [piece for piece in self.claimed if piece not in wrong]
-            in_part = contained or [
-                piece for piece in correct_pieces if self._compare([piece], others).sound == (False,)
+            given_pieces = contained_pieces or [
+                piece for piece in correct_pieces if self._compare([piece], other_pieces).sound == (False,)
             ]
-            yield ("one-root-only", {}) if in_part else missed_mistake(self.chain, component)
+            yield ("one-root-only", {}) if given_pieces else missed_mistake(self.chain, component)
 
     def _within(self, claimed: Sequence[Piece], condition: Sequence[Piece]) -> list[Piece]:
         """Return the pieces of a condition that the claimed pieces contain."""
@@ -246,12 +250,12 @@ class _Marker:
             yield frozenset(self._mark(joint, program_of(value)) for joint, value in pairs)
 
     def _collect(self, pieces: Iterator[frozenset[Mark]]) -> Marks:
-        distinct = set(pieces)
-        widest = {
-            piece for piece in distinct if not any(wider < piece for wider in distinct)
+        distinct_pieces = set(pieces)
+        widest_pieces = {
+            piece for piece in distinct_pieces if not any(wider < piece for wider in distinct_pieces)
         }  # drop pieces that a wider piece contains
-        values = frozenset(piece for piece in widest if all(joint for joint, _ in piece))
-        return Marks(values, frozenset(widest) - values)
+        values = frozenset(piece for piece in widest_pieces if all(joint for joint, _ in piece))
+        return Marks(values, frozenset(widest_pieces) - values)
 
     def _mark(self, joint: str | None, program: Program) -> Mark:
         values = evaluate(program, self.values, POINTS)[0][0]

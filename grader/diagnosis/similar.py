@@ -99,19 +99,19 @@ _MINUS = Node("number", value=Fraction(-1))
 
 def _product(args: tuple[Node, ...]) -> Node:
     factors = [inner for arg in args for inner in (arg.args if arg.kind == "*" else (arg,))]
-    others = [factor for factor in factors if factor.kind not in _NUMBERS]
-    number = math.prod((factor.value for factor in factors if factor.kind in _NUMBERS), start=Fraction(1))
-    if number != 1 or not others:
-        others.insert(0, Node("number", value=number))
-    return others[0] if len(others) == 1 else Node("*", tuple(others))
+    other_factors = [factor for factor in factors if factor.kind not in _NUMBERS]
+    numeric_factor = math.prod((factor.value for factor in factors if factor.kind in _NUMBERS), start=Fraction(1))
+    if numeric_factor != 1 or not other_factors:
+        other_factors.insert(0, Node("number", value=numeric_factor))
+    return other_factors[0] if len(other_factors) == 1 else Node("*", tuple(other_factors))
 
 
 def _ordered(node: Node, pieces: Counter[str]) -> str:
-    inner = [_ordered(arg, pieces) for arg in node.args]
+    argument_texts = [_ordered(arg, pieces) for arg in node.args]
     if node.kind in _IN_ANY_ORDER:
-        inner.sort()
+        argument_texts.sort()
     head = str(node.value) if node.value is not None else node.kind
-    text = f"{head}({' '.join(inner)})" if inner else head
+    text = f"{head}({' '.join(argument_texts)})" if argument_texts else head
     pieces[text] += 1
     return text
 
@@ -131,10 +131,10 @@ def nearly_the_same(answers: Sequence[Wrong], usual: int) -> list[Pair]:
     """
     long_answers = [answer for answer in answers if answer.written.size >= LEAST_SIZE]
     text_counts = Counter(answer.written.text for answer in long_answers)
-    rare = [answer for answer in long_answers if text_counts[answer.written.text] <= usual]
+    rare_answers = [answer for answer in long_answers if text_counts[answer.written.text] <= usual]
     pairs = [
         Pair(first, second, alikeness(first.written, second.written))
-        for first, second in combinations(rare, 2)
-        if first.due != second.due and (len(rare) <= MOST_PAIRS or first.written.text == second.written.text)
+        for first, second in combinations(rare_answers, 2)
+        if first.due != second.due and (len(rare_answers) <= MOST_PAIRS or first.written.text == second.written.text)
     ]
     return sorted((pair for pair in pairs if pair.alike >= ALIKE), key=lambda pair: -pair.alike)

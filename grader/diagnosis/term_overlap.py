@@ -49,9 +49,9 @@ def share_of_terms(problem: Problem, part: Part, parsed_answer: ParsedAnswer, se
     if any(parsed_answer.blanks) or parsed_answer.symbols - set(domain.roles):
         return Fraction(0)
     pairs = [pair for row_pair in zip(rows, reference, strict=True) for pair in zip(*row_pair, strict=True)]
-    expanded = [(_take_apart(entry), _take_apart(expected)) for entry, expected in pairs]
+    expanded_pairs = [(_take_apart(entry), _take_apart(expected)) for entry, expected in pairs]
     values = sample_values(domain, POINTS, Stream(f"{seed}/terms"))
-    return max(_share(form, set(domain.roles) - problem.constants, values) for form in (pairs, expanded))
+    return max(_share(form, set(domain.roles) - problem.constants, values) for form in (pairs, expanded_pairs))
 
 
 def _share(pairs: Sequence[tuple[Node, Node]], varying: AbstractSet[str], values: Values) -> Fraction:
@@ -70,19 +70,19 @@ def _count_common(terms: Sequence[Node], wanted: Sequence[Node], values: Values)
     """Return how many of the wanted terms are found among the terms, with either sign; each is used only once."""
     if not wanted:
         return 0
-    at_points = evaluate(compile_program([*terms, *wanted]), values, POINTS)[0]
-    remaining, count = list(at_points[: len(terms)]), 0
-    for term in at_points[len(terms) :]:
+    values_of_terms = evaluate(compile_program([*terms, *wanted]), values, POINTS)[0]
+    remaining_values, count = list(values_of_terms[: len(terms)]), 0
+    for term in values_of_terms[len(terms) :]:
         tolerance = SAME * float(np.abs(term).max())
         matches = (
             k
-            for k, candidate in enumerate(remaining)
+            for k, candidate in enumerate(remaining_values)
             for sign in (1, -1)
             if np.all(np.abs(candidate - sign * term) <= tolerance)
         )
         if (k := next(matches, None)) is not None:
             count += 1
-            del remaining[k]
+            del remaining_values[k]
     return count
 
 

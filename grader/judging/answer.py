@@ -108,8 +108,8 @@ def read_formula(text: str, domain: Domain, labels: Sequence[str] = ()) -> Parse
         if name := _other_component(tree, labels):
             raise _Refusal(f"{name} is named, and {labels[0]} is asked; write {labels[0]} = …, or the formula alone")
         tree = _right_side(tree, domain, labels)
-        if tree.kind == "list" and (pointed := with_points(text)) != text:
-            return replace(read_formula(pointed, domain, labels), text=text)
+        if tree.kind == "list" and (text_with_points := with_points(text)) != text:
+            return replace(read_formula(text_with_points, domain, labels), text=text)
         tree = _right_side(_unwrap(tree, domain), domain, labels)
         if tree.kind in ("list", "set", "dict"):
             rows = _find_rows(tree)
@@ -140,8 +140,8 @@ def read_numbers(text: str, count: int, labels: Sequence[str] = (), units: Seque
     """
     if text.strip() and (unit_error := _other_unit(text, labels, units)):
         return refuse(text, unit_error)
-    if count == 1 and (pointed := with_points(text)) != text:
-        return replace(read_numbers(pointed, count, labels), text=text)
+    if count == 1 and (text_with_points := with_points(text)) != text:
+        return replace(read_numbers(text_with_points, count, labels), text=text)
     parsed = _read_entries(text, (count, 1), Domain({}), labels, are_numbers=True)
     return _or_table(parsed, lambda text: numbers_text(text, count), lambda table: read_numbers(table, count, labels))
 
@@ -212,15 +212,15 @@ def read_conditions(text: str, domain: Domain, joints: Sequence[str] = ()) -> Pa
 
     If `joints` is empty, the content is not checked, so it may be a set of angles.
     """
-    measured = with_points_of_lengths(text)
-    parsed = replace(_parse(measured, domain), text=text)
+    text_with_points = with_points_of_lengths(text)
+    parsed = replace(_parse(text_with_points, domain), text=text)
     if parsed.tree is None:
         return parsed
     tree = parsed.tree
     try:
         tree = _drop_blanks(_substitute_whole_numbers(tree))
         if joints:
-            _require_conditions(tree, measured, domain, joints)
+            _require_conditions(tree, text_with_points, domain, joints)
     except ReadError as error:
         return ParsedAnswer(text, wrong(f"this can't be read as conditions: {error}"), tree)
     except _Refusal as refusal:
@@ -236,8 +236,8 @@ def _require_conditions(tree: Node, text: str, domain: Domain, joints: Sequence[
             is_ambiguous=True,
         )
     alternatives = tree.args if tree.kind in ("list", "set", "or") else (tree,)
-    if bare := next((alternative for alternative in alternatives if _is_bare(alternative, joints)), None):
-        claim = node_text(bare)[:_SHOWN]
+    if bare_formula := next((alternative for alternative in alternatives if _is_bare(alternative, joints)), None):
+        claim = node_text(bare_formula)[:_SHOWN]
         raise _Refusal(
             f"{claim} is no condition; write where it is zero, as in {joints[-1]} = 0 or {joints[-1]} = pi/3, or as an "
             f"equation, {claim} = 0"
@@ -285,10 +285,10 @@ def _drop_blanks(node: Node) -> Node:
         return node.with_args((node.args[0], _drop_blanks(node.args[1])))
     if node.kind not in ("and", "or", "list", "set"):
         return node
-    remaining = tuple(arg for arg in node.args if not _says_nothing(arg)) or node.args
-    if node.kind in ("and", "or") and len(remaining) == 1:
-        return _drop_blanks(remaining[0])
-    return Node(node.kind, remaining if node.kind == "and" else tuple(map(_drop_blanks, remaining)), node.value)
+    kept_args = tuple(arg for arg in node.args if not _says_nothing(arg)) or node.args
+    if node.kind in ("and", "or") and len(kept_args) == 1:
+        return _drop_blanks(kept_args[0])
+    return Node(node.kind, kept_args if node.kind == "and" else tuple(map(_drop_blanks, kept_args)), node.value)
 
 
 def _substitute_whole_numbers(node: Node) -> Node:
@@ -382,9 +382,9 @@ def with_points(text: str) -> str:
         return text
     closing_brackets, characters = _ends_of_brackets(text), list[str]()
     is_grouping = list[bool]()  # for each open bracket, whether it only groups
-    for at, (before, char, after) in enumerate(zip(f" {text}", text, f"{text[1:]} ", strict=False)):
+    for index, (before, char, after) in enumerate(zip(f" {text}", text, f"{text[1:]} ", strict=False)):
         if char in "([{":
-            is_grouping.append(char == "(" and _only_groups(text, at, closing_brackets.get(at)))
+            is_grouping.append(char == "(" and _only_groups(text, index, closing_brackets.get(index)))
         elif char in ")]}" and is_grouping:
             is_grouping.pop()
         is_between_digits = before.isdecimal() and after.isdecimal()
@@ -394,13 +394,13 @@ def with_points(text: str) -> str:
 
 def _ends_of_brackets(text: str) -> dict[int, int]:
     """Return the index of each bracket's closing bracket; brackets that are never closed are omitted."""
-    ends, open_brackets = dict[int, int](), list[int]()
-    for at, char in enumerate(text):
+    closing_brackets, open_brackets = dict[int, int](), list[int]()
+    for index, char in enumerate(text):
         if char in "([{":
-            open_brackets.append(at)
+            open_brackets.append(index)
         elif char in ")]}" and open_brackets:
-            ends[open_brackets.pop()] = at
-    return ends
+            closing_brackets[open_brackets.pop()] = index
+    return closing_brackets
 
 
 def _only_groups(text: str, begin: int, end: int | None) -> bool:
@@ -575,9 +575,9 @@ def _of_vectors(node: Node, shape: tuple[int, int], labels: Sequence[str], colum
     if node.kind not in ("dict", "list", "set", "and") or not all(map(_name_before, node.args)):
         return None
     components = [_label_of(label) for label in labels]
-    first = _label_of(_name_before(node.args[0]))[:1] if node.args else ""
-    if not columns and shape[1] > 1 and first in _COLUMNS:
-        columns = [f"{first}{i + 1}" for i in range(shape[1])]
+    first_letter = _label_of(_name_before(node.args[0]))[:1] if node.args else ""
+    if not columns and shape[1] > 1 and first_letter in _COLUMNS:
+        columns = [f"{first_letter}{i + 1}" for i in range(shape[1])]
     is_twist = components in ([*LINEAR, *ANGULAR], [*ANGULAR, *LINEAR])
     expected = [components[0][0], components[3][0]] if is_twist else [_label_of(column) for column in columns]
     vectors = {_label_of(_name_before(arg)): _vector(arg.args[1]) for arg in node.args}
@@ -619,12 +619,12 @@ def _is_labelled(node: Node) -> bool:
 
 def _label_of(name: str) -> str:
     """Return the normalized name of an entry: P_x, p_x and px become x; v_x and x_dot become vx; ω_x becomes wx."""
-    plain = name.replace("_", "").lower()
-    plain = VOCABULARY["velocities"].get(plain, plain)
+    label = name.replace("_", "").lower()
+    label = VOCABULARY["velocities"].get(label, label)
     for spelled, letter in VOCABULARY["spelled"].items():
-        plain = plain.replace(spelled, letter)
-    entry = _POINT_OF_ENTRY.fullmatch(plain)
-    return entry.group(1) if entry else plain.removeprefix("p") if len(plain) > 1 else plain
+        label = label.replace(spelled, letter)
+    entry = _POINT_OF_ENTRY.fullmatch(label)
+    return entry.group(1) if entry else label.removeprefix("p") if len(label) > 1 else label
 
 
 _POINT_OF_ENTRY = pattern("point_of_entry")
@@ -637,12 +637,12 @@ def _require_shape(rows: Matrix, expected: tuple[int, int], text: str) -> Matrix
         return [[entry] for entry in rows[0]]
     if shape == expected:
         return rows
-    is_vector, is_turned = 1 in expected, shape == expected[::-1]
-    hint = "" if is_turned and not is_vector else f"; write it as in {_as_in(expected)}"
+    is_vector, is_transposed = 1 in expected, shape == expected[::-1]
+    hint = "" if is_transposed and not is_vector else f"; write it as in {_as_in(expected)}"
     if shape[0] * shape[1] > expected[0] * expected[1] and re.search(r"\d,\d", text):
         hint = _COMMAS
-    turned = " (transposed?)" if is_turned and expected[0] != expected[1] and not is_vector else ""
-    raise _Refusal(f"the answer is {shape[0]} x {shape[1]}, and {expected[0]} x {expected[1]} is due{turned}{hint}")
+    guess = " (transposed?)" if is_transposed and expected[0] != expected[1] and not is_vector else ""
+    raise _Refusal(f"the answer is {shape[0]} x {shape[1]}, and {expected[0]} x {expected[1]} is due{guess}{hint}")
 
 
 _COMMAS = "; where 0,5 is a number, put semicolons or a comma and a space between entries, as in [0,5; 1,25]"

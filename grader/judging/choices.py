@@ -64,9 +64,9 @@ def chosen_letters(student: str, options: int) -> list[int] | None:
     >>> chosen_letters("AF", 4), chosen_letters("a1*cos(theta1)", 4)
     (None, None)
     """
-    plain = re.sub(r"\b(and|joints?)\b|\d+\s*(is\b|[:=.-]>?)|[\"'()\[\]{}.,;&+\s]", "", _plain(student))
+    typed = re.sub(r"\b(and|joints?)\b|\d+\s*(is\b|[:=.-]>?)|[\"'()\[\]{}.,;&+\s]", "", _plain(student))
     letters = LETTERS[:options].casefold()
-    return [letters.index(letter) for letter in plain] if plain and set(plain) <= set(letters) else None
+    return [letters.index(letter) for letter in typed] if typed and set(typed) <= set(letters) else None
 
 
 def _plain(text: str) -> str:
@@ -75,9 +75,9 @@ def _plain(text: str) -> str:
     A text longer than any option is truncated, and a special character at its end ensures that it matches no option.
     """
     words = " ".join(text.split())
-    visible = "".join(sign for sign in words[:LONGEST] if unicodedata.category(sign) != "Cf")
-    visible += "\N{REPLACEMENT CHARACTER}" if len(words) > LONGEST else ""
-    return unicodedata.normalize("NFKC", visible).casefold()
+    characters = "".join(sign for sign in words[:LONGEST] if unicodedata.category(sign) != "Cf")
+    characters += "\N{REPLACEMENT CHARACTER}" if len(words) > LONGEST else ""
+    return unicodedata.normalize("NFKC", characters).casefold()
 
 
 def _strip(student: str) -> str:

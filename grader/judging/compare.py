@@ -75,10 +75,10 @@ def _rows(reference: Any, known: frozenset[str]) -> list[list[Node]]:
 
 def _domain(nodes: Sequence[Node], student: str, joints: Sequence[str]) -> Domain:
     """Return the default roles of the joints and of all symbols in the reference and in the student's text."""
-    used = set().union(*(names(node) for node in nodes), joints)
+    symbols = set().union(*(names(node) for node in nodes), joints)
     with contextlib.suppress(ReadError):  # the judgement will report what can't be parsed
-        used |= names(read(student, used))
-    return Domain({name: default_role(name) for name in sorted(used)})
+        symbols |= names(read(student, symbols))
+    return Domain({name: default_role(name) for name in sorted(symbols)})
 
 
 def compare_line(line: str, number: int) -> dict[str, Any]:
@@ -92,10 +92,10 @@ def compare_line(line: str, number: int) -> dict[str, Any]:
         raise QdotError(f"line {number} is not JSON: {error}") from None
     if not isinstance(request, dict):
         raise QdotError(f"line {number}: an object with reference and student (and type, id, joints) is due")
-    missing = [key for key in ("reference", "student") if key not in request]
-    if missing:
+    missing_keys = [key for key in ("reference", "student") if key not in request]
+    if missing_keys:
         raise QdotError(
-            f"line {number}: without {' and '.join(missing)}; due are reference and student (and type, id, joints)"
+            f"line {number}: without {' and '.join(missing_keys)}; due are reference and student (and type, id, joints)"
         )
     return {"id": request.get("id"), **content_of(safely(request, number))}
 

@@ -80,17 +80,17 @@ def judge_matrix(
 def matrix_judgement(comparison: Comparison, blanks: Sequence[bool], reference: Matrix, unknown: str = "") -> Judgement:
     """Return the judgement on a matrix whose entries were compared; `unknown` is a message about unknown symbols."""
     columns = len(reference[0])
-    equal = [same and not blank for same, blank in zip(comparison.equal, blanks, strict=True)]
+    is_correct = [same and not blank for same, blank in zip(comparison.equal, blanks, strict=True)]
     is_zero = [entry.kind == "number" and not entry.value for row in reference for entry in row]
-    if all(equal):
-        judged = correct(comparison.certificate)
+    if all(is_correct):
+        judgement = correct(comparison.certificate)
     else:
         reason = unknown or _difference(comparison, columns) or "the others were left blank"
-        if not unknown or any(equal):
-            reason = f"{_count(equal, blanks, is_zero)}; {reason}"
-        judged = partial(float(share_of_entries(equal, is_zero, blanks)), reason, comparison.certificate)
-    marks = tuple(tuple(equal[i : i + columns]) for i in range(0, len(equal), columns))
-    return replace(judged, entries=marks)
+        if not unknown or any(is_correct):
+            reason = f"{_count(is_correct, blanks, is_zero)}; {reason}"
+        judgement = partial(float(share_of_entries(is_correct, is_zero, blanks)), reason, comparison.certificate)
+    marks = tuple(tuple(is_correct[i : i + columns]) for i in range(0, len(is_correct), columns))
+    return replace(judgement, entries=marks)
 
 
 def _count(equal: Sequence[bool], blanks: Sequence[bool], is_zero: Sequence[bool], what: str = "entries") -> str:
@@ -147,21 +147,21 @@ def judge_numbers(
         Node("name", value="E") if blank else entry for blank, entry in zip(blanks, parsed.entries, strict=True)
     ]
     values = evaluate(compile_program(filled_entries), {}, 1)[0][:, 0]
-    equal = [
+    is_correct = [
         bool(np.isfinite(value) and abs(value - expected) <= max(tolerance * abs(expected), floor) and not blank)
         for value, expected, blank in zip(values, reference, blanks, strict=True)
     ]
-    if all(equal):
-        judged = correct(Certificate("numeric", 1, 0.0), f"right to {100 * tolerance:g} %")
+    if all(is_correct):
+        judgement = correct(Certificate("numeric", 1, 0.0), f"right to {100 * tolerance:g} %")
     else:
-        first_wrong, zeros = equal.index(False), [abs(expected_value) <= floor for expected_value in reference]
+        first_wrong, zeros = is_correct.index(False), [abs(expected_value) <= floor for expected_value in reference]
         yours = "blank" if blanks[first_wrong] else number(complex(values[first_wrong]))
         example = EntryDifference(first_wrong, {}, yours, float(f"{reference[first_wrong]:.4g}"))
         difference = " was left blank" if blanks[first_wrong] else number_words(example, units[first_wrong])
-        reason = f"{_count(equal, blanks, zeros, 'numbers')}; number {first_wrong + 1}{difference}"
-        share = share_of_entries(equal, zeros, blanks)
-        judged = partial(float(share), reason, Certificate("numeric", 1, 0.0, example))
-    return replace(judged, entries=tuple((same,) for same in equal))
+        reason = f"{_count(is_correct, blanks, zeros, 'numbers')}; number {first_wrong + 1}{difference}"
+        share = share_of_entries(is_correct, zeros, blanks)
+        judgement = partial(float(share), reason, Certificate("numeric", 1, 0.0, example))
+    return replace(judgement, entries=tuple((same,) for same in is_correct))
 
 
 def judge_direction(
@@ -224,13 +224,13 @@ def _certificate_for_pivot(certificate: Certificate, expected: Node, answered: N
 def _judge_numeric_direction(parsed: ParsedAnswer, reference: Sequence[Node], tolerance: float) -> Judgement:
     if parsed.symbols:
         return wrong(f"numbers are due, and {', '.join(sorted(parsed.symbols)[:5])} is left in the answer")
-    typed, expected = (evaluate(compile_program(list(nodes)), {}, 1)[0][:, 0] for nodes in (parsed.entries, reference))
-    if not np.all(np.isfinite(typed)) or np.any(np.abs(typed.imag) > IMAGINARY * np.abs(typed)):
+    given, expected = (evaluate(compile_program(list(nodes)), {}, 1)[0][:, 0] for nodes in (parsed.entries, reference))
+    if not np.all(np.isfinite(given)) or np.any(np.abs(given.imag) > IMAGINARY * np.abs(given)):
         return wrong("an entry of the vector is not a finite real number")
-    size = float(np.linalg.norm(typed.real))
-    if size == 0.0:
+    norm = float(np.linalg.norm(given.real))
+    if norm == 0.0:
         return wrong("the zero vector is no direction")
-    unit_vector, target = typed.real / size, expected.real / np.linalg.norm(expected.real)
+    unit_vector, target = given.real / norm, expected.real / np.linalg.norm(expected.real)
     target = target * (1.0 if float(unit_vector @ target) >= 0 else -1.0)
     distance = float(np.linalg.norm(unit_vector - target))
     if distance <= tolerance:
@@ -262,16 +262,16 @@ def judge_singular(
     ]
     space = Space(joints, domain, rounding)
     try:
-        judged = _judge_set(parse_claims(with_joint(parsed.tree, joints), joints), reference_pieces, space, seed)
+        judgement = _judge_set(parse_claims(with_joint(parsed.tree, joints), joints), reference_pieces, space, seed)
     except ReadError as error:
         return wrong(f"this can't be read as conditions: {error}")
-    if judged.outcome is Outcome.CORRECT or (combined := combine_with_and(parsed.tree, joints)) is None:
-        return judged
+    if judgement.outcome is Outcome.CORRECT or (joined_tree := combine_with_and(parsed.tree, joints)) is None:
+        return judgement
     try:
-        is_better = _judge_set(parse_claims(combined, joints), reference_pieces, space, seed).share > judged.share
+        is_better = _judge_set(parse_claims(joined_tree, joints), reference_pieces, space, seed).share > judgement.share
     except ReadError:  # the combined conditions have too many cases
-        return judged
-    return replace(judged, reason=f"{OR}; {judged.reason}") if is_better else judged
+        return judgement
+    return replace(judgement, reason=f"{OR}; {judgement.reason}") if is_better else judgement
 
 
 def judge_angles(parsed: ParsedAnswer, reference: Node, domain: Domain, seed: str) -> Judgement:
@@ -281,8 +281,8 @@ def judge_angles(parsed: ParsedAnswer, reference: Node, domain: Domain, seed: st
     joint, angle_domain = Node("name", value="angle"), Domain({**domain.roles, "angle": "angle"})
     reference_pieces = [parse_pieces(Node("in", (joint, reference)), ["angle"])]
     try:
-        claimed = parse_claims(Node("in", (joint, parsed.tree)), ["angle"])
-        return _judge_set(claimed, reference_pieces, Space(["angle"], angle_domain), seed, "angle")
+        claimed_pieces = parse_claims(Node("in", (joint, parsed.tree)), ["angle"])
+        return _judge_set(claimed_pieces, reference_pieces, Space(["angle"], angle_domain), seed, "angle")
     except ReadError as error:
         return wrong(f"this can't be read as a set of angles: {error}")
 
@@ -304,11 +304,11 @@ def _judge_set(
     )
     # A piece that is not singular everywhere may cover part of the reference; only sound pieces count for the share.
     sound = [piece for piece, held in zip(claimed, tolerant_comparison.sound, strict=True) if held]
-    matched = _count_matched(compare_sets(sound, reference_pieces, tolerant_space, seed).covered, conditions)
+    matches = _count_matched(compare_sets(sound, reference_pieces, tolerant_space, seed).covered, conditions)
     claims = [(_joints_of(piece, space), held) for piece, held in zip(claimed, tolerant_comparison.sound, strict=True)]
     true_joints = {joints for joints, held in claims if held}
     unsound = count_false_conditions([joints for joints, held in claims if held is False], true_joints)
-    share = share_of_set(matched, unsound, is_rounded=comparison.rounded)
+    share = share_of_set(matches, unsound, is_rounded=comparison.rounded)
     reason = _set_reason(tolerant_comparison, space.joints, what)
     if comparison.rounded:
         rounded_pieces = [
@@ -318,7 +318,7 @@ def _judge_set(
         reason = f"right but for rounding{pose_words(at, space.joints)}; write {_EXACTLY}" + (reason and f"; {reason}")
     if tolerant_comparison.surplus is not None and _are_degrees(claimed, reference_pieces, space, seed):
         reason = f"these values are in degrees, and radians are due; {reason}"
-    words = f"{_matched_words(matched, unsound)}; " if share else ""
+    words = f"{_matched_words(matches, unsound)}; " if share else ""
     return partial(float(share), words + (reason or "no configuration is claimed"), _set_certificate(comparison))
 
 
@@ -347,8 +347,8 @@ def _matched_words(matched: Sequence[tuple[int, int]], unsound: int) -> str:
         f"{len(matched)} conditions {'is' if complete_count == 1 else 'are'}" if len(matched) > 1 else "1 condition is"
     )
     partial_words = f", {partial_count} in part" if partial_count else ""
-    verb = "does" if unsound == 1 else "do"
-    false_words = f", {unsound} of the claimed conditions {verb} not hold" if unsound else ""
+    does_words = "does" if unsound == 1 else "do"
+    false_words = f", {unsound} of the claimed conditions {does_words} not hold" if unsound else ""
     return f"{complete_count} of {conditions} found{partial_words}{false_words}"
 
 

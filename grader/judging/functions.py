@@ -94,10 +94,10 @@ def judge_function(part: Part, table: Table, joints: Sequence[str], known: Itera
         returned_words = " x ".join(map(str, shape)) or "one number"
         return wrong(f"the function returns {returned_words}, and {expected_shape[0]} x {expected_shape[1]} is due")
     expected, size = evaluate(compile_program(nodes), table.at, POINTS)
-    answered = _scale_to(expected, values.T) if part.answer.counts_up_to_a_factor else values.T
-    shown = set(joints).union(*map(names, nodes))
-    at = {name: column for name, column in table.at.items() if name in shown}
-    return matrix_judgement(_compare(answered, expected, size, at, part.rounding), [False] * len(nodes), reference)
+    answer_values = _scale_to(expected, values.T) if part.answer.counts_up_to_a_factor else values.T
+    shown_names = set(joints).union(*map(names, nodes))
+    at = {name: column for name, column in table.at.items() if name in shown_names}
+    return matrix_judgement(_compare(answer_values, expected, size, at, part.rounding), [False] * len(nodes), reference)
 
 
 def _scale_to(expected: np.ndarray, answered: np.ndarray) -> np.ndarray:
@@ -120,15 +120,15 @@ def _compare(
         scale = np.where(size > 0, size, np.where(largest > 0, largest, 1.0))
         is_within = np.abs(answered - expected) <= max(NINE_DIGITS, relative) * scale + absolute
     defined = np.isfinite(expected)
-    equal = [
+    is_correct = [
         bool(np.all(same[is_defined]) and np.any(is_defined))
         for same, is_defined in zip(is_within, defined, strict=True)
     ]
     example = None
-    if not all(equal):
-        entry = equal.index(False)
+    if not all(is_correct):
+        entry = is_correct.index(False)
         point = int(np.argmax(~is_within[entry] & defined[entry]))
         yours, right_value = tell_apart(complex(answered[entry, point]), complex(expected[entry, point]))
         values = {name: float(f"{column[point]:.6g}") for name, column in sorted(at.items())}
         example = EntryDifference(entry, values, yours, right_value)
-    return Comparison(tuple(equal), Certificate("numeric", POINTS, chance_of_missing(POINTS), example))
+    return Comparison(tuple(is_correct), Certificate("numeric", POINTS, chance_of_missing(POINTS), example))
