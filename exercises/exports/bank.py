@@ -44,15 +44,17 @@ def process_bank(order: Order, work: Work[Made]) -> Generator[tuple[Variant, Mad
     and the processes share the work evenly.
     """
     for slot in order.assignment.slots:
-        count, failed = 0, list[str]()
-        for problem, work_result in _distinct_problems(order, slot, work, failed):
+        count, failures = 0, list[str]()
+        for problem, work_result in _distinct_problems(order, slot, work, failures):
             count += 1
             order.each()
             yield Variant(slot, count, problem), work_result
         if not count:
-            raise _no_variant_error(slot, failed[0])
-        if failed:
-            order.note(f"{slot.name}: {len(failed)} draws did not pass, and others were taken; the first: {failed[0]}")
+            raise _no_variant_error(slot, failures[0])
+        if failures:
+            order.note(
+                f"{slot.name}: {len(failures)} draws did not pass, and others were taken; the first: {failures[0]}"
+            )
         if count < order.variants:
             number = "one such problem" if count == 1 else f"{count} such problems that differ"
             variation_words = describe_variation(slot.family, slot.variation)
@@ -113,8 +115,8 @@ def _draw_candidate(state: _WorkerState[Made], number: int) -> _Candidate[Made] 
     receives the one with a result first.
     """
     order, slot = state.order, state.slot
-    make = partial(slot.problem, order.assignment.secret, f"bank/{number}")  # no student's identifier has a slash
-    attempt_result = attempt(make, certify_by(order.failures))
+    generate = partial(slot.problem, order.assignment.secret, f"bank/{number}")  # no student's identifier has a slash
+    attempt_result = attempt(generate, certify_by(order.failures))
     if isinstance(attempt_result, str):
         return attempt_result
     problem = attempt_result[0]

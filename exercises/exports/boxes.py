@@ -107,10 +107,10 @@ def options_of(problem: Problem, part: Part, share: float = 1.0) -> PaperOptions
             re.sub(r"^\$\\begin\{bmatrix\} ([^&\\]*(?:\\(?!\\)[^&\\]*)*) \\end\{bmatrix\}\$$", r"$\1$", text)
             for text in texts
         ]
-    widest = max(map(_width, texts)) + TICK
-    columns = max((count for count in (1, 2, 4) if count * widest <= share * EM and count <= len(texts)), default=1)
+    max_width = max(map(_width, texts)) + TICK
+    columns = max((count for count in (1, 2, 4) if count * max_width <= share * EM and count <= len(texts)), default=1)
     has_tall_option = isinstance(part.details, Options) and any(option.is_tall for option in part.details.offered)
-    if (has_tall_option or widest > share * EM) and all(re.fullmatch(r"\$[^$]*\$", text) for text in texts):
+    if (has_tall_option or max_width > share * EM) and all(re.fullmatch(r"\$[^$]*\$", text) for text in texts):
         texts = [f"${text}$" for text in texts]  # a block formula can be made smaller or broken into lines
     offered = tuple(PaperOption(letter, text) for letter, text in zip(LETTERS, texts, strict=False))
     return PaperOptions(offered, columns, ticked=not answer.matched)
@@ -135,8 +135,8 @@ def share_that_fits(boxes: Sequence[Box], fixed: int, page: int) -> float:
 
 def scale_working_room(box: Box, share: float) -> Box:
     """Return a box with a share of its working space. With share 1, it keeps all of it even if pages are filled up."""
-    packed = box.working if share == 1 else round(PACKED_SHARE * box.working)
-    return replace(box, working=round(share * box.working), packed=packed)
+    packed_space = box.working if share == 1 else round(PACKED_SHARE * box.working)
+    return replace(box, working=round(share * box.working), packed=packed_space)
 
 
 def working_room(solution: str) -> int:
@@ -159,15 +159,15 @@ def box_of(problem: Problem, part: Part, solution: str = "") -> Box | None:
             return _lines_of_numbers(problem, part, answer, working)
     rows, columns = answer.shape or (1, 1)
     entries = [] if answer.is_in_numbers else list(answer.as_matrix())
-    widest = max((width(parse_latex(tex(entry, problem.chain))) for entry in entries), default=0.0)
-    lines = max(1, min(3, math.ceil(WRITTEN * widest * columns / PAGE)))
-    return Box(working, rows, columns, ROW + LINE * (lines - 1))  # all cells are as high as the longest entry
+    max_width = max((width(parse_latex(tex(entry, problem.chain))) for entry in entries), default=0.0)
+    line_count = max(1, min(3, math.ceil(WRITTEN * max_width * columns / PAGE)))
+    return Box(working, rows, columns, ROW + LINE * (line_count - 1))  # all cells are as high as the longest entry
 
 
 def _lines_of_numbers(problem: Problem, part: Part, answer: Number, working: int) -> Box:
     chain, question = problem.chain, ASKED[part.kind]
-    typed = (tex(sp.Symbol(name), chain) for name in question.labels(chain))
-    labels = tuple(question.entry_names(chain, part) or typed)
+    typed_labels = (tex(sp.Symbol(name), chain) for name in question.labels(chain))
+    labels = tuple(question.entry_names(chain, part) or typed_labels)
     units = tuple(map(unit_text, answer.units))
     rows, columns = answer.shape or (1, 1)
     return Box(working, rows * columns, 1, labels=labels if len(labels) == len(units) else (), units=units)

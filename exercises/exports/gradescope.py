@@ -21,11 +21,11 @@ def export_gradescope(order: Order) -> Generator[File, None, None]:
     name, content = wheel()
     context = {"title": assignment.title, "key": assignment.key, "wheel": name}
     scripts = {"setup.sh": "exports/gradescope-setup.sh.j2", "run_autograder": "exports/gradescope-run.sh.j2"}
-    private = dict(assignment_files(order)) | {SECRET_FILE: f"{assignment.secret}\n".encode()}
+    private_files = dict(assignment_files(order)) | {SECRET_FILE: f"{assignment.secret}\n".encode()}
     files: dict[str, str | bytes] = {path: render(template, **context) for path, template in scripts.items()}
-    files |= {f"assignment/{path}": data for path, data in private.items()}
+    files |= {f"assignment/{path}": data for path, data in private_files.items()}
     files |= {name: content, "versions.txt": versions()}
-    modes = dict.fromkeys(scripts, 0o755) | {f"assignment/{path}": 0o600 for path in private}
+    modes = dict.fromkeys(scripts, 0o755) | {f"assignment/{path}": 0o600 for path in private_files}
     yield File("autograder.zip", archive(files, modes), private=True)
     yield File("README.md", render("exports/gradescope-readme.md.j2", **context))
     for student, notebook in notebooks.all():

@@ -38,9 +38,9 @@ def handouts(order: Order) -> Handouts:
     Call this before copying any file of the assignment.
     """
     unreleased = [student.id for student in order.assignment.roster if not is_released(order.assignment, student.id)]
-    assignment, given_up = settle_problems(order.assignment, unreleased, order.failures, order.jobs, order.each)
-    for failure in given_up:
+    assignment, failures = settle_problems(order.assignment, unreleased, order.failures, order.jobs, order.each)
+    for failure in failures:
         order.left_out(failure)
-    left_out_students = {failure.student for failure in given_up}
+    left_out_students = {failure.student for failure in failures}
     students = tuple(student for student in assignment.roster if student.id not in left_out_students)
     return Handouts(order, assignment, students, frozenset(unreleased))

@@ -158,15 +158,15 @@ class Item:
 
 def items(order: Order) -> Generator[Item, None, None]:
     """Yield the parts of every variant as items, by slot and variant. Report once per slot what can't be asked."""
-    noted: set[str] = set()
+    reported_notes: set[str] = set()
     for variant, variant_items in process_bank(order, _items_of):
         for part, item in zip(variant.problem.parts, variant_items, strict=True):
             if item is not None:
                 yield _add_variant_key(item, variant)
                 continue
             note = f"{variant.slot.name}: {part.name} can't be asked on a platform that compares no formulas"
-            if note not in noted:
-                noted.add(note)
+            if note not in reported_notes:
+                reported_notes.add(note)
                 order.note(note)
 
 
@@ -177,15 +177,15 @@ def _items_of(order: Order, slot: Slot, problem: Problem) -> list[Item | None]:
 
 def _add_variant_key(item: Item, variant: Variant) -> Item:
     """Return an item with the variant's key in its key and title."""
-    number = item.number and _add_variant_key(item.number, variant)
-    return replace(item, key=f"{variant.key}-{item.key}", title=f"{item.title} ({variant.key})", number=number)
+    number_item = item.number and _add_variant_key(item.number, variant)
+    return replace(item, key=f"{variant.key}-{item.key}", title=f"{item.title} ({variant.key})", number=number_item)
 
 
 def items_without_hidden_solutions(order: Order) -> Generator[Item, None, None]:
     """Yield the items for a platform without levels of feedback, with solutions only if students may see them."""
     for item in items(order):
-        number = item.number and replace(item.number, solution=())
-        yield item if order.solutions or order.tells("solutions") else replace(item, solution=(), number=number)
+        number_item = item.number and replace(item.number, solution=())
+        yield item if order.solutions or order.tells("solutions") else replace(item, solution=(), number=number_item)
 
 
 def group_by_category(items: Iterable[Item]) -> dict[tuple[str, str, str], list[Item]]:
@@ -199,10 +199,10 @@ def group_by_category(items: Iterable[Item]) -> dict[tuple[str, str, str], list[
 def _item(order: Order, slot: Slot, problem: Problem, part: Part) -> Item | None:
     """Return a part of a problem as an item whose key does not name the variant yet; None if it can't be asked."""
     if part.answer.is_a_set:
-        short = _ask_short_question(problem, part, order)
-        if short is None:
+        short_problem = _ask_short_question(problem, part, order)
+        if short_problem is None:
             return None
-        problem, (part,) = short, short.parts
+        problem, (part,) = short_problem, short_problem.parts
     tells_mistakes, numeric_part = order.tells("mistake"), None
     form: Choose | Match | Numeric
     if part.answer.offered:
@@ -243,11 +243,11 @@ def _ask_short_question(problem: Problem, part: Part, order: Order) -> Problem |
             answer, details = question.ask(problem.chain, stream)
         except RuntimeError:
             continue
-        short = replace(problem, parts=(Part(name, name, answer, part.points, details=details),))
-        failures = order.failures(short)
+        short_problem = replace(problem, parts=(Part(name, name, answer, part.points, details=details),))
+        failures = order.failures(short_problem)
         if failures:
             raise QdotError(f"{problem.id}: {name} does not pass its certificate: {failures[0]}; please report it")
-        return short
+        return short_problem
     return None
 
 
@@ -344,18 +344,18 @@ def _field(part: Part, numeric_part: NumericPart, index: int, label: str, tells_
             wrong_values.append(WrongValue(wrong_value, wrong_tolerance, title, advice))
     row, column = divmod(index, columns)
     position = f"row {row + 1}, column {column + 1}" if columns > 1 else f"entry {row + 1}" if rows > 1 else ""
-    words = (
+    description = (
         f"that in {position} of the matrix" if columns > 1 else f"${label}$ ({position})" if position else f"${label}$"
     )
-    return Field(label, words, value, tolerance, answer.units[index], tuple(wrong_values[:MOST_WRONG]))
+    return Field(label, description, value, tolerance, answer.units[index], tuple(wrong_values[:MOST_WRONG]))
 
 
 def _most_telling_field(problem: Problem, part: Part, fields: tuple[Field, ...]) -> Field:
     """Return the field whose value distinguishes the most mistakes. If several do, choose one of them at random."""
     nontrivial_fields = [field for field in fields if round(abs(field.value), 9) not in (0, 1)] or list(fields)
     max_mistakes = max(len(field.wrong) for field in nontrivial_fields)
-    best = [field for field in nontrivial_fields if len(field.wrong) == max_mistakes]
-    return Stream(f"{problem.id}/{part.name}/one number").choice(best)
+    best_fields = [field for field in nontrivial_fields if len(field.wrong) == max_mistakes]
+    return Stream(f"{problem.id}/{part.name}/one number").choice(best_fields)
 
 
 def _numeric_question(

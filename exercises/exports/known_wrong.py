@@ -66,8 +66,8 @@ def known_wrong(problem: Problem, part: Part, most: int) -> tuple[KnownWrongAnsw
         return tuple(_wrong_numbers(problem, part, most))
     if not part.answer.is_formulas:
         return ()
-    which = part.details if isinstance(part.details, OneOfSeveral) else None
-    subject = _Subject(structure(problem.chain).chain, part.kind, which, part)
+    alternative = part.details if isinstance(part.details, OneOfSeveral) else None
+    subject = _Subject(structure(problem.chain).chain, part.kind, alternative, part)
     mistakes = (_apply_mistake(subject, index) for index in range(min(TRIED * most, len(_wrong_in_numbers(subject)))))
     return tuple(islice(_for_this_arm(problem, part, filter(None, mistakes)), most))
 
@@ -85,14 +85,14 @@ def domain_of(problem: Problem) -> Domain:
 
 def _distinct_wrong_answers(right: np.ndarray, wrongs: Iterable[Wrong]) -> Iterator[Wrong]:
     """Yield one numeric wrong answer per mistake: finite, of the expected shape, and different from earlier ones."""
-    seen, mistakes = [right], set[str]()
+    accepted, mistake_names = [right], set[str]()
     for wrong in wrongs:
         answer = wrong.answer
-        if wrong.mistake.name in mistakes or answer.shape != right.shape or not np.isfinite(answer).all():
+        if wrong.mistake.name in mistake_names or answer.shape != right.shape or not np.isfinite(answer).all():
             continue
-        if np.abs(answer).max() > LEAST and all(differ(answer, earlier) for earlier in seen):
-            seen.append(answer)
-            mistakes.add(wrong.mistake.name)
+        if np.abs(answer).max() > LEAST and all(differ(answer, earlier) for earlier in accepted):
+            accepted.append(answer)
+            mistake_names.add(wrong.mistake.name)
             yield wrong
 
 
@@ -186,11 +186,11 @@ def _wrong_numbers(problem: Problem, part: Part, most: int) -> Iterator[KnownWro
     wrongs = _distinct_wrong_answers(result(working, part), wrong_answers(working, part))
     expected = [float(value) for value in part.answer.as_matrix()]
     tolerances = tolerances_of(part)
-    seen = [expected]
+    accepted = [expected]
     for wrong in wrongs:
         wrong_values = [float(value) for value in wrong.answer[..., 0].ravel()]
-        if all(_is_off(wrong_values, earlier, tolerances) for earlier in seen) and len(seen) <= most:
-            seen.append(wrong_values)
+        if all(_is_off(wrong_values, earlier, tolerances) for earlier in accepted) and len(accepted) <= most:
+            accepted.append(wrong_values)
             is_correct = [
                 abs(value - correct) <= tolerance
                 for value, correct, tolerance in zip(wrong_values, expected, tolerances, strict=True)
@@ -211,15 +211,15 @@ def tolerances_of(part: Part) -> list[float]:
 def _wrong_sets(problem: Problem, part: Part) -> Iterator[KnownWrongAnswer]:
     """Yield wrong sets, one per mistake, all with different conditions."""
     answer = part.of(ConditionSet)
-    seen, mistakes = [_conditions(answer)], set[str]()
+    accepted, mistake_names = [_conditions(answer)], set[str]()
     for mistake, mistaken in mistaken_answers(problem.chain, part):
-        if isinstance(mistaken.answer, ConditionSet) and mistake.name not in mistakes:
+        if isinstance(mistaken.answer, ConditionSet) and mistake.name not in mistake_names:
             conditions = _conditions(mistaken.answer)
-            if conditions and conditions not in seen:
-                seen.append(conditions)
-                mistakes.add(mistake.name)
-                says = mistake.sentence(mistaken.words)
-                yield KnownWrongAnswer(mistake.name, mistake.title, says, mistaken.answer.components)
+            if conditions and conditions not in accepted:
+                accepted.append(conditions)
+                mistake_names.add(mistake.name)
+                feedback = mistake.sentence(mistaken.words)
+                yield KnownWrongAnswer(mistake.name, mistake.title, feedback, mistaken.answer.components)
 
 
 def _conditions(answer: ConditionSet) -> frozenset[str]:
@@ -241,5 +241,5 @@ def wrap_angle(angle: sp.Expr) -> sp.Expr:
     turns = angle / (2 * sp.pi)
     if not turns.is_Rational:
         return angle
-    share = turns % 1
-    return 2 * sp.pi * (share if share <= sp.Rational(1, 2) else share - 1)
+    fraction_of_turn = turns % 1
+    return 2 * sp.pi * (fraction_of_turn if fraction_of_turn <= sp.Rational(1, 2) else fraction_of_turn - 1)

@@ -61,8 +61,8 @@ def mark_part(problem: Problem, part: Part, earns: Earns) -> Marking:
     """Return the lines and the rule for marking a part; `earns` returns the share of points for a typed answer."""
     correct = Mark("Right", _drop_illegible(short_answer(problem, part)) or "see the key", _points(part, Fraction(1)))
     meanings = correct.answer[: max(0, correct.answer.find("$$"))]  # the meanings of s1, c12 … are stated only once
-    wrong = _list_options(part) if part.answer.offered else _list_mistakes(problem, part, earns)
-    marks = (replace(mark, answer=mark.answer.removeprefix(meanings)) for mark in wrong)
+    wrong_marks = _list_options(part) if part.answer.offered else _list_mistakes(problem, part, earns)
+    marks = (replace(mark, answer=mark.answer.removeprefix(meanings)) for mark in wrong_marks)
     return Marking((correct, *marks), _state_rule(problem, part))
 
 
@@ -88,10 +88,10 @@ def _list_options(part: Part) -> Iterator[Mark]:
 def _list_mistakes(problem: Problem, part: Part, earns: Earns) -> Iterator[Mark]:
     """Yield the answers that known mistakes lead to, with their points."""
     for known_answer in known_wrong(problem, part, MOST):
-        wrong = replace(part, answer=_wrong_answer(part.answer, known_answer))
-        typed = wrong.answer.as_typed()
-        shown = _drop_illegible(short_answer(problem, wrong)) if len(typed) <= LONGEST else ""
-        yield Mark(known_answer.title, shown or TOO_LONG, _points(part, earns(problem, part, typed)))
+        wrong_part = replace(part, answer=_wrong_answer(part.answer, known_answer))
+        typed_answer = wrong_part.answer.as_typed()
+        shown_answer = _drop_illegible(short_answer(problem, wrong_part)) if len(typed_answer) <= LONGEST else ""
+        yield Mark(known_answer.title, shown_answer or TOO_LONG, _points(part, earns(problem, part, typed_answer)))
 
 
 def _wrong_answer(right: Answer, known: KnownWrongAnswer) -> Answer:
@@ -119,8 +119,8 @@ def _state_rule(problem: Problem, part: Part) -> str:
                 "more conditions are wrong than right."
             )
         case Selection():
-            wrong = len(answer.options) - len(answer.correct)
-            penalty = f"; each wrong letter takes off {_worth(part, Fraction(1, wrong))}" if wrong else ""
+            wrong_count = len(answer.options) - len(answer.correct)
+            penalty = f"; each wrong letter takes off {_worth(part, Fraction(1, wrong_count))}" if wrong_count else ""
             return f"Each right letter: {_worth(part, Fraction(1, len(answer.correct)))}{penalty}."
         case Matching():
             letter_points = _worth(part, Fraction(1, len(answer.items)))
@@ -138,8 +138,8 @@ def _rules_for_entries(problem: Problem, part: Part) -> Iterator[str]:
     """Yield the rules for a formula, a matrix or numbers; none for a single constant, which is correct or wrong."""
     entries, credit = part.answer.as_matrix(), part.credit or OWN
     counted = [entry for entry in entries if entry != 0] or list(entries)
-    varying = [any(symbol.name not in problem.constants for symbol in entry.free_symbols) for entry in counted]
-    varies, is_single = any(varying), part.answer.is_one_line
+    is_varying = [any(symbol.name not in problem.constants for symbol in entry.free_symbols) for entry in counted]
+    varies, is_single = any(is_varying), part.answer.is_one_line
     if is_single and not varies:
         return
     if credit.by == "columns" and entries.cols > 1:
@@ -150,13 +150,13 @@ def _rules_for_entries(problem: Problem, part: Part) -> Iterator[str]:
         yield f"Each of the {len(counted)} {nonzero}entries: {_worth(part, Fraction(1, len(counted)))}."
         if nonzero:
             yield "A zero answered with something else takes off as much."
-    if varies and not all(varying):
+    if varies and not all(is_varying):
         yield "Nothing if no right entry depends on the configuration."
-    signs, share = "the sign is" if is_single else "signs are", _worth(part, 1 - AMISS)
+    sign_words, share = "the sign is" if is_single else "signs are", _worth(part, 1 - AMISS)
     if varies:
-        yield f"If only {signs} wrong, or only a constant factor: {share}; both: {_worth(part, 1 - 2 * AMISS)}."
+        yield f"If only {sign_words} wrong, or only a constant factor: {share}; both: {_worth(part, 1 - 2 * AMISS)}."
     else:
-        yield f"If only {signs} wrong: {share}."
+        yield f"If only {sign_words} wrong: {share}."
     if credit.is_by_mistakes and (varies or part.answer.units_due):
         yield f"If one other mistake explains all that is wrong: {_worth(part, HALF)}."
     if is_product(part) and credit.by in ("", "factors"):

@@ -64,9 +64,9 @@ def text_html(text: str, set_formula: SetFormula | None = None) -> str:
 
 def line_html(text: str, set_formula: SetFormula | None = None) -> str:
     """Return one line of Markdown as HTML without a paragraph around it."""
-    shown = text_html(text, set_formula)
-    inner = shown.removeprefix("<p>").removesuffix("</p>")
-    return inner if "<p>" not in inner else shown
+    paragraph_html = text_html(text, set_formula)
+    inner_html = paragraph_html.removeprefix("<p>").removesuffix("</p>")
+    return inner_html if "<p>" not in inner_html else paragraph_html
 
 
 def body_html(
@@ -103,8 +103,8 @@ def decimal(value: float, digits: int = DIGITS) -> str:
     >>> decimal(-0.00000012345), decimal(3.0), decimal(0.1 + 0.2)
     ('-0.00000012345', '3', '0.3')
     """
-    shown = f"{Decimal(f'{value:.{digits}g}'):f}"
-    return shown.rstrip("0").rstrip(".") if "." in shown else shown
+    number_text = f"{Decimal(f'{value:.{digits}g}'):f}"
+    return number_text.rstrip("0").rstrip(".") if "." in number_text else number_text
 
 
 def allowance(tolerance: float) -> str:

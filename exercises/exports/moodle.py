@@ -57,8 +57,8 @@ def export_moodle(order: Order) -> Generator[File, None, None]:
 
 def moodle_name(text: str) -> str:
     """Return a name that Moodle stores unchanged: without tags, and short enough for its database column."""
-    shown = text.translate(NAMES)
-    return shown if len(shown) <= LONGEST else f"{shown[: LONGEST - 1].rstrip()}…"
+    plain_name = text.translate(NAMES)
+    return plain_name if len(plain_name) <= LONGEST else f"{plain_name[: LONGEST - 1].rstrip()}…"
 
 
 def category_path(names: Sequence[str]) -> str:
@@ -132,12 +132,12 @@ def _boxes(form: Numeric) -> tuple[Box, ...]:
     If there are several boxes, Moodle makes each as wide as the longest number among its answers. A filler answer in
     each box makes all boxes equally wide.
     """
-    numbers = [_numbers(field) for field in form.fields]
-    longest = max(WIDTH, *(len(answer.text) for answers in numbers for answer in answers))
-    filler = Answer(_filler_number(longest), "0", "", "0")
+    answers_by_field = [_numbers(field) for field in form.fields]
+    max_length = max(WIDTH, *(len(answer.text) for answers in answers_by_field for answer in answers))
+    filler = Answer(_filler_number(max_length), "0", "", "0")
     return tuple(
-        _box(field, (*answers, filler) if len(numbers) > 1 else answers)
-        for field, answers in zip(form.fields, numbers, strict=True)
+        _box(field, (*answers, filler) if len(answers_by_field) > 1 else answers)
+        for field, answers in zip(form.fields, answers_by_field, strict=True)
     )
 
 
@@ -200,5 +200,5 @@ def _escape_feedback(feedback: str) -> str:
     >>> _escape_feedback("R_{1} ~ 2 &lt; 3")
     'R_{1\\} ∼ 2 &amp;lt; 3'
     """
-    shown = html.escape(feedback, quote=False).replace("~", "∼")
-    return shown.replace("}", r"\}").replace("#", r"\#")
+    escaped_feedback = html.escape(feedback, quote=False).replace("~", "∼")
+    return escaped_feedback.replace("}", r"\}").replace("#", r"\#")

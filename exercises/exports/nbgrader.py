@@ -62,8 +62,8 @@ def _names(roster: Sequence[Student]) -> str:
     writer = csv.writer(stream, lineterminator="\n")
     writer.writerow(["id", "first_name", "last_name", "email"])
     for student in roster:
-        first, _, last = student.name.rpartition(" ")
-        writer.writerow([student.id, first, last, student.email])
+        first_name, _, last_name = student.name.rpartition(" ")
+        writer.writerow([student.id, first_name, last_name, student.email])
     return stream.getvalue()
 
 
@@ -80,8 +80,8 @@ def checksum(cell: Cell) -> str:
     """Return the checksum that tells nbgrader whether a cell was changed."""
     metadata = cell["metadata"]["nbgrader"]
     flags = (metadata["grade"], metadata["solution"], metadata["locked"])
-    worth = str(float(metadata["points"])) if metadata["grade"] else ""
-    content = "".join((cell["source"], cell["cell_type"], *map(str, flags), metadata["grade_id"], worth))
+    points_text = str(float(metadata["points"])) if metadata["grade"] else ""
+    content = "".join((cell["source"], cell["cell_type"], *map(str, flags), metadata["grade_id"], points_text))
     return hashlib.md5(content.encode(), usedforsecurity=False).hexdigest()
 
 

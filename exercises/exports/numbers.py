@@ -167,10 +167,10 @@ def _from_formulas(problem: Problem, part: Part) -> NumericPart | None:
         return None
     exact = _evaluate_reference(reference, _add_given_joints(part, configurations[best]))
     as_number = replace(part, answer=_as_number(part, exact))
-    doubles = np.array(exact.tolist(), dtype=float)
-    _check_agreement(problem, part, doubles, derived[..., best], part.answer.counts_up_to_a_factor)
+    float_values = np.array(exact.tolist(), dtype=float)
+    _check_agreement(problem, part, float_values, derived[..., best], part.answer.counts_up_to_a_factor)
     wrong = tuple(_describe_wrong(wrong_answer, wrong_answer.answer[..., best]) for wrong_answer in mistakes)
-    return NumericPart(as_number, doubles, _given_values(chain, part, configurations[best], reference), wrong)
+    return NumericPart(as_number, float_values, _given_values(chain, part, configurations[best], reference), wrong)
 
 
 Configuration = dict[sp.Symbol, sp.Expr]
@@ -225,16 +225,16 @@ def _best_configuration(right: np.ndarray, mistakes: Sequence[Wrong]) -> int | N
 
     The best one has the fewest tiny entries. Among equals, it distinguishes the most mistakes.
     """
-    size = np.abs(right).max(axis=(0, 1))
+    max_entry = np.abs(right).max(axis=(0, 1))
     max_values = np.nan_to_num(np.abs(right)).max(axis=-1)
     is_nonzero = max_values > SAME * max_values.max()
-    tiny_count = ((np.abs(right) < TINY * size) & is_nonzero[..., None]).sum(axis=(0, 1))
+    tiny_count = ((np.abs(right) < TINY * max_entry) & is_nonzero[..., None]).sum(axis=(0, 1))
     distinguished_count = np.zeros(right.shape[-1], dtype=int)
     for mistake_result in mistakes:
         difference = np.abs(mistake_result.answer - right)
-        distinguished_count += np.where(np.isfinite(difference), difference, 0.0).max(axis=(0, 1)) > APART * size
-    usable = np.isfinite(right).all(axis=(0, 1)) & (size > SAME)
-    rankings = [(tiny_count[k], -distinguished_count[k], k) for k in range(right.shape[-1]) if usable[k]]
+        distinguished_count += np.where(np.isfinite(difference), difference, 0.0).max(axis=(0, 1)) > APART * max_entry
+    is_usable = np.isfinite(right).all(axis=(0, 1)) & (max_entry > SAME)
+    rankings = [(tiny_count[k], -distinguished_count[k], k) for k in range(right.shape[-1]) if is_usable[k]]
     return min(rankings)[2] if rankings else None
 
 
@@ -254,14 +254,14 @@ def _scale_direction(direction: NumericPart) -> NumericPart:
 
 def _given_values(chain: Chain, part: Part, configuration: Configuration, reference: sp.Matrix) -> GivenValues:
     """Return the given values: joint values that the prompt doesn't give, and all others that the answer depends on."""
-    wording, used = Wording(chain), reference.free_symbols
+    wording, used_symbols = Wording(chain), reference.free_symbols
     joints = tuple((tex(q), tex_value(configuration[q], q)) for q in chain.q if q not in part.details.given_joints)
     other_values: list[tuple[str, str]] = []
-    if used & set(chain.rates):
+    if used_symbols & set(chain.rates):
         units = zip(chain.rates, wording.rate_units, strict=True)
         other_values += [(tex(rate, chain), rf"{tex(configuration[rate])}\,\text{{{unit}}}") for rate, unit in units]
     rows = [sp.Symbol(row) for row in chain.task]
-    if used & set(rows):
+    if used_symbols & set(rows):
         other_values += [(tex(row), wording.velocity_value(row, configuration[row])) for row in rows]
     other_values += [
         (tex(sp.Symbol(name)), rf"{tex(configuration[sp.Symbol(name)])}\,\text{{{info.unit}}}")

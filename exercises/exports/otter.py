@@ -35,15 +35,15 @@ def export_otter(order: Order) -> Generator[File, None, None]:
     """Yield the source for `otter assign`, the files of the autograder, and every student's notebook."""
     notebooks = handouts(order)
     assignment, (name, content) = notebooks.assignment, wheel()
-    private = [*assignment_files(order), (SECRET_FILE, f"{assignment.secret}\n".encode())]
+    private_files = [*assignment_files(order), (SECRET_FILE, f"{assignment.secret}\n".encode())]
     context = {
         "title": assignment.title, "key": assignment.key, "wheel": name, "plugin": PLUGIN,
-        "files": [name, *(f"{FOLDER}/{path}" for path, _ in private)],
+        "files": [name, *(f"{FOLDER}/{path}" for path, _ in private_files)],
     }  # fmt: skip
     yield File("README.md", render("exports/otter/readme.md.j2", **context))
     yield File(f"{assignment.key}.ipynb", _source(assignment, render("exports/otter/config.yaml.j2", **context)))
     yield File(name, content)
-    for path, data in private:
+    for path, data in private_files:
         yield File(f"{FOLDER}/{path}", data, private=True)
     for student, text in notebooks.all():
         yield File(f"students/{student.id}/{assignment.key}.ipynb", _add_tests(assignment, text))

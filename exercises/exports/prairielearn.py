@@ -129,13 +129,13 @@ def _assessments(assignment: Assignment) -> dict[str, dict[str, object]]:
     """Return a homework with new variants for practice, and an exam with one variant. The best attempt counts."""
     tries = assignment.attempts.best_of or TRIES
     points_by_question = {question_id(assignment, slot): sum(slot.max_points) for slot in assignment.slots}
-    practice = [
+    homework = [
         {"id": qid, "autoPoints": points, "triesPerVariant": tries} for qid, points in points_by_question.items()
     ]
-    once = [{"id": qid, "autoPoints": [points] * tries} for qid, points in points_by_question.items()]
+    exam = [{"id": qid, "autoPoints": [points] * tries} for qid, points in points_by_question.items()]
     return {
-        "homework": _assessment(assignment, "Homework", practice),
-        "exam": _assessment(assignment, "Exam", once) | {"shuffleQuestions": False, "requireHonorCode": False},
+        "homework": _assessment(assignment, "Homework", homework),
+        "exam": _assessment(assignment, "Exam", exam) | {"shuffleQuestions": False, "requireHonorCode": False},
     }
 
 

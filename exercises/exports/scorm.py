@@ -77,8 +77,8 @@ def check_size(order: Order) -> None:
 def _note_differences(order: Order, slot: Slot) -> None:
     """Tell the staff which marking rules of assignment.toml the browser does not apply."""
     if slot.decimals:
-        rounded = ", ".join(name for name, _ in slot.decimals)
-        order.note(f"{slot.name}: in the package, rounded decimals are not taken for right ({rounded})")
+        rounded_names = ", ".join(name for name, _ in slot.decimals)
+        order.note(f"{slot.name}: in the package, rounded decimals are not taken for right ({rounded_names})")
     names = [name for name, credit in slot.credit if credit.by not in ("", "whole")]
     if names:
         order.note(f"{slot.name}: in the package, partial credit of {', '.join(names)} is by the rule of its answer")
@@ -118,12 +118,12 @@ def _bank_files(order: Order) -> _Files:
     bank_problems = wanted_of_variants(list(bank(replace(order, each=lambda: None))))
     titles = [(slot.name, slot.family.title, slot.family.source) for slot in assignment.slots]
     with tempfile.TemporaryDirectory() as folder:
-        left_out: list[FailedSlot] = []
+        failures: list[FailedSlot] = []
         entries = write_bank(
-            Path(folder), bank_problems, order.failures, order.jobs, order.each, left_out.append, level == FEEDBACK[-1]
+            Path(folder), bank_problems, order.failures, order.jobs, order.each, failures.append, level == FEEDBACK[-1]
         )
-        if left_out:
-            raise QdotError(f"{left_out[0]}. Nothing is exported")  # each passed before, so this is a bug
+        if failures:
+            raise QdotError(f"{failures[0]}. Nothing is exported")  # each passed before, so this is a bug
         for _ in range(len(assignment.slots) * order.variants - len(bank_problems)):
             order.each()
         files = _read_bank(Path(folder), assignment.hints)
@@ -140,7 +140,7 @@ def _read_bank(folder: Path, hints: bool) -> _Files:
 
 
 def _compact_record(record: Json, hints: bool) -> str:
-    contents = {name: value for name, value in record.items() if name not in _OURS}
+    fields = {name: value for name, value in record.items() if name not in _OURS}
     if not hints:
-        contents["parts"] = [part | {"hints": []} if "hints" in part else part for part in contents["parts"]]
-    return json.dumps(contents, ensure_ascii=False, separators=(",", ":"), allow_nan=False) + "\n"
+        fields["parts"] = [part | {"hints": []} if "hints" in part else part for part in fields["parts"]]
+    return json.dumps(fields, ensure_ascii=False, separators=(",", ":"), allow_nan=False) + "\n"

@@ -182,8 +182,8 @@ def _shrink_boxes(problems: tuple[SheetProblem, ...]) -> tuple[SheetProblem, ...
     """Return problems with less working space if they would take more than about two pages for five parts."""
     parts = [part for problem in problems for part in problem.parts]
     boxes = [part.box for part in parts if part.box is not None]
-    fixed = STATEMENT * len(problems) + sum(part.room for part in parts) - sum(box.working for box in boxes)
-    share = share_that_fits(boxes, fixed, PART * len(parts))
+    fixed_height = STATEMENT * len(problems) + sum(part.room for part in parts) - sum(box.working for box in boxes)
+    share = share_that_fits(boxes, fixed_height, PART * len(parts))
 
     def smaller(part: SheetPart) -> SheetPart:
         return part if part.box is None else replace(part, box=scale_working_room(part.box, share))

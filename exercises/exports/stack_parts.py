@@ -206,11 +206,11 @@ def _columns(reference: sp.Matrix) -> list[list[int]]:
 
 
 def _formulas(problem: Problem, part: Part) -> StackPart | str:
-    single, reference = part.shape is None, part.answer.as_matrix()
+    is_single, reference = part.shape is None, part.answer.as_matrix()
     points = _points(problem, reference, _pivot(problem, reference) or 1)
     if points is None:
         return "no configurations were found at which formulas could be compared"
-    variables = [*names(problem), points, *FORMULAS, f"ta1: {_maxima_of(reference, single)};", "other1: 0*ta1 + 7;"]
+    variables = [*names(problem), points, *FORMULAS, f"ta1: {_maxima_of(reference, is_single)};", "other1: 0*ta1 + 7;"]
     marking = ["said: qdot_values(qdot_read(ans1));", "due: qdot_values(ta1);", "agree: qdot_agree(said, due);"]
     marking.append(f"same: if qdot_count(agree) = {len(reference)} then 1 else 0;")
     score, otherwise = "0", ""
@@ -221,26 +221,26 @@ def _formulas(problem: Problem, part: Part) -> StackPart | str:
     nodes, cases = [Node("AlgEquiv", "same", "1", RIGHT, "1")], [Case("the reference", "ta1", 1.0, RIGHT)]
     for index, wrong in enumerate(known_wrong(problem, part, MOST), 1):
         name, note = f"wrong{index}", f"prt1-{wrong.mistake}"
-        variables.append(f"{name}: {_maxima_of(wrong.answer, single)};")
+        variables.append(f"{name}: {_maxima_of(wrong.answer, is_single)};")
         marking.append(f"like{index}: qdot_same(said, {name});")
         nodes.append(Node("AlgEquiv", f"like{index}", "1", note, score, wrong.says))
         assert isinstance(wrong.answer, sp.MatrixBase)
         if min_share := _share_of_known(problem, part, wrong.answer):
             marking.append(_minimum_share_line(part, min_share, f"like{index} = 1"))
         cases.append(Case(wrong.title, name, share_of(problem, part, wrong.answer, wrong.equal, is_known=True), note))
-    unusual = _unusual_form(problem, reference)
-    if unusual is not None:
-        variables.append(f"form1: {_maxima_of(unusual, single)};")
+    unusual_form = _unusual_form(problem, reference)
+    if unusual_form is not None:
+        variables.append(f"form1: {_maxima_of(unusual_form, is_single)};")
         cases.append(Case("another form of the reference", "form1", 1.0, RIGHT))
-    unrelated = reference * 0 + sp.ones(*reference.shape) * sp.Integer(7)
-    share = share_of(problem, part, unrelated, same_entries(problem, unrelated, reference))
+    unrelated_answer = reference * 0 + sp.ones(*reference.shape) * sp.Integer(7)
+    share = share_of(problem, part, unrelated_answer, same_entries(problem, unrelated_answer, reference))
     cases.append(Case("nobody's mistake", "other1", share, OTHER))
-    words = "a formula" if single else f"one formula in each of the {reference.rows} × {reference.cols} boxes"
+    words = "a formula" if is_single else f"one formula in each of the {reference.rows} × {reference.cols} boxes"
     longest = max(len(maxima_text(entry)) for entry in reference)
-    box = min(60, max(8, longest)) if single or reference.cols == 1 else min(24, max(6, longest))
-    kind = "algebraic" if single else "matrix"
+    box_width = min(60, max(8, longest)) if is_single or reference.cols == 1 else min(24, max(6, longest))
+    kind = "algebraic" if is_single else "matrix"
     return StackPart(
-        part, kind, words, tuple(variables), tuple(marking), tuple(nodes), tuple(cases), otherwise, score, box,
+        part, kind, words, tuple(variables), tuple(marking), tuple(nodes), tuple(cases), otherwise, score, box_width,
         typing=typing_help(problem),
     )  # fmt: skip
 
@@ -272,8 +272,8 @@ def _points(problem: Problem, reference: sp.Matrix, pivot: int) -> str | None:
         points = [{name: float(values[i]) for name, values in samples.items()} for i in range(POINTS)]
         points[1].update({name: value for name, value in points[0].items() if name in problem.constants})
         if _are_usable(program, points, None if reference[pivot - 1] == 0 else pivot - 1):
-            shown = (", ".join(f"{name} = {value}" for name, value in point.items()) for point in points)
-            return f"points: [{', '.join(f'[{point}]' for point in shown)}];"
+            point_texts = (", ".join(f"{name} = {value}" for name, value in point.items()) for point in points)
+            return f"points: [{', '.join(f'[{point}]' for point in point_texts)}];"
     return None
 
 
@@ -302,37 +302,37 @@ def _partial_credit_lines(problem: Problem, part: Part, reference: sp.Matrix) ->
         f"amiss: qdot_amiss(said, due, agree, {moving});",
         f"share: max(share, if amiss = 0 then 0 else {worth}*(1 - {AMISS}*amiss));",
     ]
-    factor = "It is right but for signs, a common factor, or both."
-    return lines, feedback + f'[[if test="amiss>0"]]<p>{factor}</p>[[/if]]'
+    factor_feedback = "It is right but for signs, a common factor, or both."
+    return lines, feedback + f'[[if test="amiss>0"]]<p>{factor_feedback}</p>[[/if]]'
 
 
 def _entries(problem: Problem, part: Part, reference: sp.Matrix) -> tuple[list[str], str]:
     """Return the lines that compute the share of a matrix, and the feedback on it."""
     credit = part.credit or OWN
-    counted, zeros = _entries_that_count(reference)
+    counted_entries, zeros = _entries_that_count(reference)
 
     def agreeing(entries: Sequence[int]) -> str:
         return f"qdot_count(makelist(agree[i], i, {[k + 1 for k in entries]}))"
 
-    worth = "" if credit.worth == 1 else f"*{credit.worth}"
+    worth_factor = "" if credit.worth == 1 else f"*{credit.worth}"
     varying = _varying_entries(problem, reference)
-    constant = [f"share: if share > 0 and {agreeing(varying)} = 0 then 0 else share;"] if varying else []
+    constant_answer_lines = [f"share: if share > 0 and {agreeing(varying)} = 0 then 0 else share;"] if varying else []
     if credit.by == "columns" and reference.cols > 1:
         groups = _columns(reference)
-        whole = ", ".join(f"is({agreeing(group)} = {len(group)})" for group in groups)
+        column_tests = ", ".join(f"is({agreeing(group)} = {len(group)})" for group in groups)
         lines = [
-            f"right: qdot_count([{whole}]);",
-            f"share: min(right, {len(groups) - 1})/{len(groups)}{worth};",
-            *constant,
+            f"right: qdot_count([{column_tests}]);",
+            f"share: min(right, {len(groups) - 1})/{len(groups)}{worth_factor};",
+            *constant_answer_lines,
         ]
         return lines, f"<p>{{@right@}} of {len(groups)} columns are right.</p>"
     lines = [
-        f"right: {agreeing(counted)};",
+        f"right: {agreeing(counted_entries)};",
         f"spoiled: {f'{len(zeros)} - {agreeing(zeros)}' if zeros else 0};",
-        f"share: max(0, min(right - spoiled, {len(counted) - 1}))/{len(counted)}{worth};",
-        *constant,
+        f"share: max(0, min(right - spoiled, {len(counted_entries) - 1}))/{len(counted_entries)}{worth_factor};",
+        *constant_answer_lines,
     ]
-    entry_words = f"{len(counted)} entries that are not zero" if zeros else f"{len(counted)} entries"
+    entry_words = f"{len(counted_entries)} entries that are not zero" if zeros else f"{len(counted_entries)} entries"
     zero_words = f"; {{@spoiled@}} of {len(zeros)} zeros are answered with something else" if zeros else ""
     return lines, f"<p>{{@right@}} of {entry_words} are right{zero_words}.</p>"
 
@@ -384,46 +384,46 @@ def _direction(problem: Problem, part: Part) -> StackPart | str:
 
 def _numbers(problem: Problem, part: Part) -> StackPart:
     answer = part.of(Number)
-    single, n = len(answer.reference) == 1, len(answer.reference)
+    is_single, n = len(answer.reference) == 1, len(answer.reference)
     tolerances = [sp.Rational(f"{tolerance:.12g}") for tolerance in tolerances_of(part)]
     known_answers = known_wrong(problem, part, MOST)
-    truth = sp.Matrix([sp.Rational(f"{float(value):.12g}") for value in answer.reference])
-    value = "said" if single else "said[i, 1]"
+    exact_reference = sp.Matrix([sp.Rational(f"{float(value_text):.12g}") for value_text in answer.reference])
+    value_text = "said" if is_single else "said[i, 1]"
 
     def near(matrix: str) -> str:
-        compared = f"float({matrix})" if single else f"float({matrix}[i, 1])"
-        return f"qdot_count(makelist(qdot_near({value}, {compared}, room[i]), i, 1, {n}))"
+        compared = f"float({matrix})" if is_single else f"float({matrix}[i, 1])"
+        return f"qdot_count(makelist(qdot_near({value_text}, {compared}, room[i]), i, 1, {n}))"
 
     zeros = [abs(float(v)) <= answer.tolerance_and_floor(part.rounding)[1] for v in answer.reference]
     lines = ["said: qdot_read(ans1);", f"room: [{', '.join(map(maxima_text, tolerances))}];", f"right: {near('ta1')};"]
     lines += _share_of_numbers(part, zeros)
-    variables = [*names(problem), *NUMBERS, f"ta1: {_floats(truth, single)};"]
+    variables = [*names(problem), *NUMBERS, f"ta1: {_floats(exact_reference, is_single)};"]
     correct_node = (
         Node("NumAbsolute", "said", "ta1", RIGHT, "1", options=maxima_text(tolerances[0]))
-        if single
+        if is_single
         else Node("AlgEquiv", "right", str(n), RIGHT, "1")
     )
     nodes, cases = [correct_node], [Case("the reference", "ta1", 1.0, RIGHT)]
     for index, wrong in enumerate(known_answers, 1):
         name, note = f"wrong{index}", f"prt1-{wrong.mistake}"
-        variables.append(f"{name}: {_floats(wrong.answer, single)};")
+        variables.append(f"{name}: {_floats(wrong.answer, is_single)};")
         lines.append(f"like{index}: {near(name)};")
-        if not single and (part.credit or OWN).is_by_mistakes:
+        if not is_single and (part.credit or OWN).is_by_mistakes:
             lines.append(_minimum_share_line(part, HALF, f"like{index} = {n}"))
         nodes.append(Node("AlgEquiv", f"like{index}", str(n), note, "share", wrong.says))
         cases.append(Case(wrong.title, name, _share_of_wrong_numbers(part, wrong, zeros), note))
-    outside = truth + sp.Matrix([50 * r for r in tolerances])
-    inside = truth + sp.Matrix([r / 2 for r in tolerances])
-    variables.append(f"form1: {_floats(inside, single)};")
+    values_outside = exact_reference + sp.Matrix([50 * r for r in tolerances])
+    values_inside = exact_reference + sp.Matrix([r / 2 for r in tolerances])
+    variables.append(f"form1: {_floats(values_inside, is_single)};")
     cases.append(Case("off by half of what is allowed", "form1", 1.0, RIGHT))
-    if not any(_is_near(outside, wrong, tolerances) for wrong in known_answers):
-        variables.append(f"other1: {_floats(outside, single)};")
+    if not any(_is_near(values_outside, wrong, tolerances) for wrong in known_answers):
+        variables.append(f"other1: {_floats(values_outside, is_single)};")
         cases.append(Case("nobody's mistake", "other1", 0.0, OTHER))
     unit = "; ".join(dict.fromkeys(unit for unit in answer.units if unit))
-    words = ("a number" if single else f"{n} numbers") + (f", in {unit}, without the unit" if unit else "")
-    otherwise = "" if single else f"<p>{{@right@}} of {n} numbers are right.</p>"
+    words = ("a number" if is_single else f"{n} numbers") + (f", in {unit}, without the unit" if unit else "")
+    otherwise = "" if is_single else f"<p>{{@right@}} of {n} numbers are right.</p>"
     return StackPart(
-        part, "numerical" if single else "matrix", words, tuple(variables), tuple(lines), tuple(nodes),
+        part, "numerical" if is_single else "matrix", words, tuple(variables), tuple(lines), tuple(nodes),
         tuple(cases), otherwise, "share", box=12, checked=False,
     )  # fmt: skip
 
@@ -434,12 +434,12 @@ def _share_of_numbers(part: Part, zeros: Sequence[bool]) -> list[str]:
     if n == 1 or (part.credit or OWN).by == "whole":
         return ["share: 0;"]
     counted = [i for i, zero in enumerate(zeros, 1) if not zero] or list(range(1, n + 1))
-    spoiled = [i for i in range(1, n + 1) if i not in counted]
+    zeros_at = [i for i in range(1, n + 1) if i not in counted]
 
     def near(which: Sequence[int]) -> str:
         return f"qdot_count(makelist(qdot_near(said[i, 1], float(ta1[i, 1]), room[i]), i, {which}))"
 
-    share = f"max(0, min({near(counted)} - ({len(spoiled)} - {near(spoiled)}), {len(counted) - 1}))/{len(counted)}"
+    share = f"max(0, min({near(counted)} - ({len(zeros_at)} - {near(zeros_at)}), {len(counted) - 1}))/{len(counted)}"
     lines = [f"share: {share};"]
     if all(part.answer.units_due) and not all(zeros):
         same_size = "qdot_near(abs(said[i, 1]), float(abs(ta1[i, 1])), room[i])"
@@ -530,8 +530,8 @@ def _values(problem: Problem, part: Part) -> StackPart | str:
     ]
     worth = (part.credit or OWN).worth if (part.credit or OWN).by != "whole" else 0
     lines += [] if worth == 1 else [f"share: share*{worth};"]
-    total = len([pair for c in answer.components for _, values in c.solutions or () for pair in values])
-    nodes = [Node("AlgEquiv", "[right, beyond]", f"[{total}, 0]", RIGHT, "1")]
+    value_count = len([pair for c in answer.components for _, values in c.solutions or () for pair in values])
+    nodes = [Node("AlgEquiv", "[right, beyond]", f"[{value_count}, 0]", RIGHT, "1")]
     variables = [
         *names(problem),
         f"turning: [{', '.join(angle_joints)}];",
@@ -548,13 +548,13 @@ def _values(problem: Problem, part: Part) -> StackPart | str:
         variables.append(f"{name}: {equations(wrong.answer)};")
         arguments = f"(said, args({name}))"
         lines.append(f"like{index}: [qdot_covered{arguments} - length({name}), qdot_beyond{arguments}];")
-        claimed = _claims(wrong.answer)
+        wrong_claims = _claims(wrong.answer)
         condition_claims = [_claims((component,)) for component in answer.components]
         false_count = count_false_conditions(
-            [q for q, _ in claimed - reference_claims], [q for q, _ in claimed & reference_claims]
+            [q for q, _ in wrong_claims - reference_claims], [q for q, _ in wrong_claims & reference_claims]
         )
         share = float(
-            share_of_set([(len(claimed & expected), len(expected)) for expected in condition_claims], false_count)
+            share_of_set([(len(wrong_claims & expected), len(expected)) for expected in condition_claims], false_count)
             * worth
         )
         nodes.append(Node("AlgEquiv", f"like{index}", "[0, 0]", note, "share", wrong.says))

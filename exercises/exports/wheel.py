@@ -53,14 +53,14 @@ def _modules() -> dict[str, bytes]:
 
 def versions() -> str:
     """Return the versions of the libraries installed here, one per line, as a constraints file for pip."""
-    pinned: dict[str, str] = {}
+    pinned_versions: dict[str, str] = {}
     unvisited = [distribution(DISTRIBUTION)]
     while unvisited:
         for dependency in _needed_by(unvisited.pop()):
-            if dependency.name.lower() not in pinned:
-                pinned[dependency.name.lower()] = f"{dependency.name}=={dependency.version}"
+            if dependency.name.lower() not in pinned_versions:
+                pinned_versions[dependency.name.lower()] = f"{dependency.name}=={dependency.version}"
                 unvisited.append(dependency)
-    return "".join(f"{pinned[name]}\n" for name in sorted(pinned))
+    return "".join(f"{pinned_versions[name]}\n" for name in sorted(pinned_versions))
 
 
 def _needed_by(package: Distribution) -> list[Distribution]:

@@ -111,21 +111,23 @@ def _ask_effect(chain: Chain, rng: Stream) -> Asked | None:
     indices = [TASK_ROWS.index(row) for row in rows]
     for _ in range(60):
         lengths, joints = sample_unequal_lengths(chain, rng), sample_pose(chain, rng)
-        pose = make_pose(chain, lengths, joints)
-        jacobian = evaluate_precisely(chain, pose, derive(chain).geometric)[indices, :]
+        configuration = make_pose(chain, lengths, joints)
+        jacobian = evaluate_precisely(chain, configuration, derive(chain).geometric)[indices, :]
         moving_joints = [i for i in range(chain.n) if _measure(jacobian.col(i)) > 0.1]
         if not moving_joints:
             continue
         joint = rng.choice(moving_joints)
         correct = _round_vector(jacobian.col(joint))
         wrong_answers: list[Numbers] = []
-        for vector in rng.permutation(_distort(chain, pose, joint, jacobian, [row for row in indices if row < 3])):
+        for vector in rng.permutation(
+            _distort(chain, configuration, joint, jacobian, [row for row in indices if row < 3])
+        ):
             candidate = _round_vector(vector)
             if all(_differ(candidate, option) for option in (correct, *wrong_answers)):
                 wrong_answers.append(candidate)
         if len(wrong_answers) >= 3:
             answer, _ = shuffle_options([correct, *wrong_answers[:3]], correct, rng, write_vector)
-            return answer, OfJoint(effect=Effect(joint + 1, pose, rows), pose=pose.figure)
+            return answer, OfJoint(effect=Effect(joint + 1, configuration, rows), pose=configuration.figure)
     return None
 
 
@@ -218,10 +220,10 @@ def _ask_use(chain: Chain, rng: Stream) -> Asked | None:
     for use in rng.permutation(tuple(USES)):
         for task in rng.permutation(_list_tasks(chain, use))[:6]:
             arm = chain.with_task(*task)
-            pose = _sample_pose_for(arm, use, rng)
-            if pose is not None:
+            configuration = _sample_pose_for(arm, use, rng)
+            if configuration is not None:
                 answer, _ = shuffle_options(tuple(USES), use, rng, USES.__getitem__)
-                return answer, _describe_use(arm, use, pose)
+                return answer, _describe_use(arm, use, configuration)
     return None
 
 
@@ -301,23 +303,25 @@ def _has_cost(chain: Chain) -> bool:
 
 def _ask_cost(chain: Chain, rng: Stream) -> Asked | None:
     """Choose at random whether exactly one of four velocities can be produced, or all but one."""
-    possible = rng.choice((True, False))
+    is_possible = rng.choice((True, False))
     for _ in range(20):
-        pose = find_singular_pose(chain, rng, 1)
-        if pose is None:
+        configuration = find_singular_pose(chain, rng, 1)
+        if configuration is None:
             continue
-        jacobian = evaluate_precisely(chain, pose, derive(chain).jacobian)
-        lost = lost_direction(jacobian_at(chain, pose))
-        assert lost is not None
-        velocities = _sample_velocities(jacobian, lost, possible, rng)
+        jacobian = evaluate_precisely(chain, configuration, derive(chain).jacobian)
+        lost_vector = lost_direction(jacobian_at(chain, configuration))
+        assert lost_vector is not None
+        velocities = _sample_velocities(jacobian, lost_vector, is_possible, rng)
         if velocities is not None:
             answer, shuffled = shuffle_options(velocities, velocities[0], rng, write_vector)
-            lost_entries = _round_vector(precise_lost_direction(chain, pose))
+            lost_entries = _round_vector(precise_lost_direction(chain, configuration))
             products = [sum(a * b for a, b in zip(vector, lost_entries, strict=True)) for vector in shuffled]
             lettered_products = tuple(
                 (letter, _round_to(value, 2)) for letter, value in zip("ABCD", products, strict=True)
             )
-            return answer, OfCost(cost=Cost(pose, possible, lost_entries, lettered_products), pose=pose.figure)
+            return answer, OfCost(
+                cost=Cost(configuration, is_possible, lost_entries, lettered_products), pose=configuration.figure
+            )
     return None
 
 

@@ -73,21 +73,21 @@ def make_pose(
 
     Simple values are multiples of 0.1 degrees and of 0.1 mm. With `symbolic`, formulas such as arctan(3/4) are kept.
     """
-    exact_values, about = dict(joints), {}
+    exact_values, rounded_values = dict(joints), {}
     for q, joint in zip(chain.q, chain.joints, strict=True):
         unit, decimals = (180 / sp.pi, 2) if joint.kind == "R" else (sp.S.One, 4)
-        simple = sp.Integer(10 if joint.kind == "R" else 10000) * unit
-        if (simple * joints[q]).is_Integer or (symbolic and not joints[q].has(sp.Float)):
+        simple_steps = sp.Integer(10 if joint.kind == "R" else 10000) * unit
+        if (simple_steps * joints[q]).is_Integer or (symbolic and not joints[q].has(sp.Float)):
             continue
         number = sp.N(joints[q], KEPT)
-        scaled = sp.N(simple, KEPT) * number
-        nearest = sp.Integer(nearest_integer(scaled))
-        if abs(scaled - nearest) < sp.Float("1e-25"):
-            exact_values[q] = nearest / simple
+        scaled = sp.N(simple_steps, KEPT) * number
+        nearest_step = sp.Integer(nearest_integer(scaled))
+        if abs(scaled - nearest_step) < sp.Float("1e-25"):
+            exact_values[q] = nearest_step / simple_steps
         else:
             exact_values[q] = number
-            about[q] = sp.Rational(nearest_integer(sp.N(unit, KEPT) * number * 10**decimals), 10**decimals)
-    return Pose(dict(lengths), exact_values, about)
+            rounded_values[q] = sp.Rational(nearest_integer(sp.N(unit, KEPT) * number * 10**decimals), 10**decimals)
+    return Pose(dict(lengths), exact_values, rounded_values)
 
 
 def nearest_integer(value: sp.Expr) -> int:
@@ -145,10 +145,10 @@ def precise_lost_direction(chain: Chain, pose: Pose) -> sp.Matrix:
         numbers = mpmath.matrix([[mpmath.mpf(str(value)) for value in row] for row in jacobian.tolist()])
         gram = numbers * numbers.T
         _, vectors = mpmath.eigsy(gram)
-        lost = [vectors[i, 0] for i in range(jacobian.rows)]
-        first_entry = next(value for value in lost if abs(value) > mpmath.mpf("1e-3"))
+        lost_entries = [vectors[i, 0] for i in range(jacobian.rows)]
+        first_entry = next(value for value in lost_entries if abs(value) > mpmath.mpf("1e-3"))
         sign = 1 if first_entry > 0 else -1
-        entries = [sp.Float(str(sign * value), DIGITS) for value in lost]
+        entries = [sp.Float(str(sign * value), DIGITS) for value in lost_entries]
     return sp.Matrix([sp.S.Zero if abs(value) < sp.Float("1e-12") else value for value in entries])
 
 
@@ -170,9 +170,11 @@ def sample_regular_pose(
             joints |= sample_false_root(roots, lengths, rng)
         if not all(_is_real(value) for value in joints.values()):
             continue
-        pose = make_pose(chain, lengths, {q: wrap_angle(chain, q, value) for q, value in joints.items()})
-        if not (exact and pose.about) and clear_rank(jacobian_at(chain, pose), clear) == full_rank(chain):
-            return pose
+        configuration = make_pose(chain, lengths, {q: wrap_angle(chain, q, value) for q, value in joints.items()})
+        if not (exact and configuration.about) and clear_rank(jacobian_at(chain, configuration), clear) == full_rank(
+            chain
+        ):
+            return configuration
     return None
 
 
@@ -205,12 +207,12 @@ def sample_singular_pose(
         joints = (_sample_exact_joints_on if exact else _sample_joints_on)(chain, components, lengths, rng)
         if joints is None or not all(_is_real(value) for value in joints.values()):
             continue
-        pose = make_pose(chain, lengths, joints, symbolic)
-        if exact and pose.about:
+        configuration = make_pose(chain, lengths, joints, symbolic)
+        if exact and configuration.about:
             continue
-        rank = clear_rank(jacobian_at(chain, pose), CLEAR / 5 if wide else CLEAR)
+        rank = clear_rank(jacobian_at(chain, configuration), CLEAR / 5 if wide else CLEAR)
         if rank is not None and rank < full_rank(chain) and lost in (None, full_rank(chain) - rank):
-            return pose
+            return configuration
     return None
 
 
@@ -224,8 +226,10 @@ def find_singular_pose(
     chain: Chain, rng: Stream, lost: int | None = None, sample: Callable[..., Pose | None] = sample_shown_pose
 ) -> Pose | None:
     """Return a singular configuration: try the components in random order until one is found."""
-    poses = (sample(chain, (component,), rng, lost) for component in rng.permutation(singular_set(chain) or ()))
-    return next((pose for pose in poses if pose is not None), None)
+    configurations = (
+        sample(chain, (component,), rng, lost) for component in rng.permutation(singular_set(chain) or ())
+    )
+    return next((configuration for configuration in configurations if configuration is not None), None)
 
 
 def sample_unequal_lengths(chain: Chain, rng: Stream) -> dict[sp.Symbol, sp.Rational]:
@@ -247,8 +251,8 @@ def _sample_wide_lengths(chain: Chain, rng: Stream) -> dict[sp.Symbol, sp.Ration
 def sample_singular_poses(chain: Chain, component: Component, count: int) -> tuple[Sample, ...]:
     """Return up to `count` configurations on a component that lose one direction, with very different lengths."""
     stream = Stream(f"samples/{component.pieces()}")
-    poses = (sample_singular_pose(chain, (component,), stream, 1, wide=True) for _ in range(count))
-    return tuple(to_sample(chain, pose) for pose in poses if pose is not None)
+    configurations = (sample_singular_pose(chain, (component,), stream, 1, wide=True) for _ in range(count))
+    return tuple(to_sample(chain, configuration) for configuration in configurations if configuration is not None)
 
 
 @dataclass(frozen=True)
@@ -267,21 +271,21 @@ def branches(chain: Chain) -> tuple[Branch, ...]:
     """Return the branches of an arm's singular set, each with the corresponding branch of its structure."""
     derivation = derive(chain)
     generic = {tuple(map(derivation.fill, c.conditions)): c for c in singular_set(structure(chain).chain) or ()}
-    matched: list[Branch] = []
+    matched_branches: list[Branch] = []
     for component in singular_set(chain) or ():
         generic_component = generic.get(component.conditions)
         if generic_component is None or (component.solutions is None) != (generic_component.solutions is None):
             continue
         if component.solutions is None or generic_component.solutions is None:
-            matched.append(Branch(component, generic_component))
+            matched_branches.append(Branch(component, generic_component))
             continue
         for values in component.value_combinations():
             generic_values = next(
                 (v for v in generic_component.value_combinations() if _have_same_values(chain, values, v)), None
             )
             if generic_values is not None:
-                matched.append(Branch(component.at(values), generic_component.at(generic_values)))
-    return tuple(matched)
+                matched_branches.append(Branch(component.at(values), generic_component.at(generic_values)))
+    return tuple(matched_branches)
 
 
 def _have_same_values(chain: Chain, arm_values: Values, generic_values: Values) -> bool:
@@ -313,27 +317,27 @@ def _sample_joints_on(
             fixed.update({q: wrap_angle(chain, q, value.xreplace(dict(lengths))) for q, value in values.items()})
     if not all(_is_real(value) for value in fixed.values()):
         return None
-    sampled = sample_pose(chain, rng)
+    sampled_values = sample_pose(chain, rng)
     for component in components:
         if component.solutions is not None:
             continue
         if len(component.conditions) > 1:
             return None
         (condition,) = component.conditions
-        free = [q for q in chain.q if condition.has(q) and q not in fixed]
-        if not free:
+        free_joints = [q for q in chain.q if condition.has(q) and q not in fixed]
+        if not free_joints:
             return None
-        solved_joint = rng.choice(free)
-        known_values = {**lengths, **sampled, **fixed}
+        solved_joint = rng.choice(free_joints)
+        known_values = {**lengths, **sampled_values, **fixed}
         known_values.pop(solved_joint)
         zeros = _zeros(
             condition.xreplace(known_values), solved_joint, chain.joints[chain.q.index(solved_joint)].kind == "R"
         )
         if not zeros:
             return None
-        fixed.update({q: sampled[q] for q in free})
+        fixed.update({q: sampled_values[q] for q in free_joints})
         fixed[solved_joint] = rng.choice(zeros)
-    return {**sampled, **fixed}
+    return {**sampled_values, **fixed}
 
 
 def _sample_exact_joints_on(
@@ -344,11 +348,11 @@ def _sample_exact_joints_on(
     In a condition on several joints, angles (with offset) are multiples of 30 degrees, and prismatic joints are
     multiples of 5 cm.
     """
-    solved = [component for component in components if component.solutions is not None]
-    fixed = _sample_joints_on(chain, solved, lengths, rng)
+    solved_components = [component for component in components if component.solutions is not None]
+    fixed = _sample_joints_on(chain, solved_components, lengths, rng)
     if fixed is None:
         return None
-    solved_joints = {q for component in solved for q, _ in component.solutions or ()}
+    solved_joints = {q for component in solved_components for q, _ in component.solutions or ()}
     conditions = [c for component in components if component.solutions is None for c in component.conditions]
     tied_joints = [q for q in chain.q if q not in solved_joints and any(condition.has(q) for condition in conditions)]
     if not conditions:
@@ -382,17 +386,17 @@ def _zeros(condition: sp.Expr, joint: sp.Symbol, turns: bool) -> list[sp.Expr]:
     Return none unless the condition is a + b cos q + c sin q for a revolute joint, or a + b q for a prismatic one.
     """
     test_values = (sp.S.Zero, sp.pi / 2, sp.pi, sp.S.One) if turns else (sp.S.Zero, sp.S.One, sp.S(2), sp.S(3))
-    start, quarter, half, test = (sp.N(condition.xreplace({joint: test_value}), KEPT) for test_value in test_values)
+    f_0, f_1, f_2, f_3 = (sp.N(condition.xreplace({joint: test_value}), KEPT) for test_value in test_values)
     tiny = sp.Float("1e-30")
     with mpmath.workdps(KEPT):
         if not turns:
-            derivative = quarter - start
-            is_linear = abs(test - start - 3 * derivative) < tiny and abs(derivative) > sp.Float("1e-3")
-            return [-start / derivative] if is_linear else []
-        a, b = (start + half) / 2, (start - half) / 2
-        c = quarter - a
+            derivative = f_1 - f_0
+            is_linear = abs(f_3 - f_0 - 3 * derivative) < tiny and abs(derivative) > sp.Float("1e-3")
+            return [-f_0 / derivative] if is_linear else []
+        a, b = (f_0 + f_2) / 2, (f_0 - f_2) / 2
+        c = f_1 - a
         norm = sp.sqrt(b**2 + c**2)
-        if abs(test - a - b * sp.N(sp.cos(1), KEPT) - c * sp.N(sp.sin(1), KEPT)) > tiny or norm <= abs(a) + sp.Float(
+        if abs(f_3 - a - b * sp.N(sp.cos(1), KEPT) - c * sp.N(sp.sin(1), KEPT)) > tiny or norm <= abs(a) + sp.Float(
             "1e-3"
         ):
             return []

@@ -41,32 +41,32 @@ def find_lost_motion(generic: Chain, component: Component) -> Motion | None:
         return None
     lost_twists = np.zeros((len(samples), 6))
     lost_twists[:, rows] = np.array(lost_directions)
-    sizes = {"P": np.linalg.norm(lost_twists[:, :3], axis=1), "link": np.linalg.norm(lost_twists[:, 3:], axis=1)}
+    norms = {"P": np.linalg.norm(lost_twists[:, :3], axis=1), "link": np.linalg.norm(lost_twists[:, 3:], axis=1)}
     lines = lines_of(generic)
     vectors = directions(lines, samples)
     for moving, held_part, first_row in (("P", "link", 0), ("link", "P", 3)):
-        if np.any(sizes[moving] < 0.02):
+        if np.any(norms[moving] < 0.02):
             continue
-        uncounted = [axis for axis in range(3) if first_row + axis not in rows]
-        in_task = np.abs(vectors[:, :, uncounted]).max(axis=(1, 2), initial=0.0) <= 1e-9  # False where undefined
-        cosine = np.abs(np.sum(vectors * (lost_twists[:, first_row : first_row + 3] / sizes[moving][:, None]), axis=2))
+        other_axes = [axis for axis in range(3) if first_row + axis not in rows]
+        in_task = np.abs(vectors[:, :, other_axes]).max(axis=(1, 2), initial=0.0) <= 1e-9  # False where undefined
+        cosine = np.abs(np.sum(vectors * (lost_twists[:, first_row : first_row + 3] / norms[moving][:, None]), axis=2))
         is_correct = in_task & np.all(cosine > 1 - 1e-9, axis=1)
         is_wrong = (
             in_task & ~is_correct & (np.mean(cosine < CLEARLY_OFF, axis=1) >= 0.75) & ~np.isnan(cosine).any(axis=1)
         )
         if is_correct.any() and _count_directions(vectors[is_wrong]) >= 2:
-            is_held = bool(np.any(sizes[held_part] > 1e-7))
+            is_held = bool(np.any(norms[held_part] > 1e-7))
             return Motion(moving, is_held, tuple(compress(lines, is_correct)), tuple(compress(lines, is_wrong)))
     return None
 
 
 def _count_directions(along: np.ndarray) -> int:
     """Return the number of different directions among lines, (lines, samples, 3)."""
-    different: list[np.ndarray] = []
+    distinct_directions: list[np.ndarray] = []
     for vectors in along:
-        if not any(_are_parallel(vectors, known_vectors) for known_vectors in different):
-            different.append(vectors)
-    return len(different)
+        if not any(_are_parallel(vectors, known_vectors) for known_vectors in distinct_directions):
+            distinct_directions.append(vectors)
+    return len(distinct_directions)
 
 
 def _are_parallel(a: np.ndarray, b: np.ndarray) -> bool:

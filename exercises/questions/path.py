@@ -161,12 +161,12 @@ def _object_to_path(chain: Chain) -> str | None:
 
 def _ask_path_rates(chain: Chain, rng: Stream) -> Asked | None:
     for attempt in range(2 * TRIES):
-        regular, min_length, max_length = (REGULAR, 25, 60) if attempt < TRIES else (LESS_REGULAR, 15, 40)
-        seam = _sample_seam(chain, rng, min_length, max_length, 1.3 * regular)
+        min_conditioning, min_length, max_length = (REGULAR, 25, 60) if attempt < TRIES else (LESS_REGULAR, 15, 40)
+        seam = _sample_seam(chain, rng, min_length, max_length, 1.3 * min_conditioning)
         if seam is None:
             continue
         line = seam.line(chain)
-        stations = list(line.follow(STEP, regular))
+        stations = list(line.follow(STEP, min_conditioning))
         if stations[-1:] and stations[-1].s > float(line.length) - STEP:
             last_step = int(20 * float(line.length)) - 1  # in steps of 5 cm
             return _ask_rates_at(chain, seam, sp.Rational(5 * rng.integer(min(3, last_step), last_step), 100))
@@ -249,8 +249,8 @@ def _ask_path_limit(chain: Chain, rng: Stream) -> Asked | None:
         if crossings:
             crossing = rng.choice(crossings)
             s = ten_digits(_locate_crossing(chain, seam, crossing))
-            pose = seam.figure
-            details = ToLimit(seam=seam, joint=crossing.joint + 1, limit=crossing.limit, pose=pose)
+            figure_values = seam.figure
+            details = ToLimit(seam=seam, joint=crossing.joint + 1, limit=crossing.limit, pose=figure_values)
             return Number(sp.Matrix([s]), ("m",), THREE_DIGITS, 1e-6), details
     return None
 
@@ -260,11 +260,11 @@ def _sample_seam_to_singularity(chain: Chain, rng: Stream, regular: float) -> Se
 
     The line passes close to the position of P at a singular configuration, or it leads far out of reach.
     """
-    solved = [component for component in singular_set(chain) or () if component.solutions is not None]
-    if not solved or rng.below(4) == 0:
+    solved_components = [component for component in singular_set(chain) or () if component.solutions is not None]
+    if not solved_components or rng.below(4) == 0:
         return _sample_seam(chain, rng, 40, 120, 1.3 * regular)
     lengths, joints = sample_lengths(chain, rng), sample_pose(chain, rng)
-    singular_joints, solutions = dict(joints), rng.choice(solved).solutions or ()
+    singular_joints, solutions = dict(joints), rng.choice(solved_components).solutions or ()
     for q, values in solutions:
         singular_joints[q] = rng.choice(values).xreplace(lengths)
     if not all(value.is_real for value in singular_joints.values()):

@@ -62,8 +62,8 @@ def _find_deep_sets(generic: Chain) -> tuple[tuple[int, ...], ...]:
             sample_singular_pose(generic, chosen_components, Stream(f"deep/{chosen}"), lost) for lost in lost_counts
         )
 
-    sets = (chosen for size in (1, 2, 3) for chosen in combinations(range(len(components)), size))
-    return tuple(filter(loses_more_than_one, sets))
+    index_sets = (chosen for size in (1, 2, 3) for chosen in combinations(range(len(components)), size))
+    return tuple(filter(loses_more_than_one, index_sets))
 
 
 _sample_formula_pose = partial(sample_singular_pose, exact=True, symbolic=True)
@@ -78,9 +78,12 @@ def _sample_deep_pose(chain: Chain, rng: Stream) -> Pose | None:
         matches = [arm_components.get(tuple(map(fill, generic_components[i].conditions))) for i in indices]
         components = [component for component in matches if component is not None]
         if len(components) == len(indices):
-            pose = _sample_formula_pose(chain, components, rng)
-            if pose is not None and (clear_rank(jacobian_at(chain, pose)) or 0) < full_rank(chain) - 1:
-                return pose
+            configuration = _sample_formula_pose(chain, components, rng)
+            if (
+                configuration is not None
+                and (clear_rank(jacobian_at(chain, configuration)) or 0) < full_rank(chain) - 1
+            ):
+                return configuration
     return None
 
 
@@ -107,13 +110,13 @@ def _ask_rank(chain: Chain, rng: Stream) -> Asked | None:
     """Choose how much rank is lost, if any, then sample an exact configuration. A rounded one would have full rank."""
     samplers: tuple[Sampler, ...] = (_sample_regular_pose, _sample_single_pose, _sample_deep_pose)
     for sample in rng.permutation(samplers):
-        pose = sample(chain, rng)
-        if pose is not None:
-            jacobian = jacobian_at(chain, pose)
+        configuration = sample(chain, rng)
+        if configuration is not None:
+            jacobian = jacobian_at(chain, configuration)
             rank = clear_rank(jacobian)
-            facts = RankFacts(_find_independent_columns(jacobian), _find_vanishing_conditions(chain, pose))
+            facts = RankFacts(_find_independent_columns(jacobian), _find_vanishing_conditions(chain, configuration))
             answer = Number(sp.Matrix([[rank]]), ("",), 1e-9, 1e-9)
-            return answer, OfRank(place=pose, facts=facts, pose=pose.figure)
+            return answer, OfRank(place=configuration, facts=facts, pose=configuration.figure)
     return None
 
 
@@ -152,8 +155,8 @@ def _object_to_vector(chain: Chain) -> str | None:
 def _find_branches_with_vector(chain: Chain) -> list[Branch]:
     """Return the branches that lose exactly one direction. If some have a formula for it, return only those."""
     generic = structure(chain).chain
-    single_loss = [branch for branch in branches(chain) if loses_one_direction(generic, branch.generic)]
-    return [branch for branch in single_loss if lost_formula(generic, branch.generic)] or single_loss
+    single_loss_branches = [branch for branch in branches(chain) if loses_one_direction(generic, branch.generic)]
+    return [branch for branch in single_loss_branches if lost_formula(generic, branch.generic)] or single_loss_branches
 
 
 @lru_cache(maxsize=1024)
@@ -193,12 +196,12 @@ def _ask_direction(chain: Chain, rng: Stream) -> Asked | None:
             if all(entry == 0 or entry.could_extract_minus_sign() for entry in direction):
                 direction = -direction
             return Direction(direction), LostInFormulas(lost=_describe_loss(chain, branch.component, formula))
-        pose = sample_shown_pose(chain, (branch.component,), rng, 1)
-        if pose is not None:
-            numbers = precise_lost_direction(chain, pose).applyfunc(
+        configuration = sample_shown_pose(chain, (branch.component,), rng, 1)
+        if configuration is not None:
+            numbers = precise_lost_direction(chain, configuration).applyfunc(
                 lambda value: sp.Float(value, 10) if value else sp.S.Zero
             )
-            return Direction(numbers, THREE_DIGITS), AtPose(place=pose, pose=pose.figure)
+            return Direction(numbers, THREE_DIGITS), AtPose(place=configuration, pose=configuration.figure)
     return None
 
 
@@ -342,10 +345,10 @@ class OfMeaning(Details):
 def _ask_meaning(chain: Chain, rng: Stream) -> Asked | None:
     """Offer the correct meaning and kind, the same meaning with the other kind, and meanings that do not hold."""
     for branch, reading in _read_branches(chain, rng.permutation(branches(chain))):
-        pose = sample_shown_pose(chain, (branch.component,), rng, 1)
-        if pose is None:
+        configuration = sample_shown_pose(chain, (branch.component,), rng, 1)
+        if configuration is None:
             continue
-        kind = _find_kind_with_numbers(chain, branch, pose)
+        kind = _find_kind_with_numbers(chain, branch, configuration)
         kinds = ("boundary", "internal")
         offered = [(reading.right, kind)]
         if kind is not None:
@@ -356,7 +359,7 @@ def _ask_meaning(chain: Chain, rng: Stream) -> Asked | None:
         has_condition = branch.component.solutions is None
         values = () if has_condition else branch.component.value_combinations()[0]
         condition = branch.component.conditions[0] if has_condition else None
-        meaning_asked = MeaningAsked(values, pose if has_condition else None, condition, tuple(shuffled))
+        meaning_asked = MeaningAsked(values, configuration if has_condition else None, condition, tuple(shuffled))
         return answer, OfMeaning(asked=meaning_asked)
     return None
 

@@ -119,12 +119,12 @@ def _find_shared_factors(chain: Chain) -> sp.Expr:
 @lru_cache(maxsize=1024)
 def _derive_gram(chain: Chain) -> Factored:
     """Return det(J J^T) of a structure: the squared shared factors of all minors, times a sum of squares."""
-    shared, quotients = split_minors(chain)
+    shared_factors, quotients = split_minors(chain)
     squares = sp.Add(*(Factored(abs(minor.coefficient), minor.factors).expression() ** 2 for minor in quotients))
     factored = factor_trig(sp.expand(squares)).expression() if len(quotients) > 1 else squares
-    shortest = min((squares, factored), key=lambda form: len(sp.Add.make_args(form)) + sp.count_ops(form))
-    doubled = tuple((factor, 2 * power) for factor, power in shared.factors)
-    return Factored(shared.coefficient**2, (*doubled, (shortest, 1)))
+    shortest_form = min((squares, factored), key=lambda form: len(sp.Add.make_args(form)) + sp.count_ops(form))
+    squared_factors = tuple((factor, 2 * power) for factor, power in shared_factors.factors)
+    return Factored(shared_factors.coefficient**2, (*squared_factors, (shortest_form, 1)))
 
 
 @lru_cache(maxsize=1024)
@@ -133,11 +133,11 @@ def split_minors(chain: Chain) -> tuple[Factored, tuple[Factored, ...]]:
     minors = derive(chain).generic_minors
     nonzero_minors = [minor for minor in minors if not minor.is_zero]
     powers = [dict(minor.factors) for minor in nonzero_minors]
-    common = {f: min(p.get(f, 0) for p in powers) for f in powers[0]} if powers else {}
-    shared = Factored(
-        sp.gcd([minor.coefficient for minor in nonzero_minors]), tuple((f, p) for f, p in common.items() if p)
+    common_powers = {f: min(p.get(f, 0) for p in powers) for f in powers[0]} if powers else {}
+    shared_factors = Factored(
+        sp.gcd([minor.coefficient for minor in nonzero_minors]), tuple((f, p) for f, p in common_powers.items() if p)
     )
-    return shared, tuple(minor if minor.is_zero else minor.over(shared) for minor in minors)
+    return shared_factors, tuple(minor if minor.is_zero else minor.over(shared_factors) for minor in minors)
 
 
 def _count_terms(product: Factored) -> int:

@@ -117,11 +117,11 @@ def _sample_place(chain: Chain, components: tuple[Component, ...], kind: str, rn
         return _sample_regular_place(chain, components, rng)
     for component in rng.permutation(components):
         if component.solutions is None:
-            kinds = classify(chain, component)
-            words = kinds.meaning.split(",")[0]
+            classification = classify(chain, component)
+            words = classification.meaning.split(",")[0]
             if len(component.conditions) > 1 or "axis" not in convention_of(chain).rename_origins(words):
                 continue
-            if kinds.uniform and kinds.kind == kind:
+            if classification.uniform and classification.kind == kind:
                 return Place({}, component.conditions[0], words)
         else:
             for joints in _sample_poses(chain, component, rng):

@@ -57,21 +57,21 @@ def _sample_statements(chain: Chain, truth: bool, rng: Stream) -> Iterator[PoseS
     for statement_kind in rng.permutation(("singular", "moves")):
         if statement_kind == "singular" and (components := singular_set(chain)):
             if truth:
-                pose = sample_shown_pose(chain, (rng.choice(components),), rng)
+                configuration = sample_shown_pose(chain, (rng.choice(components),), rng)
             else:
-                pose = sample_regular_pose(chain, rng, 0.12)
-            if pose is not None:
-                yield PoseStatement(said="singular", place=pose, pose=pose.figure)
+                configuration = sample_regular_pose(chain, rng, 0.12)
+            if configuration is not None:
+                yield PoseStatement(said="singular", place=configuration, pose=configuration.figure)
         if statement_kind == "moves":
             yield from _sample_joint_statements(chain, truth, rng)
 
 
 def _sample_joint_statements(chain: Chain, truth: bool, rng: Stream) -> Iterator[PoseStatement]:
     """Yield a statement about the sign of a velocity component due to one joint. A false one has the wrong sign."""
-    pose = sample_regular_pose(chain, rng, 0.05, misleading=False)
-    if pose is None:
+    configuration = sample_regular_pose(chain, rng, 0.05, misleading=False)
+    if configuration is None:
         return
-    linear = evaluate_precisely(chain, pose, derive(chain).linear)
+    linear = evaluate_precisely(chain, configuration, derive(chain).linear)
     visible_entries = [
         (row, joint) for row in range(3) for joint in range(chain.n) if abs(float(linear[row, joint])) > SEEN
     ]
@@ -79,7 +79,12 @@ def _sample_joint_statements(chain: Chain, truth: bool, rng: Stream) -> Iterator
         row, joint = rng.choice(visible_entries)
         positive = bool(linear[row, joint] > 0) == truth
         yield JointStatement(
-            said="moves", place=pose, pose=pose.figure, joint=joint + 1, row=TASK_ROWS[row], positive=positive
+            said="moves",
+            place=configuration,
+            pose=configuration.figure,
+            joint=joint + 1,
+            row=TASK_ROWS[row],
+            positive=positive,
         )
 
 
@@ -90,12 +95,14 @@ def _ask_which_drawing(chain: Chain, rng: Stream) -> Asked | None:
     for _ in range(4):
         arm, lengths = with_random_lengths(chain, rng)
         singular = take_distinct(singular_poses(arm, rng), 1)
-        regular = take_distinct(regular_poses(arm, rng), 3, [pose for pose, _ in singular])
+        regular = take_distinct(regular_poses(arm, rng), 3, [configuration for configuration, _ in singular])
         if singular and len(regular) == 3:
             shuffled = rng.permutation([*singular, *regular])
-            shown_poses, blames = (tuple(column) for column in zip(*shuffled, strict=True))
-            answer = Choice(tuple(write_pose(pose) for pose in shown_poses), shuffled.index(singular[0]))
-            return answer, Places(places=shown_poses, lengths=lengths, blames=blames, drawn=True)
+            shown_configurations, blames = (tuple(column) for column in zip(*shuffled, strict=True))
+            answer = Choice(
+                tuple(write_pose(configuration) for configuration in shown_configurations), shuffled.index(singular[0])
+            )
+            return answer, Places(places=shown_configurations, lengths=lengths, blames=blames, drawn=True)
     return None
 
 

@@ -104,7 +104,7 @@ class Places(Details):
     @property
     def rounded(self) -> tuple[sp.Symbol, ...]:
         """The joints whose value is shown rounded in at least one configuration."""
-        return tuple(q for q in self.places[0].joints if any(q in pose.about for pose in self.places))
+        return tuple(q for q in self.places[0].joints if any(q in configuration.about for configuration in self.places))
 
     def shown_rounded(self, place: Pose, q: sp.Symbol) -> str:
         """Return the text of a rounded joint's value, in degrees or metres, with the same decimals in all options."""

@@ -60,21 +60,21 @@ def singular_poses(chain: Chain, rng: Stream) -> Iterator[PoseAndBlame]:
     components = singular_set(chain) or ()
     for _ in range(TRIES):
         for component in rng.permutation(components):
-            pose = sample_shown_pose(chain, (component,), rng)
-            if pose is not None:
-                yield pose, None
+            configuration = sample_shown_pose(chain, (component,), rng)
+            if configuration is not None:
+                yield configuration, None
 
 
 def regular_poses(chain: Chain, rng: Stream) -> Iterator[PoseAndBlame]:
     """Yield regular configurations: first those that a known mistake makes seem singular, then random ones."""
     for component, blame in rng.permutation(_find_falsely_singular(chain)):
-        pose = _sample_regular_pose_with(chain, component, rng)
-        if pose is not None:
-            yield pose, blame
+        configuration = _sample_regular_pose_with(chain, component, rng)
+        if configuration is not None:
+            yield configuration, blame
     for _ in range(TRIES):
-        pose = sample_regular_pose(chain, rng, clearness(chain))
-        if pose is not None:
-            yield pose, None
+        configuration = sample_regular_pose(chain, rng, clearness(chain))
+        if configuration is not None:
+            yield configuration, None
 
 
 def _find_falsely_singular(chain: Chain) -> list[tuple[Component, Blame]]:
@@ -91,11 +91,11 @@ def _sample_regular_pose_with(chain: Chain, component: Component, rng: Stream) -
     """Return a regular configuration with the joint values of a component that is wrongly called singular."""
     assert component.solutions is not None
     for _ in range(6):
-        pose = sample_regular_pose(chain, rng, clearness(chain), misleading=False)
-        if pose is None:
+        configuration = sample_regular_pose(chain, rng, clearness(chain), misleading=False)
+        if configuration is None:
             return None
         values = {q: rng.choice(values) for q, values in component.solutions}
-        regular = regular_pose_at(chain, {**pose.joints, **values})
+        regular = regular_pose_at(chain, {**configuration.joints, **values})
         if regular is not None:
             return regular
     return None
@@ -105,20 +105,22 @@ def regular_pose_at(chain: Chain, joints: dict[sp.Symbol, sp.Expr]) -> Pose | No
     """Return the configuration with these joint values if it is clearly regular, else None."""
     if any(value.free_symbols or not sp.N(value).is_real for value in joints.values()):
         return None
-    pose = make_pose(chain, {}, {q: wrap_angle(chain, q, value) for q, value in joints.items()})
-    return pose if clear_rank(jacobian_at(chain, pose), clearness(chain)) == full_rank(chain) else None
+    configuration = make_pose(chain, {}, {q: wrap_angle(chain, q, value) for q, value in joints.items()})
+    return (
+        configuration if clear_rank(jacobian_at(chain, configuration), clearness(chain)) == full_rank(chain) else None
+    )
 
 
 def take_distinct(candidates: Iterator[PoseAndBlame], count: int, excluded: Sequence[Pose] = ()) -> list[PoseAndBlame]:
     """Return up to `count` candidates whose texts differ from each other and from those of the excluded ones."""
-    texts = {write_pose(pose) for pose in excluded}
+    texts = {write_pose(configuration) for configuration in excluded}
     distinct: list[PoseAndBlame] = []
-    for pose, blame in candidates:
+    for configuration, blame in candidates:
         if len(distinct) == count:
             break
-        if write_pose(pose) not in texts:
-            texts.add(write_pose(pose))
-            distinct.append((pose, blame))
+        if write_pose(configuration) not in texts:
+            texts.add(write_pose(configuration))
+            distinct.append((configuration, blame))
     return distinct
 
 
@@ -139,4 +141,4 @@ def find_drawn_options(chain: Chain, part: Part) -> tuple[Chain, list[dict[str, 
     if not part.has_drawn_options:
         return None
     details = part.about(Places)
-    return with_lengths(chain, details.lengths), [pose.figure for pose in details.places]
+    return with_lengths(chain, details.lengths), [configuration.figure for configuration in details.places]

@@ -25,13 +25,15 @@ def _ask_configurations(chain: Chain, rng: Stream) -> Asked | None:
         arm, lengths = with_random_lengths(chain, rng)
         singular_count = rng.choice((2, 3))
         singular = take_distinct(singular_poses(arm, rng), singular_count)
-        regular = take_distinct(regular_poses(arm, rng), OPTIONS - len(singular), [pose for pose, _ in singular])
+        regular = take_distinct(
+            regular_poses(arm, rng), OPTIONS - len(singular), [configuration for configuration, _ in singular]
+        )
         if len(singular) == singular_count and len(singular) + len(regular) == OPTIONS:
             shuffled = rng.permutation([*singular, *regular])
-            shown_poses, blames = (tuple(column) for column in zip(*shuffled, strict=True))
+            shown_configurations, blames = (tuple(column) for column in zip(*shuffled, strict=True))
             correct = tuple(index for index, pose_and_blame in enumerate(shuffled) if pose_and_blame in singular)
-            answer = Selection(tuple(write_pose(pose) for pose in shown_poses), correct)
-            return answer, Places(places=shown_poses, lengths=lengths, blames=blames)
+            answer = Selection(tuple(write_pose(configuration) for configuration in shown_configurations), correct)
+            return answer, Places(places=shown_configurations, lengths=lengths, blames=blames)
     return None
 
 

@@ -24,15 +24,17 @@ def _sample_pose(chain: Chain, rng: Stream) -> Pose | None:
 
 
 def _ask_determinant(chain: Chain, rng: Stream) -> Asked | None:
-    pose = _sample_pose(chain, rng)
-    if pose is None:
+    configuration = _sample_pose(chain, rng)
+    if configuration is None:
         return None
-    jacobian = evaluate_precisely(chain, pose, derive(chain).jacobian)
+    jacobian = evaluate_precisely(chain, configuration, derive(chain).jacobian)
     value = ten_digits(determinant([[numeric(entry) for entry in row] for row in jacobian.tolist()]))
     revolute_count = sum(joint.kind == "R" for joint in chain.joints)
     unit = {0: "", 1: "m"}.get(revolute_count, f"m^{revolute_count}")
     floor = THREE_DIGITS * abs(float(value)) / 5
-    return Number(sp.Matrix([value]), (unit,), THREE_DIGITS, floor), AtPose(place=pose, pose=pose.figure)
+    return Number(sp.Matrix([value]), (unit,), THREE_DIGITS, floor), AtPose(
+        place=configuration, pose=configuration.figure
+    )
 
 
 def _object_to_units(chain: Chain) -> str | None:
@@ -50,17 +52,17 @@ class AtRates(AtPose):
 def _ask_speed(chain: Chain, rng: Stream) -> Asked | None:
     """Sample rates of all joints; the answer is the norm of the linear velocity."""
     for _ in range(40):
-        pose = _sample_pose(chain, rng)
-        if pose is None:
+        configuration = _sample_pose(chain, rng)
+        if configuration is None:
             continue
         rates = {rate: sp.Rational(rng.choice([k for k in range(-9, 10) if k]), 10) for rate in chain.rates}
-        velocity = evaluate_precisely(chain, pose, derive(chain).linear) * sp.Matrix(list(rates.values()))
+        velocity = evaluate_precisely(chain, configuration, derive(chain).linear) * sp.Matrix(list(rates.values()))
         with mpmath.workdps(DIGITS):
             speed = mpmath.sqrt(mpmath.fsum(mpmath.mpf(str(sp.N(entry, DIGITS))) ** 2 for entry in velocity))
         if speed > SLOW:
             value = ten_digits(speed)
             answer = Number(sp.Matrix([value]), ("m/s",), THREE_DIGITS, THREE_DIGITS * float(value) / 5)
-            return answer, AtRates(place=pose, pose=pose.figure, rates=rates)
+            return answer, AtRates(place=configuration, pose=configuration.figure, rates=rates)
     return None
 
 

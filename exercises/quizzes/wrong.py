@@ -127,9 +127,9 @@ def differ(a: np.ndarray, b: np.ndarray) -> bool:
 def _are_three(generic: Chain, subject: Subject, first: _Variant, second: _Variant) -> bool:
     """Return whether both mistakes together give a different answer from either mistake alone and from none."""
     w, correct = _evaluate_right_answer(generic, subject)
-    together = w.with_mistakes(dict(first.changes)).with_mistakes(dict(second.changes))
+    combined_working = w.with_mistakes(dict(first.changes)).with_mistakes(dict(second.changes))
     with np.errstate(all="ignore"):
-        values = subject.of(result(together, _ask_base(generic, subject.base)))
+        values = subject.of(result(combined_working, _ask_base(generic, subject.base)))
     if values.shape != correct.shape or not np.isfinite(values).all():
         return False
     return all(differ(values, known_values) for known_values in (correct, first.values, second.values))
@@ -222,10 +222,10 @@ def make_four_options(chain: Chain, subject: Subject, rng: Stream) -> list[Offer
         scored_triples.append(((spread > SPREAD, abs(rank_right_option(lengths) - intended_rank), spread), triple))
         if scored_triples[-1][0][:2] == (False, 0):
             break
-    fill = sp.Matrix if generic is chain else derive(chain).fill_matrix
+    fill_with_numbers = sp.Matrix if generic is chain else derive(chain).fill_matrix
     variants = _find_variants(generic, subject)
     for _, triple in sorted(scored_triples):
-        options = [fill(_write_answer(generic, subject, numbers)) for numbers in ((), *triple)]
+        options = [fill_with_numbers(_write_answer(generic, subject, numbers)) for numbers in ((), *triple)]
         if all_differ(chain, options):
             blames_of_options = [tuple(variants[index].blame for index in numbers) for numbers in ((), *triple)]
             return [OfferedOption(formula, blames) for formula, blames in zip(options, blames_of_options, strict=True)]
