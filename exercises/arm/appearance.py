@@ -39,14 +39,14 @@ _AXES = "xyz"
 
 @dataclass(frozen=True)
 class Statement:
-    """A statement about what configurations look like: it holds if `off` is zero and `is_true` returns True."""
+    """A statement about what configurations look like; it holds if `off` is zero and `is_true` returns True."""
 
     words: str
     off: Off
     is_true: Callable[[Sample], bool] = lambda _: True
 
     def about_origin(self, frame: int, origin_name: str) -> "Statement":
-        """Return the same statement about the origin of a frame instead of the point of interest."""
+        """Return the same statement, but about the origin of a frame instead of the point of interest."""
         return Statement(
             self.words.replace("the point", origin_name),
             lambda arm, q: self.off(arm.with_point(frame), q),
@@ -194,7 +194,10 @@ def _are_dependent(jacobians: np.ndarray, rows: Sequence[int], columns: Sequence
 
 
 def _describe_rest(chain: Chain, jacobians: np.ndarray, rows: Sequence[int]) -> str:
-    """Describe what stays at rest while joints with columns (k, 6, …) move without any effect on the task's rows."""
+    """Describe what stays at rest while some joints move without any effect on the task's rows.
+
+    `jacobians` (k, 6, …) are the columns of these joints at k configurations.
+    """
     joint_rates = np.linalg.svd(jacobians[:, list(rows)])[2][:, -1]
     speeds = np.abs(np.einsum("kij,kj->ki", jacobians, joint_rates))
     if len(chain.linear_rows) == len(rows) and speeds[:, :3].max() < NEAR:
@@ -205,6 +208,7 @@ def _describe_rest(chain: Chain, jacobians: np.ndarray, rows: Sequence[int]) -> 
 
 
 def _joint_names(joints: Sequence[int]) -> str:
+    """Return the numbers of joints (from 0) as text, counted from 1, such as "1, 2 and 3"."""
     return _join_names([str(joint + 1) for joint in joints])
 
 
@@ -353,6 +357,7 @@ def _find_extreme_reach(chain: Chain, samples: Sequence[Sample]) -> Iterator[Sta
 
 
 def _describe_extreme(chain: Chain, axis: int, moving: int, signs: set[int]) -> str:
+    """Describe that a joint brings the point as far from an axis, or as near to it, as it can."""
     ending = f"the axis of joint {axis + 1} as joint {moving + 1} can bring it"
     if chain.joints[moving].kind == "P":
         return f"arm drawn in: the point is as near to {ending}"
@@ -392,6 +397,11 @@ def _extension_sign(sample: Sample, axis: int, movers: Sequence[int]) -> int:
 
 
 def _extreme_statement(words: str, axis: int, movers: Sequence[int], signs: set[int]) -> Statement:
+    """Return the statement that all movers have brought the point to an extreme distance from an axis.
+
+    `signs` are the allowed signs of the extremes: 1 is farthest, -1 nearest.
+    """
+
     def is_true(sample: Sample) -> bool:
         return all(_extreme_signs([sample], axis, moving)[0] in signs for moving in movers)
 

@@ -1,8 +1,8 @@
 """Derive all results of the chapter once per structure, and substitute the numbers of each arm.
 
 A structure is a chain in which every nonzero length is a symbol and joint offsets are absorbed into the joint
-variables. Its results are proved (both routes give exactly the same Jacobian) and then hold for every arm of that
-structure.
+variables. Its Jacobian is proved by two routes, which must give exactly the same formulas. Its results then hold for
+every arm of that structure.
 """
 
 from collections.abc import Callable
@@ -37,7 +37,8 @@ from qdot.exercises.common.errors import QdotError
 Values = dict[sp.Symbol, sp.Expr]
 
 MOST_TERMS, LONG = 3000, 100
-"""Maximum number of terms in all maximal minors of a Jacobian, and the number above which elimination is preferred.
+"""Maximum number of terms in all maximal minors of a Jacobian, and the number of terms above which singularities are
+found by elimination (`reciprocal`) instead.
 
 The seven minors of a Panda have 400 terms.
 """
@@ -49,16 +50,16 @@ class TooLong(QdotError):
 
 @dataclass(frozen=True)
 class Structure:
-    """A chain with symbols for all lengths and angles that an arm may vary, and the value of each symbol."""
+    """A chain with symbols for all lengths and angles that may vary, and one arm's value of each symbol."""
 
     chain: Chain
     values: tuple[tuple[sp.Symbol, sp.Expr], ...]
 
 
 def structure(chain: Chain) -> Structure:
-    """Return the structure of `chain`: lengths, and angles that are not multiples of pi/2, become symbols.
+    """Return the structure of a chain, in which lengths, and angles that are not multiples of pi/2, become symbols.
 
-    Right angles, zeros and minus signs are kept.
+    Multiples of pi/2, zeros and minus signs are kept.
     """
     values: Values = {q: q + offset for q, offset in zip(chain.q, chain.offsets, strict=True) if offset != 0}
 
@@ -140,7 +141,7 @@ def short_jacobian(chain: Chain) -> sp.Matrix:
 
 
 def moves_with_last_link(chain: Chain) -> bool:
-    """Return whether P might as well be fixed to the last link, because later joints do not move it.
+    """Return whether P could as well be fixed to the last link, because the joints after P's link do not move it.
 
     A wrist centre is an example.
     """
@@ -171,7 +172,7 @@ def _expanded_minors(chain: Chain) -> tuple[sp.Expr, ...] | None:
 
 
 def minors_are_long(chain: Chain) -> bool:
-    """Return whether the maximal minors of the task Jacobian have too many terms to be read."""
+    """Return whether the maximal minors of the task Jacobian have so many terms that elimination is preferred."""
     minors = _expanded_minors(structure(chain).chain)
     return minors is None or sum(len(sp.Add.make_args(minor)) for minor in minors) > LONG
 
@@ -236,7 +237,7 @@ def _generic_rates(chain: Chain) -> tuple[Factored, ...]:
 
 
 def _collect_by_velocity(rate: Factored, velocity: tuple[sp.Symbol, ...]) -> Factored:
-    """Return the same product with its numerator collected by the task's velocities, as in the book."""
+    """Collect the numerator of a joint rate by the components of the task velocity, as in the book."""
     factors = tuple(
         (sp.collect(sp.expand(f), velocity, textbook) if f.free_symbols & set(velocity) else f, power)
         for f, power in rate.factors
@@ -245,7 +246,7 @@ def _collect_by_velocity(rate: Factored, velocity: tuple[sp.Symbol, ...]) -> Fac
 
 
 class Derivation:
-    """The results for one arm: SymPy matrices in the arm's own numbers and symbols, world frame."""
+    """The results for one arm: SymPy matrices in the arm's own numbers and symbols, in the world frame."""
 
     def __init__(self, chain: Chain) -> None:
         self.chain = chain
@@ -325,7 +326,7 @@ class Derivation:
 
     @property
     def is_square(self) -> bool:
-        """Whether the task has as many rows as the arm has joints, so that det J and its inverse make sense."""
+        """Whether the task has as many rows as the arm has joints, so that J has a determinant."""
         return len(self.chain.task) == self.chain.n
 
     @property
@@ -344,6 +345,7 @@ class Derivation:
         return sp.Matrix(rows)
 
     def _need_square(self, what: str) -> None:
+        """Raise ValueError if J is not square; `what` is the subject of the message."""
         if not self.is_square:
             shape = f"{len(self.chain.task)} x {self.chain.n}"
             raise ValueError(f"{self.chain.name}: the {what} needs a square Jacobian, and this one is {shape}")

@@ -1,4 +1,4 @@
-"""Find what symbolic lengths must satisfy so that a condition on joints holds anywhere: a factor may have no zero."""
+"""Find what symbolic lengths must satisfy so that a condition on joints can hold at some configuration."""
 
 from dataclasses import dataclass
 
@@ -10,9 +10,9 @@ from qdot.exercises.arm.trigonometry import fourier
 
 @dataclass(frozen=True)
 class Need:
-    """The requirement that `least` is at most `most`, without which a condition holds nowhere.
+    """The requirement `least` <= `most` on symbolic lengths, without which a condition holds at no configuration.
 
-    Both are formulas in symbolic lengths, in metres.
+    Both sides are formulas in lengths (m).
     """
 
     condition: sp.Expr
@@ -24,7 +24,7 @@ class Need:
 
 
 def need_of(condition: sp.Expr, chain: Chain) -> Need | None:
-    """Return what symbolic lengths must satisfy so that a condition holds anywhere; None if nothing, or if unknown.
+    """Return what symbolic lengths must satisfy so that a condition can hold; None if nothing, or if unknown.
 
     A condition is a constant K plus a sum of terms A cos(phi) + B sin(phi). If the angles phi are linearly independent,
     the sum takes every value from -S to S, in which S is the sum of all sqrt(A^2 + B^2). It then equals -K somewhere if

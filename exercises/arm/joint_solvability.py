@@ -1,4 +1,4 @@
-"""Decide whether conditions on joints can hold simultaneously, for generic lengths.
+"""Decide whether conditions on joint variables can hold simultaneously, for generic lengths.
 
 The cosine and sine of each joint become a pair of unknowns on a circle, and the conditions become polynomials in them.
 The polynomials are over a large prime field, with random residues for symbolic lengths and constant angles. A Gröbner
@@ -15,12 +15,14 @@ import sympy as sp
 from qdot.exercises.common.stream import Stream
 
 MOST_UNKNOWNS, MOST_TERMS, MOST_ZEROS = 7, 160, 100
-"""A basis is computed for at most this many unknowns, terms in all polynomials, and product of their degrees."""
+"""A Gröbner basis is computed for at most this many unknowns, terms in all polynomials, and product of degrees."""
 _LEAST, _TRIED = 10**9, 20_000
+"""The smallest number that is tried as the prime, and how many numbers are tried."""
 _PARTS = 36 * 10**12
-"""Number of parts into which a symbolic angle and a radian are divided, so that one residue also gives its fractions.
+"""Number of equal parts into which a symbolic angle and a radian are divided.
 
-The sine and cosine of a number of radians are transcendental, so that a random residue can represent them.
+A residue for one part gives the sines and cosines of all its multiples. The sine and cosine of a rational number of
+radians are transcendental, so that a random residue can represent them.
 """
 
 
@@ -243,7 +245,7 @@ class _Field:
         raise _Undecided
 
     def _root(self, number: int) -> int:
-        """Return a square root as the product of the roots of its prime factors, so that roots multiply correctly."""
+        """Return a square root as the product of the roots of prime factors, so that sqrt(2) sqrt(3) = sqrt(6)."""
         root = 1
         for prime, times in sp.factorint(number).items():
             prime_root = self.residues.setdefault(
@@ -255,6 +257,7 @@ class _Field:
         return root
 
     def _residue(self, what: sp.Basic) -> int:
+        """Return the random residue that represents a constant, always the same for the same constant."""
         if what not in self.residues:
             self.residues[what] = self.stream.integer(2, self.prime - 2)
         return self.residues[what]

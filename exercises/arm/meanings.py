@@ -36,11 +36,12 @@ NEAR, APART = 1e-6, 0.02
 """Tolerances in metres or as a sine: below the first, a measure is zero; above the second, it is clearly nonzero."""
 
 STEP = 1e-3
+"""Step of a joint variable for finite differences."""
 
 
 @dataclass(frozen=True)
 class Meaning:
-    """A statement about joints (numbered from 1), in words; `kind` is for example "on axis", "in line" or "far"."""
+    """A statement about joints (from 1), with its text; `kind` is for example "on axis", "in line" or "far"."""
 
     kind: str
     joints: tuple[int, ...]
@@ -49,7 +50,10 @@ class Meaning:
 
 @dataclass(frozen=True)
 class MeasuredMeaning(Meaning):
-    """A statement with a measure that is zero if it holds; "straight" and "doubled" share one, "far" and "near" too."""
+    """A statement with a measure that is zero if the statement holds.
+
+    "straight" and "doubled" share a measure, as do "far" and "near".
+    """
 
     off: Off
 
@@ -67,9 +71,10 @@ class Reading:
 
 
 def read_meanings(chain: Chain, samples: Sequence[Sample], more: Sequence[Sample] = ()) -> Reading | None:
-    """Return the correct and the wrong meanings of samples, or None if there is no correct or no wrong one.
+    """Return the correct and the wrong meanings of a branch, or None if there is no correct or no wrong one.
 
-    A statement that holds at the `samples` may be false elsewhere. The correct one must not be false at any of `more`.
+    The `samples` are configurations on the branch. A statement that holds at all of them may be false elsewhere, so the
+    correct one must not be false at any sample of `more`, either.
     """
     if len(samples) < 4:
         return None
@@ -85,6 +90,7 @@ def read_meanings(chain: Chain, samples: Sequence[Sample], more: Sequence[Sample
 
 
 def _is_right(chain: Chain, meaning: MeasuredMeaning, samples: Sequence[Sample], more: Sequence[Sample]) -> bool:
+    """Return whether a meaning that holds at `samples` is the reason for the singularity, and not false at `more`."""
     if not is_reason(chain, samples, meaning.off, lambda sample: holds(chain, meaning, sample) is True):
         return False
     return all(holds(chain, meaning, sample) is not False for sample in more)
@@ -97,7 +103,7 @@ def common_kind(chain: Chain, samples: Sequence[Sample]) -> str | None:
 
 
 def meanings_of(chain: Chain, samples: Sequence[Sample]) -> list[MeasuredMeaning]:
-    """Return all statements that would explain a loss of rank, the most informative first.
+    """Return all statements that might explain a loss of rank; the most informative come first.
 
     If the task has angular rows, collinear axes are the reason, and P on one of them may be incidental. If it has only
     angular rows, the position of P does not matter.
@@ -217,6 +223,7 @@ def _common_direction(chain: Chain, samples: Sequence[Sample]) -> list[MeasuredM
 
 
 def _extremes(chain: Chain, samples: Sequence[Sample], i: int, j: int) -> list[MeasuredMeaning]:
+    """Return the statements that joint j brings the point as far from, or as near to, axis i as it can."""
     if not _changes_distance(samples, i, j):
         return []
     joints, off = (i + 1, j + 1), partial(slope, joint=i, movers=[j])

@@ -30,15 +30,15 @@ _POSITION = TASK_ROWS[:3]
 MOST_LEFT = 400
 """Maximum number of cases that are examined."""
 TRIED, SHORT = 2, 200
-"""Maximum number of pairs of frame and point that are tried. The search stops early if all conditions together have
-fewer operations than the second number."""
+"""Maximum number of pairs of frame and point that are tried, and the number of operations in all conditions together
+below which no further pair is tried."""
 _ZERO = 1e-9
 _NOTHING = sp.Float("1e-20")
 
 
 @dataclass(frozen=True)
 class Reduction:
-    """J of an arm in its shortest form: in frame `frame`, about the origin of frame `about` (about P if it is None)."""
+    """J of an arm in a short form: in coordinates of frame `frame`, about the origin of frame `about` (P if None)."""
 
     frame: int
     about: int | None
@@ -49,8 +49,9 @@ class Reduction:
 class ReducedCase:
     """The matrix whose rank decides whether J loses rank in one case.
 
-    `case` holds the conditions of the case. `joints` are the joints of the columns (from 1). `ways` are the conditions
-    under which the matrix has less than full rank.
+    - `case`: the conditions of the case.
+    - `joints`: the joint (from 1) of each column of the matrix; 0 for a column that combines two joints.
+    - `ways`: the branches of rank loss, each a list of conditions under which the matrix has less than full rank.
     """
 
     case: Conjunction
@@ -60,9 +61,10 @@ class ReducedCase:
 
 
 def applies(chain: Chain) -> bool:
-    """Return whether elimination applies: the task has all six rows, for the last link, and more than six joints.
+    """Return whether elimination applies to an arm.
 
-    It also applies to a position task with more than three joints if the minors are long.
+    It applies to all six rows of the last link if there are more than six joints, and to a position task if there are
+    more than three joints and the minors are long.
     """
     if chain.n <= len(chain.task):
         return False
@@ -72,7 +74,7 @@ def applies(chain: Chain) -> bool:
 
 
 def plain_chain(chain: Chain) -> tuple[Chain, dict[sp.Symbol, sp.Expr]]:
-    """Return the arm without joint offsets and with symbols for non-polynomial entries, and the values replaced.
+    """Return the arm without joint offsets and with symbols for non-polynomial entries, and the symbols' values.
 
     Non-polynomial entries are twists that are not multiples of a right angle, and lengths that contain roots.
     """
@@ -145,15 +147,18 @@ def _tidy(entry: sp.Expr) -> sp.Expr:
 
 @dataclass
 class _Elimination:
-    """The elimination for one arm, and the reduced matrices that it collects in `left`."""
+    """The elimination for one arm; it collects the reduced matrices in `left`."""
 
     search: Search
     left: list[ReducedCase] = field(default_factory=list)
     marks: dict[sp.Expr, sp.Symbol] = field(default_factory=dict)
-    """Symbols for conditions 1 - cos(q - root) whose root contains an arctangent; nothing is substituted in these."""
+    """Symbols that stand for conditions 1 - cos(q - root) whose root contains an arctangent.
+
+    Nothing is substituted into these conditions.
+    """
 
     def ways(self, matrix: sp.Matrix, joints: tuple[int, ...], case: Conjunction) -> Iterator[Conjunction]:
-        """Yield the conditions under which a matrix has less than full row rank, with the conditions of the case."""
+        """Yield the branches on which a matrix has less than full row rank, each with the conditions of the case."""
         matrix, joints = self._without_zeros(matrix, joints)
         rows, columns = matrix.shape
         if rows == 0:
@@ -167,6 +172,7 @@ class _Elimination:
         yield from self._eliminate_next(matrix, joints, case)
 
     def _eliminate_next(self, matrix: sp.Matrix, joints: tuple[int, ...], case: Conjunction) -> Iterator[Conjunction]:
+        """Do one step of the elimination, and yield the branches of what remains."""
         for r in range(matrix.rows):
             shared = self._common_factors(matrix.row(r))
             if shared:
@@ -196,7 +202,7 @@ class _Elimination:
     def _without_column(
         self, matrix: sp.Matrix, joints: tuple[int, ...], case: Conjunction, c: int, shared: list[sp.Expr]
     ) -> Iterator[Conjunction]:
-        """Yield the conditions under which rank is lost while a common factor of a column vanishes."""
+        """Yield the branches on which a common factor of column `c` vanishes and the other columns lose rank."""
         rest, remaining_joints = _delete_column(matrix, c), joints[:c] + joints[c + 1 :]
         for factor in shared:
             for condition, trigs in self._roots(factor):
@@ -222,6 +228,7 @@ class _Elimination:
         return marked
 
     def _evaluate_at(self, entry: sp.Expr, factor: sp.Expr, values: dict[sp.Expr, sp.Expr]) -> sp.Expr:
+        """Return an entry at a zero of a factor; without values, only entries with this factor become zero."""
         if entry == 0:
             return entry
         if not values:
@@ -244,9 +251,9 @@ class _Elimination:
         return [f for f, _ in first.factors if self.search.moves(f) and all(f in dict(o.factors) for o in others)]
 
     def _pivot(self, matrix: sp.Matrix) -> tuple[int, int] | None:
-        """Return the row and column of the nonzero constant entry that is best to eliminate; None without one.
+        """Return row and column of a nonzero constant entry; None if there is none.
 
-        Its row and column have the most zeros.
+        Among these entries, choose the one whose row and column have the most zeros.
         """
         best = None
         for r, c in product(range(matrix.rows), range(matrix.cols)):
@@ -323,6 +330,7 @@ class _Elimination:
         )
 
     def _by_minors(self, matrix: sp.Matrix, joints: tuple[int, ...], case: Conjunction) -> Iterator[Conjunction]:
+        """Yield the branches on which all maximal minors of a matrix vanish."""
         column_sets = combinations(range(matrix.cols), matrix.rows)
         minors = [factor_trig(determinant_of(matrix.extract(list(range(matrix.rows)), list(c)))) for c in column_sets]
         zeros = common_zeros(minors, self.search)
@@ -334,6 +342,7 @@ class _Elimination:
 
 
 def _count_others(line: sp.Matrix) -> int:
+    """Return the number of nonzero entries of a row or column, minus one."""
     return sum(entry != 0 for entry in line) - 1
 
 
@@ -450,10 +459,12 @@ def reciprocal_set(chain: Chain, twists: tuple[tuple[sp.Symbol, sp.Expr], ...] =
 
 
 def _size(singular_set: ReciprocalSet) -> int:
+    """Return the number of operations in all conditions."""
     return sum(int(sp.count_ops(condition)) for way in singular_set.ways for condition in way)
 
 
 def _search_from(chain: Chain, frame: int, about: int | None, is_zero: Callable[[sp.Expr], bool]) -> ReciprocalSet:
+    """Return the singular set by elimination in J for one frame and point. Raises TooLong."""
     reduction = Reduction(frame, about, sp.ImmutableMatrix(jacobian_seen_from(chain, frame, about).applyfunc(_tidy)))
     elimination = _Elimination(Search(chain.q, is_zero))
     branches = list(elimination.ways(sp.Matrix(reduction.matrix), tuple(range(1, chain.n + 1)), ()))
@@ -469,5 +480,5 @@ def _search_from(chain: Chain, frame: int, about: int | None, is_zero: Callable[
 
 
 def _state_case(case: Conjunction, stated: dict[sp.Symbol, sp.Expr]) -> Conjunction:
-    """Return the conditions of a case without marks."""
+    """Return the conditions of a case with each mark replaced by the condition for which it stands."""
     return tuple(stated.get(condition, condition) for condition in state_conditions(case))

@@ -1,10 +1,10 @@
 """Compute whether a singular configuration is a boundary or an internal singularity.
 
-At a singular configuration, let u span the directions that J cannot produce (u J = 0), and k the joint motions that do
-not move the task (J k = 0). To second order the arm moves by u . (dJ/dk k) along u. If that has one sign for all k,
-small motions reach only one side of a surface, at which the reach folds back. If no other configuration reaches the far
-side either, the singularity is at the boundary of the reach. Otherwise, and if the sign changes or the second-order
-motion vanishes, the singularity is internal. Unlimited joint travel is assumed, as in the chapter.
+At a singular configuration, let u be a direction that J cannot produce (u J = 0), and k a joint motion that does not
+move the task (J k = 0). To second order, the arm moves by u . (dJ/dk k) along u. If this has the same sign for all k,
+small motions reach only one side of a surface, at which the reach folds back. If no other configuration reaches the
+far side either, the singularity is at the boundary of the reach. In all other cases it is internal, also if the
+second-order motion vanishes. Unlimited joint travel is assumed, as in the chapter.
 """
 
 from collections.abc import Iterator, Sequence
@@ -26,17 +26,19 @@ REGULAR = 1e-7
 """A singular value counts as zero if it is below this fraction of the largest."""
 
 _TURNS = 24
-"""Number of angles of a joint that does not move the point, at which a corner of the reach is searched for."""
+"""Number of angles that are tried for a joint that does not move the point, in the search for a corner of the reach."""
 
 
 def kind_is_sure(chain: Chain) -> bool:
     """Return whether the kind, boundary or internal, can be established and is meaningful for a chain.
 
-    If not, the kind is never asked for or reported. It can be established for up to four rows, and for all six rows of
-    an arm with a spherical wrist. For other tasks, the search for configurations beyond a fold is no proof. The kind is
-    meaningful if the rows are rates of coordinates, such as an orientation or one angle about a fixed axis, because
-    only coordinates have a reach; angular velocities have none. With more rows than joints, the reach is only a
-    surface, whose boundary is of no interest.
+    If not, the kind is never asked for or reported.
+
+    The kind can be established for up to four rows, and for all six rows of an arm with a spherical wrist. For other
+    tasks, the search for configurations beyond a fold is no proof. The kind is meaningful if the task's rows are rates
+    of coordinates, such as a position, an orientation or one angle about a fixed axis. Only coordinates have a reach;
+    angular velocities have none. If there are more rows than joints, the reach is only a surface, whose boundary is of
+    no interest.
     """
     if chain.n == 6 and set(chain.task) == set(TASK_ROWS):
         return wrist_centre(chain) is not None
@@ -63,8 +65,8 @@ def kind_at(chain: Chain, sample: Sample) -> str:
 def are_one_sided(chain: Chain, samples: Sequence[Sample]) -> bool:
     """Return whether each configuration loses exactly one direction, on one side of which nothing can be reached.
 
-    Return False for boundary configurations that show this only after a rotation of a joint that does not move the
-    point.
+    Return False for boundary configurations that show this only after a joint that does not move the point has been
+    rotated.
     """
     rows = chain.task_rows
     if _has_free_orientation(chain):
@@ -216,6 +218,7 @@ def _unit_vectors(count: int) -> np.ndarray:
 
 
 def _vectors_at_angles(angles: np.ndarray) -> np.ndarray:
+    """Return the unit vectors (… x 2) at angles in a plane."""
     return np.stack([np.cos(angles), np.sin(angles)], axis=-1)
 
 
@@ -246,6 +249,7 @@ class _Bending:
 
 
 _STEP = 1e-4
+"""Step of the joint motions for finite differences."""
 
 
 def _bending(samples: Sequence[Sample], task: list[int], still: np.ndarray) -> _Bending:
@@ -277,7 +281,7 @@ def _are_edges(samples: Sequence[Sample], task: list[int], lost: np.ndarray, ben
 
 
 def _folds(lost: np.ndarray, bending: _Bending) -> tuple[np.ndarray, np.ndarray]:
-    """Return whether second-order motions lead forward along `lost`, and whether they lead backward (k each)."""
+    """Return whether second-order motions lead forward along the lost direction, and whether backward (k each)."""
     eigenvalues = np.linalg.eigvalsh(_quadratic_forms(lost, bending))
     return np.any(eigenvalues > 1e-5, axis=1), np.any(eigenvalues < -1e-5, axis=1)
 

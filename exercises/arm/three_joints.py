@@ -1,10 +1,11 @@
-"""Decide whether an arm of three joints reaches a target point, for many arms and targets at once, without a search.
+"""Decide whether arms of three joints reach target points, for many arms and targets at once, without a search.
 
-The first joint can't change two quantities of the point: its height along the joint's axis and its distance from the
-axis or, for a prismatic joint, the two coordinates perpendicular to it. The second joint moves the point on a circle or
-a line, on which both quantities are linear. One condition on the third joint remains, which also moves the point on a
-circle or a line. In general the condition is a polynomial, whose sign shows whether it has a root. If the second joint
-can't change one of the quantities, the condition is linear, and the other quantity must be in range at a root.
+The first joint cannot change two quantities of the point. If it is revolute, these are the height along its axis and
+the distance from its axis; if it is prismatic, the two coordinates perpendicular to its axis. The second joint moves
+the point on a circle or a line, on which both quantities are linear. Therefore one condition on the third joint
+remains, which also moves the point on a circle or a line. In general this condition is a polynomial, whose sign shows
+whether it has a root. If the second joint cannot change one of the quantities, the condition is linear, and the other
+quantity must be in range at a root.
 """
 
 from dataclasses import dataclass
@@ -17,19 +18,21 @@ from qdot.exercises.arm.vectors import cross
 YES, NO, UNSURE = 1, 0, -1
 
 _ZERO = 1e-9
-"""A quantity below this, relative to the arm's size, counts as zero."""
+"""A quantity below this fraction of the arm's size counts as zero."""
 _SURE = 1e-10
-"""The sign of a polynomial is certain if its value, relative to its terms, is farther from zero than this."""
+"""The sign of a polynomial is certain if its absolute value is above this fraction of the sum of its terms."""
 _GRID, _LEAST, _REFINED, _STILL = 48, 4, 25, 1e-9
-"""Number of points on the circle at which a polynomial is evaluated; number of the lowest of them at which Newton steps
-start; maximum number of steps (if two minima merge, a step removes only a third of the remaining distance); and the
-step size at which the steps end."""
+"""The search for the minimum of a polynomial on the circle: number of points at which it is evaluated; number of the
+lowest points at which Newton steps start; maximum number of steps; step size below which the steps end.
+
+Many steps are needed if two minima merge, because a step then removes only a third of the remaining distance.
+"""
 
 
 def reaches_places(arms: NumericChain, places: np.ndarray) -> np.ndarray:
     """Return for each arm whether it reaches its target (k x 3): YES, NO or UNSURE, in an array (k).
 
-    The arms are combined by `NumericChain.stack`. They have three joints, all of which move the point.
+    The arms are stacked by `NumericChain.stack`. They have three joints, all of which move the point.
     """
     arm = _normalize(arms, places)
     with np.errstate(all="ignore"):  # a division by zero makes the answer UNSURE
@@ -42,8 +45,8 @@ def reaches_places(arms: NumericChain, places: np.ndarray) -> np.ndarray:
 class _NormalizedArms:
     """Arms (k) with their targets, scaled by the size of both, in coordinates about a point on the first axis.
 
-    `axes` and `origins` (k x 3 joints x 3) are at home. The third joint brings the point to `middle` + x `along` + y
-    `across`. For a revolute joint, (x, y) is on the unit circle; for a prismatic joint, y = 0.
+    `axes` and `origins` (k x 3 joints x 3) are those at home. The third joint brings the point to the position `middle`
+    + x `along` + y `across`. If it is revolute, (x, y) is on the unit circle; if it is prismatic, y = 0.
     """
 
     kinds: tuple[str, ...]
@@ -67,6 +70,7 @@ class _NormalizedArms:
 
 
 def _normalize(arms: NumericChain, places: np.ndarray) -> _NormalizedArms:
+    """Return arms with their targets in normalized coordinates."""
     home = arms.frames(np.zeros((len(places), 1, 3)))
     point, home = arms.point_of(home)[:, 0], home[:, 0]
     axes, origins = home[:, :3, :3, 2], home[:, :3, :3, 3]
@@ -87,10 +91,10 @@ def _normalize(arms: NumericChain, places: np.ndarray) -> _NormalizedArms:
 
 @dataclass(frozen=True)
 class _Residual:
-    """The condition on the third joint at x and y: a residual that must be zero, and a margin that must be positive.
+    """The condition on the third joint, as a function of x and y: a residual must be zero, and a margin positive.
 
-    The margin states how far the other quantity is within its range. If a polynomial is the only condition (`sole`), it
-    is the residual, and the margin is 1.
+    The margin is positive if the other quantity is in its range. If a polynomial is the only condition (`sole`), the
+    polynomial is the residual, and the margin is 1.
     """
 
     arm: _NormalizedArms
@@ -105,7 +109,8 @@ class _Residual:
     def _for_revolute(self, point: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return residual and margin for a revolute second joint.
 
-        The vector from its axis to the point has a given length and two required components.
+        The third joint determines the length of the vector from the second axis to the point. The target determines two
+        components of this vector.
         """
         arm = self.arm
         to_point = point - arm.origins[:, None, 1]
@@ -135,12 +140,13 @@ class _Residual:
         return self._select(polynomial, height_change, margin)
 
     def _select(self, both: np.ndarray, zero: np.ndarray, room: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return residual and margin: the polynomial `both` alone, or the linear residual `zero` with the margin."""
         sole = self.sole[:, None]
         return np.where(sole, both, zero), np.where(sole, 1.0, room)
 
 
 def _second_joint(arm: _NormalizedArms) -> tuple[np.ndarray, _Residual]:
-    """Return whether one polynomial is the only condition (k), and the residual."""
+    """Return whether a polynomial is the only condition for each arm (k), and the conditions."""
     first, second = arm.axes[:, 0], arm.axes[:, 1]
     if arm.kinds[1] == "P":
         along = _dot(first, second)
@@ -158,7 +164,10 @@ def _second_joint(arm: _NormalizedArms) -> tuple[np.ndarray, _Residual]:
 
 
 def _required_components(arm: _NormalizedArms, height: np.ndarray, squared: np.ndarray) -> np.ndarray:
-    """Return the components (k x m x 2) that the second joint must give a point of this height and squared distance."""
+    """Return the two components (k x m x 2) of the vector from the second axis to the point that the target requires.
+
+    `height` and `squared` are the vector's component along the second axis and its squared length.
+    """
     first, second, origin = arm.axes[:, 0], arm.axes[:, 1], arm.origins[:, 1]
     if arm.kinds[0] == "R":
         height_change = _dot(arm.target, first) - _dot(origin, first)
@@ -182,14 +191,14 @@ def _required_components(arm: _NormalizedArms, height: np.ndarray, squared: np.n
 
 
 def _decide_by_sign(arm: _NormalizedArms, looks: _Residual) -> np.ndarray:
-    """Return whether the polynomial has a root, by the signs of its values."""
+    """Decide by the signs of its values whether the polynomial has a root."""
     return (
         _sign_on_circle(looks) if arm.kinds[2] == "R" else _sign_on_line(looks, 4 if arm.kinds[:2] == ("R", "R") else 2)
     )
 
 
 def _sign_on_circle(looks: _Residual) -> np.ndarray:
-    """Return whether a0 + a1 cos x + b1 sin x + a2 cos 2x + b2 sin 2x takes both signs."""
+    """Decide whether a0 + a1 cos x + b1 sin x + a2 cos 2x + b2 sin 2x takes both signs."""
     angles = np.arange(8) * np.pi / 4
     values = looks(np.cos(angles), np.sin(angles))[0]
     coefficients = np.fft.rfft(values, axis=1)[:, :3] / 4
@@ -231,7 +240,7 @@ def _least(a: np.ndarray, b: np.ndarray, angle: np.ndarray) -> np.ndarray:
 
 
 def _sign_on_line(looks: _Residual, degree: int) -> np.ndarray:
-    """Return whether a polynomial of degree two, or of degree four with a positive leading term, has a root."""
+    """Decide whether a polynomial of degree two, or of degree four with a positive leading term, has a root."""
     coefficients = _polynomial_coefficients(looks, 0, degree)
     terms = np.abs(coefficients).sum(axis=1)
     if degree == 4:
@@ -268,7 +277,7 @@ def _polynomial_coefficients(looks: _Residual, which: int, degree: int) -> np.nd
 
 
 def _decide_by_roots(arm: _NormalizedArms, looks: _Residual) -> np.ndarray:
-    """Return whether the other quantity is in range at a root of the linear condition."""
+    """Decide whether the other quantity is in range at a root of the linear condition."""
     x, y, existence = _roots_on_circle(looks) if arm.kinds[2] == "R" else _roots_on_line(looks)
     margin = looks(x, y)[1]
     has_root, has_none = existence[:, None] == YES, existence == NO
