@@ -75,7 +75,7 @@ def same_value(value: Any, expected: Any, angles: bool) -> bool:
 
 
 def holds_at(zero: Node, at: Mapping[str, Any], symbols: Mapping[str, Any]) -> bool:
-    """Return whether an expression vanishes at joint values `at` and the given values of the other symbols."""
+    """Return whether an expression vanishes if the joints have the values `at`, and the other names `symbols`."""
     program = compile_program([zero])
     values = {**symbols, **at}
     residual = evaluate_precisely(program, values, DIGITS)[0]
@@ -243,7 +243,7 @@ class Space:
     ) -> np.ndarray:
         """Return derivatives of the expressions (count, expressions, joints) by central differences of the free joints.
 
-        If `squared`, the expressions are squared first: at its zero sqrt(x^2) has no derivative, but x^2 has one.
+        If `squared`, the expressions are squared first: sqrt(x^2) has no derivative at its zero, but x^2 has.
         """
         step, joints = 1e-6, len(search.free)
         shifted_values = _nudge(values, count, [(joint, side * step) for side in (1, -1) for joint in search.free])
@@ -299,7 +299,7 @@ class Space:
         return np.asarray((np.abs(difference) <= tolerance) & (np.abs(residuals.imag) <= tolerance))
 
     def holds_exactly(self, piece: Piece, outer: Sequence[Piece], symbols: Mapping[str, Any]) -> bool:
-        """Return whether the numbers typed in `piece` satisfy a piece of `outer` to the precision of doubles.
+        """Return whether the numbers typed in `piece` satisfy a piece of `outer` in double precision.
 
         Conditions on joints without such a number are ignored; the search checks them.
         """
@@ -349,7 +349,8 @@ class SetComparison:
     `covered`: for each reference piece, whether the claim contains it; None if it is empty for these lengths.
     `sound`: for each claimed piece, whether the reference contains it; None if it holds nowhere.
     `missing`: a configuration that is singular but not claimed. `surplus`: one that is claimed but not singular.
-    `points`: the number of configurations tried. `least`: their number on the piece with the fewest.
+    `points`: the number of configurations tried.
+    `least`: their number on the piece with the fewest.
     `rounded`: whether a claimed value is correct except for rounding.
     """
 

@@ -90,7 +90,7 @@ _LARGEST = 1e15
 
 
 def modular_program(program: Program, fixed: Mapping[str, Fraction | None]) -> ModularProgram:
-    """Return a program for evaluation modulo a prime; `fixed` maps names to numbers, or to None if irrational."""
+    """Return a program for evaluation modulo a prime; `fixed` maps names to numbers (None: irrational)."""
     steps = [_replace_fixed_name(step, fixed) for step in program.steps]
     angles = find_angles(steps)
     modular: list[tuple[Op, Size] | None] = []

@@ -26,7 +26,7 @@ _WITNESSES = (2, 3, 5, 7, 11, 13, 17, 19, 23, 29, 31, 37, 41)
 
 @dataclass(frozen=True)
 class Field:
-    """The integers modulo `prime` with a `root` of unity of order ORDER; the prime is one of `choices` primes."""
+    """The integers modulo `prime`, one of `choices` primes, with a `root` of unity of order ORDER."""
 
     prime: int
     root: int

@@ -49,7 +49,7 @@ READABLE = 8
 PRINTED, DOUBLE = 13, 16
 """Minimum number of digits at which a typed decimal counts as a printed double, and a problem's number as a root."""
 FLOATS = 1e-12
-"""Relative error allowed for entries with decimals of PRINTED digits or more, and for joint values in general."""
+"""Relative error allowed for joint values, and for entries with decimals of PRINTED digits or more."""
 
 _ROUNDING = 64 * np.finfo(float).eps
 

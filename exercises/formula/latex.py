@@ -65,7 +65,7 @@ class _Reader:
         return self.tokens.pop()
 
     def row(self, ends: tuple[str, ...]) -> Layout:
-        """Return the row of all pieces up to a token that begins with one of `ends`, or up to the formula's end."""
+        """Return the row of all pieces up to a token that begins with one of `ends`, or to the end."""
         pieces: list[Layout] = []
         tokens = self.tokens
         while tokens and not tokens[-1].startswith(ends or ("}",)):

@@ -94,7 +94,7 @@ def parts(piece: Layout) -> Pieces:
 
 
 def join(between: Sequence[Layout], listed: Iterable[Sequence[Layout]]) -> Pieces:
-    """Return several sequences of pieces as one, with the pieces `between` as the separator."""
+    """Return several sequences of pieces as one, with `between` between each two of them."""
     joined = [piece for item in listed for piece in (*between, *item)]
     return tuple(joined[len(between) :])
 

@@ -48,7 +48,7 @@ Each comes with a mark that any matching text contains, because testing for the 
 
 
 def plain(text: str, known: AbstractSet[str]) -> str:
-    r"""Return an answer in plain text; `known` names are never taken for units.
+    r"""Return an answer in plain text; the names in `known` are never taken for units.
 
     >>> plain("½ a1² cos(30°) m", {"a1"})
     '(1/2) a1^(2) cos((30*pi/180))'

@@ -91,8 +91,8 @@ def _is_moving(term: sp.Expr) -> bool:
 class Product:
     """A product: whether it is negative, its number, and the factors in the numerator and in the denominator.
 
-    The signs of the sums in `flips` are changed, so that no bracket starts with a minus, and a sum has the same signs
-    in all entries of a matrix. Only a sum of velocities may start with a minus, as in (-s_1 v_x + c_1 v_y)/a_1.
+    The signs of the sums in `flips` are changed. No bracket then starts with a minus, and a sum has the same
+    signs in all entries of a matrix. Only a sum of velocities may start with a minus, as in (-s_1 v_x + c_1 v_y)/a_1.
     """
 
     negative: bool

@@ -608,7 +608,7 @@ class _Parser:
     def parse_bound(self, name: str, of: Node | None) -> Node:
         """Parse Derivative(theta1(t), t) as the rate qd1, and Lambda(_n, …) with any whole number as _n.
 
-        `of` is the first argument if it was typed before the name, as in theta1.diff(t).
+        If the first argument was typed before the name, as in theta1.diff(t), it is `of`.
         """
         self.at += 1
         args = ((of,) if of is not None else ()) + self.parse_bracket(")", "args").args
@@ -769,7 +769,7 @@ def _container(name: str, args: tuple[Node, ...], parser: _Parser) -> Node:
 
 
 def read(text: str, known: Iterable[str] = ()) -> Node:
-    """Return the tree of `text`; `known` are the names of the problem's symbols, which take precedence over shorthand.
+    """Return the tree of `text`; the names `known` of the problem's symbols take precedence over shorthand.
 
     Raises ReadError with the position and the expected token. Time and memory are linear in the length.
 

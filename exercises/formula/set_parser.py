@@ -29,7 +29,7 @@ _NO_JOINT = "a value stands there without a joint; write it as in theta1 = pi/3"
 
 @dataclass(frozen=True)
 class Atom:
-    """One condition: the expression `zero` vanishes (if `joint` is None), or it is the value of `joint`.
+    """One condition: `zero` vanishes (if `joint` is None), or it is the value of `joint`.
 
     The value of an angle counts modulo 2 pi.
     """

@@ -83,7 +83,7 @@ def straight_joint_1(chain: Chain) -> sp.Expr:
 
 @lru_cache(maxsize=512)
 def jacobian_at_joint_1(chain: Chain) -> sp.Matrix | None:
-    """Return J of a structure with joint 1 at `straight_joint_1`; None if det J depends on joint 1, or if J doesn't."""
+    """Return J with joint 1 at `straight_joint_1`; None if det J depends on joint 1, or if J doesn't."""
     d, theta_1 = derive(chain), chain.q[0]
     if chain.joints[0].kind == "P" or not d.jacobian.has(theta_1) or d.determinant.has(theta_1):
         return None

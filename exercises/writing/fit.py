@@ -55,7 +55,7 @@ def width(formula: Layout, size: float = 1.0) -> float:
 
 
 def breaks_lines(formula: Layout, room: float) -> bool:
-    """Return whether an inline formula has a piece, such as a fraction, that is too wide for lines of `room` (em)."""
+    """Return whether an inline formula has a piece, such as a fraction, too wide for lines of `room` (em)."""
     return any(width(piece) > WHOLE * room for piece in formula.inner)
 
 
@@ -117,7 +117,7 @@ def _split_at_equals(equation: Pieces) -> tuple[Pieces, Pieces]:
 
 
 def _break_equation(left: Pieces, right: Pieces, room: float) -> Rows:
-    """Return the lines of one equation, whose right side has `room` (em)."""
+    """Return the lines of one equation whose right side may be `room` (em) wide."""
     if _total_width(right) <= room - 1.0:
         return [(left, right)]
     sign = right[:1] if right[:1] == (layout.EQUALS,) else ()

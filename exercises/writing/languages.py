@@ -113,7 +113,7 @@ class Catalogue:
         return translation if initial.isupper() else f"{translation[0].lower()}{translation[1:]}"
 
     def mistake_said(self, name: str, says: str, where: str, sentence: str) -> str:
-        """Return the sentence on a mistake; `says` is the English pattern that was filled in for `sentence`."""
+        """Return the sentence on a mistake; `sentence` is English and was made from the pattern `says`."""
         match = pattern(says + "{tail}").fullmatch(sentence)
         if self.is_english or match is None:
             return sentence

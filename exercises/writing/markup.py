@@ -63,9 +63,9 @@ def to_html(
 ) -> str:
     """Return HTML with formulas as MathML; raw HTML in the text is kept.
 
-    `share` is the fraction of a page's width that the text may take. If `formula` is given, it converts each formula:
+    `share` is the fraction of a page's width that the text may take. If `formula` is given, it converts formulas;
     its arguments are the LaTeX and whether the formula is displayed. Inline MathML is put in a span of class "whole"
-    with the adjacent punctuation, which pages do not break. If `whole`, so are inline formulas that `formula` converts.
+    with the adjacent punctuation; pages do not break it. If `whole`, this applies to other inline formulas, too.
     """
     tokens, formulas = parse_markdown(text)
     parser = _parser()
@@ -203,7 +203,7 @@ def to_latex(text: str, share: float = 1.0) -> str:
 
 
 def _write_display(latex: str, room: float, point: str = "") -> str:
-    """Return a displayed formula that fits into `room` (em), followed by the punctuation `point`."""
+    """Return a displayed formula that fits into `room` (em), followed by `point`."""
     fitted = fit_latex(latex, room)
     laid_out = parse_latex(fitted)
     if _has_many_lines(laid_out):
@@ -224,7 +224,7 @@ Special = Mapping[str, "Callable[[Sequence[Token], int], str]"]
 
 
 def write_tokens(tokens: "Sequence[Token]", fixed: Mapping[str, str], special: Special) -> str:
-    """Return markup for tokens: a `fixed` text, or the result of the function for a `special` type."""
+    """Return markup for tokens: for each type a text in `fixed`, or the result of a function in `special`."""
     pieces: list[str] = []
     for index, token in enumerate(tokens):
         if token.type == "inline":

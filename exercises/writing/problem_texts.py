@@ -102,7 +102,7 @@ def worked_solutions(problem: Problem, language: str = ENGLISH) -> dict[str, str
 def next_solution(problem: Problem, explained: set[str], language: str = ENGLISH, first_of_several: bool = True) -> str:
     """Return the solution of the last part, for a text that already has the solutions of the earlier parts.
 
-    Names are explained before their first use. `explained` has the names explained so far; new ones are added to it.
+    Names are explained before their first use. `explained` has the names explained so far; new ones are added.
     """
     *earlier_parts, part = problem.parts
     text = _derivation(problem, part, language, frozenset(earlier.kind for earlier in earlier_parts))
@@ -118,7 +118,7 @@ def _derivation(problem: Problem, part: Part, language: str, earlier: frozenset[
 
 
 def answer_code(problem: Problem, part: Part, taken: int = 0) -> str:
-    """Return the answer as Python code with the angles of the worked solution, after `taken` columns of the line."""
+    """Return the answer as Python code with the angles of the worked solution, after `taken` columns."""
     return part.answer.code(taken, solution_steps(problem.chain).angles.to_python)
 
 
@@ -142,7 +142,7 @@ def _legend(steps: SolutionSteps, text: str) -> list[tuple[str, str]]:
 
 
 def _with_legend(names: list[tuple[str, str]], text: str, language: str, first_of_several: bool = False) -> str:
-    """Return a text preceded by a legend; if it is the `first_of_several`, the legend is for all of them."""
+    """Return a text preceded by a legend; if `first_of_several`, the legend is for the following texts, too."""
     template = environment(language).get_template("writing/solution.md.j2")
     return _tidy(template.render(solution=text, names=names, first_of_all=first_of_several))
 

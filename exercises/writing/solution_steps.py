@@ -50,7 +50,10 @@ from qdot.exercises.writing.latex import tex
 
 @dataclass(frozen=True)
 class Column:
-    """The effect of joint `number` (6.12): its axis z, its vector p*, and z x p*; `carries`: whether it can move P."""
+    """The effect of joint `number` (6.12): its axis z, its vector p*, and z x p*.
+
+    `carries`: whether the joint can move P.
+    """
 
     number: int
     kind: str

@@ -145,7 +145,7 @@ class _Setter:
         return _Set((layout.fraction(self.row(numerator), self.row(denominator), is_small),), _FACTOR)
 
     def row(self, factors: Sequence[Node], alone: bool = True) -> Pieces:
-        """Return factors side by side; a single factor needs no brackets if it is `alone`."""
+        """Return factors side by side; a single factor needs no brackets if `alone`."""
         if len(factors) == 1 and alone:
             return self.set(factors[0]).shown
         factor_pieces = [self.set(factor).at(_FACTOR) for factor in factors]

@@ -60,7 +60,10 @@ def _char(char: str) -> str:
 
 
 class _Writer:
-    """Prints layouts, on lines of their own if `block`, with workarounds for browsers if `mends`; pieces are cached."""
+    """Prints layouts, on lines of their own if `block`; pieces are cached.
+
+    If `mends`, it adds workarounds for browsers.
+    """
 
     def __init__(self, mends: bool, block: bool) -> None:
         self.mends, self.block = mends, block

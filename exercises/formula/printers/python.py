@@ -93,7 +93,7 @@ def python_text(expression: sp.Expr, names: Mapping[sp.Symbol, str] | None = Non
 
 
 def matrix_code(rows: Sequence[Sequence[str]], taken: int) -> str:
-    """Return a matrix row by row, a column as Matrix([..., ...]); `taken` columns of its line are already used."""
+    """Return a matrix row by row, a column as Matrix([..., ...]), after `taken` columns of its line."""
     inside = taken + len("Matrix()")
     if all(len(row) == 1 for row in rows):
         return f"Matrix({list_code([row[0] for row in rows], inside)})"
@@ -101,7 +101,7 @@ def matrix_code(rows: Sequence[Sequence[str]], taken: int) -> str:
 
 
 def list_code(items: Sequence[str], taken: int, depth: int = 0) -> str:
-    """Return a list, on one line if it fits after the columns that are `taken`."""
+    """Return a list, on one line if it fits after `taken` columns."""
     line = f"[{', '.join(items)}]"
     if taken + len(line) <= WIDTH and "\n" not in line:
         return line
