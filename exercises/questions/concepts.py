@@ -77,7 +77,7 @@ class Effect:
 
 @dataclass(frozen=True, kw_only=True)
 class OfJoint(Details):
-    """About the velocity that one joint causes."""
+    """Details of a question about the velocity that one joint causes."""
 
     effect: Effect
 
@@ -207,7 +207,7 @@ USES = {
 
 @dataclass(frozen=True, kw_only=True)
 class ForUse(AtPose):
-    """About the question whether (6.7) applies: the answer's key in USES, the numeric J, and det J if J is square."""
+    """Details of a question whether (6.7) applies: the answer's key in USES, J in numbers, and det J if J is square."""
 
     use: str
     task: tuple[str, ...]
@@ -279,7 +279,7 @@ class Cost:
 
 @dataclass(frozen=True, kw_only=True)
 class OfCost(Details):
-    """About the velocities that are impossible at a singular configuration."""
+    """Details of a question about the velocities that are impossible at a singular configuration."""
 
     cost: Cost
 

@@ -22,7 +22,7 @@ def moving_rows(chain: Chain) -> list[int]:
 
 @dataclass(frozen=True, kw_only=True)
 class ForTask(Details):
-    """About the Jacobian for a task, which may differ from the arm's own."""
+    """Details of a question about the Jacobian for a task, which may differ from the arm's own."""
 
     task: tuple[str, ...]
 
@@ -34,7 +34,7 @@ def find_power_of_metres(part: Part) -> int | None:
 
 @dataclass(frozen=True, kw_only=True)
 class AlongAxes(Details):
-    """About the coordinates of the tool point whose velocity is in the task, from "x", "y", "z".
+    """Details of a question about the coordinates of the tool point whose velocity is in the task, from "x", "y", "z".
 
     `by_links` says whether a velocity is written link by link, as in Example 6.1.
     """
@@ -45,7 +45,7 @@ class AlongAxes(Details):
 
 @dataclass(frozen=True, kw_only=True)
 class AlongAxis(OneOfSeveral):
-    """About one component of the tool point's velocity: its axis and its row (0 to 2)."""
+    """Details of a question about one component of the tool point's velocity: its axis and its row (0 to 2)."""
 
     axis: str
     row: int

@@ -54,7 +54,7 @@ class Pose(Configuration):
 
 @dataclass(frozen=True, kw_only=True)
 class AtPose(Details):
-    """About a given configuration."""
+    """Details of a question about a given configuration."""
 
     place: Pose
 
@@ -383,7 +383,8 @@ def _sample_exact_joints_on(
 def _zeros(condition: sp.Expr, joint: sp.Symbol, turns: bool) -> list[sp.Expr]:
     """Return the zeros of a condition in a joint to 40 digits.
 
-    Return none unless the condition is a + b cos q + c sin q for a revolute joint, or a + b q for a prismatic one.
+    The condition must be a + b cos q + c sin q for a revolute joint, or a + b q for a prismatic one. For any other
+    condition, return none.
     """
     test_values = (sp.S.Zero, sp.pi / 2, sp.pi, sp.S.One) if turns else (sp.S.Zero, sp.S.One, sp.S(2), sp.S(3))
     f_0, f_1, f_2, f_3 = (sp.N(condition.xreplace({joint: test_value}), KEPT) for test_value in test_values)

@@ -65,7 +65,7 @@ class Situation(Configuration):
 
 @dataclass(frozen=True, kw_only=True)
 class InSituation(Details):
-    """About a given configuration and task velocity."""
+    """Details of a question about a given configuration and task velocity."""
 
     situation: Situation
 

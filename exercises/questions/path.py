@@ -42,8 +42,8 @@ STEP = 0.02
 """Distance between the points at which a line is examined (m)."""
 
 REGULAR, LESS_REGULAR, CLOSE = 0.15, 0.05, 0.03
-"""Minimum sigma_min/sigma_max: along a regular line, along a regular line of an arm without better ones (its links are
-very different), and along a line that leads to a singularity."""
+"""Minimum sigma_min/sigma_max: along a regular line, along one of an arm with very different links, which has no better
+lines, and along a line to a singularity."""
 
 TRIES = 1000
 """Number of lines to sample before a less regular one is accepted."""
@@ -120,7 +120,7 @@ def _round(values: Vector) -> sp.Matrix:
 
 @dataclass(frozen=True, kw_only=True)
 class OnPath(Details):
-    """About a welding line."""
+    """Details of a question about a welding line."""
 
     seam: Seam
 
@@ -134,7 +134,7 @@ class OnPath(Details):
 
 @dataclass(frozen=True, kw_only=True)
 class AtDistance(OnPath):
-    """About a point of a welding line, at a distance from A (m)."""
+    """Details of a question about a point of a welding line, at a distance from A (m)."""
 
     distance: sp.Rational
 
@@ -216,7 +216,7 @@ def _round_half_up(value: sp.Expr) -> int:
 
 @dataclass(frozen=True, kw_only=True)
 class ToLimit(OnPath):
-    """About the distance on a welding line at which the rate of a joint (from 1) exceeds its limit."""
+    """Details about the distance on a welding line at which the rate of a joint (from 1) exceeds its limit."""
 
     joint: int
     limit: sp.Rational

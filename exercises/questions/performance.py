@@ -62,7 +62,7 @@ def _ask_manipulability(chain: Chain, rng: Stream) -> Asked:
 
 @dataclass(frozen=True, kw_only=True)
 class Measured(InSituation):
-    """About J J^T at a configuration: its eigenvalues, the largest first, and k if the unit of w is m^k."""
+    """Details about J J^T at a configuration: its eigenvalues, the largest first, and k if the unit of w is m^k."""
 
     gram: sp.Matrix
     eigenvalues: tuple[sp.Float, ...]

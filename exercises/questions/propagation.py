@@ -27,7 +27,7 @@ from qdot.exercises.questions.base import (
 
 @dataclass(frozen=True, kw_only=True)
 class OfFrame(OneOfSeveral):
-    """About the frame of a link, by its number."""
+    """Details of a question about the frame of a link, by its number."""
 
     frame: int
 

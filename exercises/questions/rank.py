@@ -101,7 +101,7 @@ class RankFacts:
 
 @dataclass(frozen=True, kw_only=True)
 class OfRank(AtPose):
-    """About the rank at a configuration, and what a solution says about it."""
+    """Details of a question about the rank at a configuration, and what a solution says about it."""
 
     facts: RankFacts
 
@@ -177,7 +177,7 @@ class LostAt:
 
 @dataclass(frozen=True, kw_only=True)
 class LostInFormulas(Details):
-    """About a direction that is lost at given joint values, for any values of the other joints."""
+    """Details about a direction that is lost at given joint values, for any values of the other joints."""
 
     lost: LostAt
 
@@ -261,7 +261,7 @@ class MotionAsked:
 
 @dataclass(frozen=True, kw_only=True)
 class OfMotion(Details):
-    """About a lost motion."""
+    """Details of a question about a lost motion."""
 
     asked: MotionAsked
 
@@ -337,7 +337,7 @@ class MeaningAsked:
 
 @dataclass(frozen=True, kw_only=True)
 class OfMeaning(Details):
-    """About the geometric meaning of a singularity: what all of its configurations look like."""
+    """Details of a question about the geometric meaning of a singularity: what all of its configurations look like."""
 
     asked: MeaningAsked
 

@@ -45,7 +45,7 @@ class Step:
 
 @dataclass(frozen=True, kw_only=True)
 class FromFrameToFrame(Details):
-    """About the velocity of a frame, with the steps of the recursion up to it."""
+    """Details of a question about the velocity of a frame, with the steps of the recursion up to it."""
 
     frame: int
     steps: tuple[Step, ...]

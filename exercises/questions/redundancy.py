@@ -94,7 +94,7 @@ def _object_to_length(chain: Chain) -> str | None:
 
 @dataclass(frozen=True, kw_only=True)
 class OfMinors(Details):
-    """About the maximal minors: the factors that all of them share, and the squares of the remaining factors."""
+    """Details about the maximal minors: the factors that all of them share, and the squares of the quotients."""
 
     shared: sp.Expr
     squares: tuple[sp.Expr, ...]
@@ -157,7 +157,7 @@ def _count_leaves(expression: sp.Expr) -> int:
 
 @dataclass(frozen=True, kw_only=True)
 class LeastNorm(InSituation):
-    """About joint rates J^T w: the matrix J J^T, and the weights w that solve J J^T w = v."""
+    """Details of a question about joint rates J^T w: the matrix J J^T, and the weights w that solve J J^T w = v."""
 
     gram: sp.Matrix
     weights: sp.Matrix
@@ -196,7 +196,7 @@ def _object_to_motion(chain: Chain) -> str | None:
 
 @dataclass(frozen=True, kw_only=True)
 class InFormulas(Details):
-    """About a self-motion as formulas, without a configuration: the factors that all maximal minors share."""
+    """Details about a self-motion as formulas, without a configuration: the factors that all maximal minors share."""
 
     situation: None
     shared: sp.Expr

@@ -66,21 +66,21 @@ class Screw:
 
 @dataclass(frozen=True, kw_only=True)
 class OfScrews(Details):
-    """About the home screws."""
+    """Details of a question about the home screws."""
 
     screws: tuple[Screw, ...]
 
 
 @dataclass(frozen=True, kw_only=True)
 class InSpace(Details):
-    """About the space Jacobian: the screws, moved by the joints before them."""
+    """Details of a question about the space Jacobian: the screws, moved by the joints before them."""
 
     carried: tuple[Screw, ...]
 
 
 @dataclass(frozen=True, kw_only=True)
 class InNumbers(Details):
-    """About a numeric twist: the configuration, the joint rates, and the twist (omega, v) in {b}, 6 x 1.
+    """Details about a numeric twist: the configuration, the joint rates, and the twist (omega, v) in {b}, 6 x 1.
 
     The twist is rounded to three decimals, and the answer is computed from the rounded twist.
     """
@@ -96,7 +96,7 @@ class InNumbers(Details):
 
 @dataclass(frozen=True, kw_only=True)
 class OfBody(Details):
-    """About the body frame: its rotation R_sb, its origin P in {s}, and the space Jacobian if it is needed."""
+    """Details about the body frame: its rotation R_sb, its origin P in {s}, and the space Jacobian if it is needed."""
 
     rotation: sp.Matrix
     place: sp.Matrix

@@ -91,7 +91,7 @@ def find_components_at(chain: Chain, place: Place) -> list[tuple[Component, Comp
 
 @dataclass(frozen=True, kw_only=True)
 class OfKind(Details):
-    """About the kind of a configuration: "boundary", "internal" or "regular"."""
+    """Details of a question about the kind of a configuration: "boundary", "internal" or "regular"."""
 
     place: Place
     type: str

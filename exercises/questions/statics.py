@@ -13,7 +13,7 @@ from qdot.exercises.questions.base import Question, objection_to_length
 
 @dataclass(frozen=True, kw_only=True)
 class Loaded(Details):
-    """About an arm that exerts a force or moment, with one component for each row of the task."""
+    """Details of a question about an arm that exerts a force or moment, with one component for each row of the task."""
 
     force: sp.Matrix
 

@@ -41,7 +41,7 @@ class ToolColumn:
 
 @dataclass(frozen=True, kw_only=True)
 class ByTransforms(Details):
-    """About T_{w,n}: the transforms T_{w,0} ... T_{w,n}, and the first entry with a sum of joint angles, if any."""
+    """Details about T_{w,n}: the transforms T_{w,0} ... T_{w,n}, and the first entry with a sum of angles, if any."""
 
     poses: tuple[sp.Matrix, ...]
     sum: AngleSum | None
@@ -49,7 +49,7 @@ class ByTransforms(Details):
 
 @dataclass(frozen=True, kw_only=True)
 class InToolFrame(Details):
-    """About the Jacobian in the last frame: the vectors in its columns."""
+    """Details of a question about the Jacobian in the last frame: the vectors in its columns."""
 
     columns: tuple[ToolColumn, ...]
 

@@ -97,14 +97,14 @@ class Blocks:
 
 @dataclass(frozen=True, kw_only=True)
 class ByBlocks(Details):
-    """About the determinants of the blocks, with the steps to them."""
+    """Details of a question about the determinants of the blocks, with the steps to them."""
 
     blocks: Blocks
 
 
 @dataclass(frozen=True, kw_only=True)
 class WristAxes(Details):
-    """About J22: the rotations between the frames on the three axes, and axes 5 and 6 in the first of these frames.
+    """Details about J22: the rotations between the frames on its three axes, and axes 5 and 6 in the first frame.
 
     `inner` is axis 6 in the frame on axis 5. `z_4` and `z_5` are axes 5 and 6, named as in a standard table.
     """

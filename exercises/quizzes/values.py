@@ -44,7 +44,7 @@ def _object_to_units(chain: Chain) -> str | None:
 
 @dataclass(frozen=True, kw_only=True)
 class AtRates(AtPose):
-    """About a configuration at which the joints move at given rates."""
+    """Details of a question about a configuration at which the joints move at given rates."""
 
     rates: dict[sp.Symbol, sp.Rational]
 
