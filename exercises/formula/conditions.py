@@ -75,7 +75,7 @@ def same_value(value: Any, expected: Any, angles: bool) -> bool:
 
 
 def holds_at(zero: Node, at: Mapping[str, Any], symbols: Mapping[str, Any]) -> bool:
-    """Return whether an expression vanishes if the joints have the values `at`, and the other names `symbols`."""
+    """Return whether an expression vanishes, with the joint values `at` and the other values `symbols`."""
     program = compile_program([zero])
     values = {**symbols, **at}
     residual = evaluate_precisely(program, values, DIGITS)[0]

@@ -63,9 +63,9 @@ def to_html(
 ) -> str:
     """Return HTML with formulas as MathML; raw HTML in the text is kept.
 
-    `share` is the fraction of a page's width that the text may take. If `formula` is given, it converts formulas;
+    `share` is the fraction of a page's width that the text may take. `formula` may be a function that converts formulas;
     its arguments are the LaTeX and whether the formula is displayed. Inline MathML is put in a span of class "whole"
-    with the adjacent punctuation; pages do not break it. If `whole`, this applies to other inline formulas, too.
+    with the adjacent punctuation; pages do not break it. If `whole`, so are other inline formulas.
     """
     tokens, formulas = parse_markdown(text)
     parser = _parser()
@@ -224,7 +224,7 @@ Special = Mapping[str, "Callable[[Sequence[Token], int], str]"]
 
 
 def write_tokens(tokens: "Sequence[Token]", fixed: Mapping[str, str], special: Special) -> str:
-    """Return markup for tokens: for each type a text in `fixed`, or the result of a function in `special`."""
+    """Return markup for tokens, by their type: a text in `fixed`, or the result of a function in `special`."""
     pieces: list[str] = []
     for index, token in enumerate(tokens):
         if token.type == "inline":
