@@ -63,7 +63,7 @@ def to_html(
 ) -> str:
     """Return HTML with formulas as MathML; raw HTML in the text is kept.
 
-    `share` is the fraction of a page's width that the text may take. `formula` is a function that converts formulas;
+    `share` is the fraction of a page's width that the text may take. The function `formula` converts formulas;
     its arguments are the LaTeX and whether the formula is displayed. Inline MathML is put in a span of class "whole"
     with the adjacent punctuation; pages do not break it. If `whole`, so are other inline formulas.
     """
