@@ -218,10 +218,12 @@ def _join_names(names: Sequence[str]) -> str:
 
 def _find_point_on_axis(chain: Chain, samples: Sequence[Sample]) -> Iterator[Statement]:
     revolute = [i for i in range(chain.point.frame) if chain.joints[i].kind == "R"]
-    hits = [i for i in revolute if next(_yield_if_special(samples, "", partial(distance, joint=i)), None) is not None]
-    if len(hits) > 1:
-        words = f"the point lies on the axes of joints {_joint_names(hits)}, which then do not move it"
-        yield from _yield_if_special(samples, words, partial(_farthest_axis_distance, joints=hits))
+    axes_with_point = [
+        i for i in revolute if next(_yield_if_special(samples, "", partial(distance, joint=i)), None) is not None
+    ]
+    if len(axes_with_point) > 1:
+        words = f"the point lies on the axes of joints {_joint_names(axes_with_point)}, which then do not move it"
+        yield from _yield_if_special(samples, words, partial(_farthest_axis_distance, joints=axes_with_point))
     for joint in revolute:
         words = f"the point lies on the axis of joint {joint + 1}, which then does not move it"
         yield from _yield_if_special(samples, words, partial(distance, joint=joint))
@@ -276,12 +278,12 @@ def _find_coplanar_parallel_axes(chain: Chain, samples: Sequence[Sample]) -> Ite
 
 def _find_extreme_side_of_slide(chain: Chain, samples: Sequence[Sample]) -> Iterator[Statement]:
     """Find a prismatic joint whose line is as far from the point as a later joint can bring it."""
-    for slide in (i for i, joint in enumerate(chain.joints) if joint.kind == "P"):
-        for moving in range(slide + 1, min(chain.n, chain.point.frame)):
-            if _common_extreme_signs(samples, slide, moving) == {1}:
+    for prismatic in (i for i, joint in enumerate(chain.joints) if joint.kind == "P"):
+        for mover in range(prismatic + 1, min(chain.n, chain.point.frame)):
+            if _common_extreme_signs(samples, prismatic, mover) == {1}:
                 yield _extreme_statement(
-                    f"the point is as far to one side of slide {slide + 1} as joint {moving + 1} can bring it",
-                    slide, [moving], {1},
+                    f"the point is as far to one side of slide {prismatic + 1} as joint {mover + 1} can bring it",
+                    prismatic, [mover], {1},
                 )  # fmt: skip
 
 
@@ -294,14 +296,16 @@ def _find_parallel_slides(chain: Chain, samples: Sequence[Sample]) -> Iterator[S
 
 def _find_slide_at_link(chain: Chain, samples: Sequence[Sample]) -> Iterator[Statement]:
     """Find a prismatic joint along, or perpendicular to, the line that joins two parallel axes."""
-    for slide in (i for i, joint in enumerate(chain.joints) if joint.kind == "P"):
+    for prismatic_joint in (i for i, joint in enumerate(chain.joints) if joint.kind == "P"):
         for i, j in combinations(_revolute_joints(chain), 2):
             if not parallel(samples, i, j):
                 continue
             link = f"the line from the axis of joint {i + 1} to that of joint {j + 1}"
-            for across, preposition in ((False, "along"), (True, "at right angles to")):
-                words = f"slide {slide + 1} runs {preposition} {link}"
-                yield from _yield_if_special(samples, words, partial(slant, slide=slide, i=i, j=j, across=across))
+            for is_across, preposition in ((False, "along"), (True, "at right angles to")):
+                words = f"slide {prismatic_joint + 1} runs {preposition} {link}"
+                yield from _yield_if_special(
+                    samples, words, partial(slant, slide=prismatic_joint, i=i, j=j, across=is_across)
+                )
 
 
 def _find_origin_on_axis(chain: Chain, samples: Sequence[Sample]) -> Iterator[Statement]:
@@ -340,20 +344,28 @@ def _find_common_direction(chain: Chain, samples: Sequence[Sample]) -> Iterator[
 def _find_extreme_reach(chain: Chain, samples: Sequence[Sample]) -> Iterator[Statement]:
     """Find an axis whose distance from the point is a maximum or minimum with respect to later joints."""
     for axis in _revolute_joints(chain):
-        later = range(axis + 1, min(chain.n, chain.point.frame))
-        signs_by_joint = {moving: _common_extreme_signs(samples, axis, moving) for moving in later}
-        movers = [moving for moving, signs in signs_by_joint.items() if 0 not in signs]
-        revolute = [moving for moving in movers if chain.joints[moving].kind == "R"]
-        others = [moving for moving in later if moving not in movers and 0 in _extreme_signs(samples, axis, moving)]
+        later_joints = range(axis + 1, min(chain.n, chain.point.frame))
+        signs_by_joint = {
+            moving_joint: _common_extreme_signs(samples, axis, moving_joint) for moving_joint in later_joints
+        }
+        movers = [moving_joint for moving_joint, signs in signs_by_joint.items() if 0 not in signs]
+        revolute = [moving_joint for moving_joint in movers if chain.joints[moving_joint].kind == "R"]
+        others = [
+            moving_joint
+            for moving_joint in later_joints
+            if moving_joint not in movers and 0 in _extreme_signs(samples, axis, moving_joint)
+        ]
         if revolute and not others and revolute == movers and all(parallel(samples, axis, j) for j in movers):
             yield _extension_statement(samples, axis, movers)
             continue
-        for moving in movers:
-            signs = signs_by_joint[moving]
-            if moving in revolute and not parallel(samples, axis, moving):
-                signs = set(_global_extreme_signs(samples, axis, moving))
+        for moving_joint in movers:
+            signs = signs_by_joint[moving_joint]
+            if moving_joint in revolute and not parallel(samples, axis, moving_joint):
+                signs = set(_global_extreme_signs(samples, axis, moving_joint))
             if 0 not in signs:
-                yield _extreme_statement(_describe_extreme(chain, axis, moving, signs), axis, [moving], signs)
+                yield _extreme_statement(
+                    _describe_extreme(chain, axis, moving_joint, signs), axis, [moving_joint], signs
+                )
 
 
 def _describe_extreme(chain: Chain, axis: int, moving: int, signs: set[int]) -> str:
@@ -370,7 +382,7 @@ def _extension_statement(samples: Sequence[Sample], axis: int, movers: Sequence[
 
     It is folded back if other angles of the same joints reach farther.
     """
-    signs_by_mover = [_extreme_signs(samples, axis, moving) for moving in movers]
+    signs_by_mover = [_extreme_signs(samples, axis, moving_joint) for moving_joint in movers]
     conclusive = [any(sign is not None for sign in signs) for signs in zip(*signs_by_mover, strict=True)]
     extension_signs = frozenset(
         _extension_sign(sample, axis, movers)
@@ -464,7 +476,9 @@ def _global_extreme_signs(samples: Sequence[Sample], axis: int, moving: int) -> 
     curve = squares @ np.linalg.inv(_harmonics(angles)) @ _harmonics(np.linspace(0, 2 * np.pi, 180))
     tolerance = 1e-9 * np.maximum(squares.max(axis=1), 1.0)
     is_far, is_near = squares[:, 0] > curve.max(axis=1) - tolerance, squares[:, 0] < curve.min(axis=1) + tolerance
-    return [1 if far else -1 if near else 0 for far, near in zip(is_far, is_near, strict=True)]
+    return [
+        1 if is_farthest else -1 if is_nearest else 0 for is_farthest, is_nearest in zip(is_far, is_near, strict=True)
+    ]
 
 
 def _harmonics(turns: np.ndarray) -> np.ndarray:

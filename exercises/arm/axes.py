@@ -110,17 +110,17 @@ def off_line(arm: NumericChain, q: np.ndarray, i: int, j: int) -> np.ndarray:
 def off_plane(arm: NumericChain, q: np.ndarray, row: Sequence[int]) -> np.ndarray:
     """Return how far three or more parallel axes are from coplanar: the areas between their origins."""
     frames = arm.frames(q)
-    axis, start = frames[..., row[0], :3, 2], frames[..., row[0], :3, 3]
-    return _off_one_plane(axis, [frames[..., i, :3, 3] - start for i in row[1:]])
+    axis, first_origin = frames[..., row[0], :3, 2], frames[..., row[0], :3, 3]
+    return _off_one_plane(axis, [frames[..., i, :3, 3] - first_origin for i in row[1:]])
 
 
 def off_level(arm: NumericChain, q: np.ndarray) -> np.ndarray:
     """Return how far the parallel axes of all joints and the point are from coplanar."""
     frames = arm.frames(q)
     count = q.shape[-1]
-    axis, start = frames[..., 0, :3, 2], frames[..., 0, :3, 3]
-    ends = [frames[..., i, :3, 3] - start for i in range(1, count)] + [arm.point_of(frames) - start]
-    return _off_one_plane(axis, ends)
+    axis, first_origin = frames[..., 0, :3, 2], frames[..., 0, :3, 3]
+    offsets = [frames[..., i, :3, 3] - first_origin for i in range(1, count)] + [arm.point_of(frames) - first_origin]
+    return _off_one_plane(axis, offsets)
 
 
 def _off_one_plane(axis: np.ndarray, places: Sequence[np.ndarray]) -> np.ndarray:
@@ -151,9 +151,9 @@ def slant(arm: NumericChain, q: np.ndarray, slide: int, i: int, j: int, across: 
     line, slide_direction = frames[..., j, :3, 3] - frames[..., i, :3, 3], frames[..., slide, :3, 2]
     axis = frames[..., i, :3, 2]
     line = line - np.sum(line * axis, axis=-1)[..., None] * axis
-    size = _size(line)
+    line_length = _size(line)
     deviation = np.abs(np.sum(slide_direction * line, axis=-1)) if across else _size(cross(slide_direction, line))
-    return np.where(size < 1e-6, 1.0, deviation / np.maximum(size, 1e-6))
+    return np.where(line_length < 1e-6, 1.0, deviation / np.maximum(line_length, 1e-6))
 
 
 def bend(arm: NumericChain, q: np.ndarray, k: int) -> tuple[np.ndarray, np.ndarray]:

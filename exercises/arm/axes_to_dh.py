@@ -70,19 +70,21 @@ class Axis:
 
 def base_at(pose: Pose) -> tuple[Base, sp.Expr]:
     """Split a pose with numeric angles into a base and a final rotation about its z axis (rad); return both."""
-    tilt, yaw, turn = min(_base_angles(pose.rotation), key=lambda turns: (turns[2] != 0, abs(turns[1]), -turns[0]))
+    tilt, yaw, final_rotation = min(
+        _base_angles(pose.rotation), key=lambda turns: (turns[2] != 0, abs(turns[1]), -turns[0])
+    )
     x, y, z = pose.origin.applyfunc(to_exact)
-    return Base((x, y, z), yaw, tilt), turn
+    return Base((x, y, z), yaw, tilt), final_rotation
 
 
 def _base_angles(r: sp.Matrix) -> list[tuple[sp.Expr, sp.Expr, sp.Expr]]:
     """Return all (tilt, yaw, turn) of a rotation Rz(yaw) Rx(tilt) Rz(turn): two, or one if z_0 is vertical."""
     if is_zero(r[0, 2]) and is_zero(r[1, 2]):
         return [(sp.S.Zero if r[2, 2] > 0 else sp.pi, angle_of(r[0, 0], r[1, 0]), sp.S.Zero)]
-    size = sp.sqrt(evaluate_entry(1 - r[2, 2] ** 2))
+    sine = sp.sqrt(evaluate_entry(1 - r[2, 2] ** 2))
     return [
         (angle_of(r[2, 2], s), angle_of(-r[1, 2] / s, r[0, 2] / s), angle_of(r[2, 1] / s, r[2, 0] / s))
-        for s in (size, -size)
+        for s in (sine, -sine)
     ]
 
 
@@ -146,7 +148,7 @@ class _TableFrame:
 
 def _next_row(table_frame: _TableFrame, following: Axis) -> tuple[Joint, _TableFrame]:
     """Return one row of the table, without its variable, and the frame after it, whose z lies along `following`."""
-    frame, next_direction, turn = table_frame.frame, following.direction, sp.S.Zero
+    frame, next_direction, next_turn = table_frame.frame, following.direction, sp.S.Zero
     x, z = frame.rotation[:, 0], frame.rotation[:, 2]
     to_next_point, normal = _evaluate_matrix(following.point - frame.origin), _evaluate_matrix(z.cross(next_direction))
     if following.kind == "P":
@@ -154,7 +156,7 @@ def _next_row(table_frame: _TableFrame, following: Axis) -> tuple[Joint, _TableF
     if _is_zero_vector(normal):
         offset = _evaluate_matrix(to_next_point - to_next_point.dot(z) * z)
         d = to_exact(to_next_point.dot(z)) if not following.kind else sp.S.Zero
-        next_x, a, turn = (
+        next_x, a, next_turn = (
             (x, sp.S.Zero, table_frame.turn)
             if _is_zero_vector(offset)
             else _direction_and_length(offset, x, z.cross(x))
@@ -167,11 +169,11 @@ def _next_row(table_frame: _TableFrame, following: Axis) -> tuple[Joint, _TableF
             next_x, a = -next_x, -a
         a = to_exact(a)
         offset = a * next_x
-    theta = angle_of(x.dot(next_x), z.dot(x.cross(next_x))) + turn - table_frame.turn
+    theta = angle_of(x.dot(next_x), z.dot(x.cross(next_x))) + next_turn - table_frame.turn
     alpha = angle_of(z.dot(next_direction), next_x.dot(z.cross(next_direction)))
     origin = _evaluate_matrix(frame.origin + d * z + offset)
     next_pose = Pose(_evaluate_matrix(sp.Matrix.hstack(next_x, next_direction.cross(next_x), next_direction)), origin)
-    return Joint("P", theta, d, a, alpha), _TableFrame(next_pose, turn if alpha == 0 else -turn)
+    return Joint("P", theta, d, a, alpha), _TableFrame(next_pose, next_turn if alpha == 0 else -next_turn)
 
 
 def _direction_and_length(vector: sp.Matrix, x: sp.Matrix, y: sp.Matrix) -> tuple[sp.Matrix, sp.Expr, sp.Expr]:
@@ -184,11 +186,11 @@ def _direction_and_length(vector: sp.Matrix, x: sp.Matrix, y: sp.Matrix) -> tupl
     first = next(entry for entry in vector if not is_zero(entry))
     ratios = _evaluate_matrix(vector / first)
     if ratios.free_symbols:
-        along, across = (sp.expand(to_exact(vector.dot(direction))) for direction in (x, y))
-        return x, sp.sqrt(along**2 + across**2), sp.atan2(across, along)
-    size = ratios.norm()
-    length = evaluate_entry(first * size)
-    direction, length = (-ratios / size, -length) if _is_negative(length) else (ratios / size, length)
+        x_component, y_component = (sp.expand(to_exact(vector.dot(direction))) for direction in (x, y))
+        return x, sp.sqrt(x_component**2 + y_component**2), sp.atan2(y_component, x_component)
+    ratio_norm = ratios.norm()
+    length = evaluate_entry(first * ratio_norm)
+    direction, length = (-ratios / ratio_norm, -length) if _is_negative(length) else (ratios / ratio_norm, length)
     return _evaluate_matrix(direction), to_exact(length), sp.S.Zero
 
 

@@ -80,11 +80,11 @@ def samples_on(chain: Chain, condition: str, seed: str, arms: int = 5, each: int
 def _samples(chain: Chain, condition: str, seed: str, arms: int, each: int) -> tuple[Sample, ...]:
     """Do the work of `samples_on`, cached: a component is examined as a whole, then again for each value of a joint."""
     samples_by_arm: list[list[Sample]] = [[] for _ in range(arms)]
-    slides = any(joint.kind == "P" for joint in chain.joints)
+    has_prismatic_joints = any(joint.kind == "P" for joint in chain.joints)
     # an arm may be at the boundary with extended prismatic joints, but not with retracted ones
-    for first_arm, role in ((0, "signed"), (1, "travel")) if slides else ((0, "signed"),):
+    for first_arm, role in ((0, "signed"), (1, "travel")) if has_prismatic_joints else ((0, "signed"),):
         stream = Stream(f"{seed}/{condition}/{first_arm}")
-        arm_numbers = range(first_arm, arms, 2 if slides else 1)
+        arm_numbers = range(first_arm, arms, 2 if has_prismatic_joints else 1)
         values = [_sample_distinct_lengths(chain, stream) for _ in arm_numbers]
         for piece in parse_pieces(read(condition), [q.name for q in chain.q]) if values else ():
             for number, samples in zip(
@@ -151,10 +151,10 @@ def generalize(chain: Chain) -> tuple[Chain, Mapping[str, str]]:
     relevant_lengths = [value for symbol, value in lengths.items() if symbol in normalize_arm(general).parameters]
     general_pieces = {}
     for component in singular_set(general) or () if relevant_lengths and are_unrelated(relevant_lengths) else ():
-        for part in [component.at(values) for values in component.value_combinations()] or [component]:
-            (piece,) = normalized_pieces(general, part)
-            (arm_piece,) = normalized_pieces(normalize_arm(chain), _substitute_lengths(part, lengths))
-            general_pieces[arm_piece] = piece
+        for part_component in [component.at(values) for values in component.value_combinations()] or [component]:
+            (general_piece,) = normalized_pieces(general, part_component)
+            (arm_piece,) = normalized_pieces(normalize_arm(chain), _substitute_lengths(part_component, lengths))
+            general_pieces[arm_piece] = general_piece
     return normalize_arm(general), general_pieces
 
 

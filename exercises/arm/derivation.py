@@ -161,9 +161,9 @@ def _expanded_minors(chain: Chain) -> tuple[sp.Expr, ...] | None:
     """Return every maximal minor of the task Jacobian as a sum, or None if they have too many terms."""
     jacobian = short_jacobian(chain)
     rows, cols = jacobian.shape
-    size = min(rows, cols)
+    minor_size = min(rows, cols)
     minors, terms = [], 0
-    for indices in product(combinations(range(rows), size), combinations(range(cols), size)):
+    for indices in product(combinations(range(rows), minor_size), combinations(range(cols), minor_size)):
         minors.append(determinant_of(jacobian.extract(*map(list, indices))))
         terms += len(sp.Add.make_args(minors[-1]))
         if terms > MOST_TERMS:

@@ -119,9 +119,11 @@ class Working:
     def up_to(self, frame: int) -> "Working":
         """Return the working for the first joints only, with the same mistakes; its point is the origin of `frame`."""
         if frame not in self._first:
-            before = None if self.before is None else self.before.up_to(frame)
-            shorter = before.chain if before else convention_of(self.chain).first_joints(frame)
-            self._first[frame] = Working(shorter, self.arithmetic, self.changes, self.fresh, before, _turns=self._turns)
+            shorter_base = None if self.before is None else self.before.up_to(frame)
+            shorter = shorter_base.chain if shorter_base else convention_of(self.chain).first_joints(frame)
+            self._first[frame] = Working(
+                shorter, self.arithmetic, self.changes, self.fresh, shorter_base, _turns=self._turns
+            )
         return self._first[frame]
 
     def depends_on(self, stage: str) -> bool:

@@ -53,8 +53,8 @@ def _is_multiplied_out(expression: sp.Expr) -> bool:
 
 def _is_plain(term: sp.Expr) -> bool:
     """Return whether a term is a rational multiple of a symbol, of pi or of 1."""
-    rest = term.as_coeff_Mul()[1]
-    return bool(rest.is_Symbol or rest in (1, sp.pi))
+    base = term.as_coeff_Mul()[1]
+    return bool(base.is_Symbol or base in (1, sp.pi))
 
 
 def _count_deviations(chain: Chain) -> int:
@@ -72,7 +72,7 @@ def step(chain: Chain) -> int:
     """Return the band of an arm's difficulty: 0 below 10, 1 below 16, 2 below 24, 3 below 34, else 4."""
     if _terms(chain) + _count_deviations(chain) >= BANDS[-1]:  # finding the singular set may take a minute
         return HARDEST
-    return sum(difficulty(chain) >= least for least in BANDS)
+    return sum(difficulty(chain) >= minimum for minimum in BANDS)
 
 
 def describe_band(low: int, high: int) -> str:

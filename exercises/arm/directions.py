@@ -125,12 +125,12 @@ def _split_off_angle(expression: sp.Expr, joint: sp.Symbol, cosine: sp.Expr, sin
         factor = sp.diff(trig.args[0], joint)
         if factor == 0:
             continue
-        rest = trig.args[0] - factor * joint
+        remaining_angle = trig.args[0] - factor * joint
         scaled_sine = factor * sine
         if isinstance(trig, sp.sin):
-            angles[trig] = sp.sin(rest) * cosine + sp.cos(rest) * scaled_sine
+            angles[trig] = sp.sin(remaining_angle) * cosine + sp.cos(remaining_angle) * scaled_sine
         else:
-            angles[trig] = sp.cos(rest) * cosine - sp.sin(rest) * scaled_sine
+            angles[trig] = sp.cos(remaining_angle) * cosine - sp.sin(remaining_angle) * scaled_sine
     return expression.xreplace(angles)
 
 
@@ -230,6 +230,6 @@ def directions(lines: Sequence[Line], samples: Sequence[Sample]) -> np.ndarray:
                 vector = point - frames[line.index, :3, 3]
             else:
                 vector = frames[line.index, :3, "xyz".index(line.kind)]
-            size = float(np.linalg.norm(vector))
-            vectors[i, k] = vector / size if size > 1e-3 else np.nan
+            norm = float(np.linalg.norm(vector))
+            vectors[i, k] = vector / norm if norm > 1e-3 else np.nan
     return vectors

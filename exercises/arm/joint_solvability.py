@@ -79,8 +79,10 @@ def _may_vanish(polynomials: Sequence[sp.Expr], circles: Sequence[Pair], prime: 
     for polynomial in polynomials:
         points = _points(polynomial, circles, prime)
         if points is not None:
-            rest = [remaining for remaining in polynomials if remaining is not polynomial]
-            substituted = ([_substitute_point(point, remaining, prime) for remaining in rest] for point in points)
+            other_polynomials = [remaining for remaining in polynomials if remaining is not polynomial]
+            substituted = (
+                [_substitute_point(point, remaining, prime) for remaining in other_polynomials] for point in points
+            )
             return any(_may_vanish(others, circles, prime, most_zeros) for others in substituted)
     return _has_zero(polynomials, circles, prime, most_zeros)
 
@@ -104,11 +106,11 @@ def _points(polynomial: sp.Expr, circles: Sequence[Pair], prime: int) -> list[Po
         slope, constant = map(int, linear.all_coeffs())
         return [{next(iter(unknowns)): -constant * pow(slope, -1, prime) % prime}]
     a, b, constant = (int(linear.coeff_monomial(monomial)) for monomial in (*pair, 1))
-    size = (a * a + b * b) % prime
-    root = sp.sqrt_mod((size - constant * constant) % prime, prime) if size else None
+    squared_amplitude = (a * a + b * b) % prime
+    root = sp.sqrt_mod((squared_amplitude - constant * constant) % prime, prime) if squared_amplitude else None
     if root is None:
         return None
-    inverse = pow(size, -1, prime)
+    inverse = pow(squared_amplitude, -1, prime)
     cosines = ((-a * constant + b * r) * inverse % prime for r in {int(root), -int(root) % prime})
     sines = ((-b * constant - a * r) * inverse % prime for r in {int(root), -int(root) % prime})
     return [dict(zip(pair, point, strict=True)) for point in zip(cosines, sines, strict=True)]
@@ -142,8 +144,8 @@ def _has_zero(polynomials: Sequence[sp.Expr], circles: Sequence[Pair], prime: in
 
 
 def _with_circles(polynomials: Sequence[sp.Expr], circles: Sequence[Pair]) -> list[sp.Expr]:
-    used = set(_unknowns(polynomials))
-    return [*polynomials, *(c**2 + s**2 - 1 for c, s in circles if {c, s} & used)]
+    used_unknowns = set(_unknowns(polynomials))
+    return [*polynomials, *(c**2 + s**2 - 1 for c, s in circles if {c, s} & used_unknowns)]
 
 
 def _unknowns(polynomials: Sequence[sp.Expr]) -> list[sp.Symbol]:
@@ -187,8 +189,8 @@ class _Field:
     def __init__(self, joints: Sequence[sp.Symbol], prime: int) -> None:
         self.prime = prime
         self.circles = {q: sp.symbols(f"c_{q.name} s_{q.name}") for q in joints if q.name.startswith("theta")}
-        slides = {q for q in joints if q not in self.circles}
-        self.unknowns = slides.union(*self.circles.values())
+        prismatic_variables = {q for q in joints if q not in self.circles}
+        self.unknowns = prismatic_variables.union(*self.circles.values())
         self.stream = Stream("together")
         self.residues: dict[sp.Basic, int] = {}
 
@@ -206,12 +208,12 @@ class _Field:
         if angle.free_symbols & set(self.circles):
             raise _Undecided
         times, base = angle.as_coeff_Mul()
-        parts = times * _PARTS
-        if not (base.is_Symbol or base == 1) or not parts.is_Integer:  # pi/7 has algebraic relations of its own
+        part_count = times * _PARTS
+        if not (base.is_Symbol or base == 1) or not part_count.is_Integer:  # pi/7 has algebraic relations of its own
             raise _Undecided
         half, p = self._residue(sp.tan(base, evaluate=False)), self.prime
         inverse = pow(1 + half**2, -1, p)
-        c, s = self._multiple_angle((1 - half**2) * inverse % p, 2 * half * inverse % p, int(parts))
+        c, s = self._multiple_angle((1 - half**2) * inverse % p, 2 * half * inverse % p, int(part_count))
         return sp.Integer(c if is_cosine else s)
 
     def _multiple_angle(self, c: int, s: int, times: int) -> tuple[int, int]:
@@ -226,13 +228,13 @@ class _Field:
         return result
 
     def _term(self, term: sp.Expr) -> sp.Expr:
-        coefficient, moving = 1, sp.S.One
+        coefficient, variable_part = 1, sp.S.One
         for factor in sp.Mul.make_args(term):
             if factor.free_symbols & self.unknowns:
-                moving *= factor
+                variable_part *= factor
             else:
                 coefficient = coefficient * self._constant(factor) % self.prime
-        return coefficient * moving
+        return coefficient * variable_part
 
     def _constant(self, factor: sp.Expr) -> int:
         base, exponent = factor.as_base_exp()

@@ -122,14 +122,14 @@ def jacobian_seen_from(chain: Chain, frame: int, about: int | None) -> sp.Matrix
 
     If `about` is None, return the 3 x n Jacobian of P, which must not be fixed in a frame before this one.
     """
-    end = chain.point.frame if about is None else about
-    between = frame_behind(chain.joints[min(frame, end) : max(frame, end)])
-    point = between.origin if end >= frame else -(between.rotation.T * between.origin)
+    end_frame = chain.point.frame if about is None else about
+    between = frame_behind(chain.joints[min(frame, end_frame) : max(frame, end_frame)])
+    point = between.origin if end_frame >= frame else -(between.rotation.T * between.origin)
     if about is None:
         point += between.rotation * sp.Matrix(chain.point.offset)
     columns = []
     for i, joint in enumerate(chain.joints):
-        if about is None and i >= end:
+        if about is None and i >= end_frame:
             columns.append(sp.zeros(3, 1))
             continue
         relative = frame_behind(chain.joints[min(i, frame) : max(i, frame)])
@@ -166,8 +166,8 @@ class NumericChain:
                 return float(values[expression.name])
             if not expression.free_symbols:
                 return _number(expression)
-            known = {symbol: values[symbol.name] for symbol in expression.free_symbols}
-            return float(expression.xreplace({k: sp.Float(v) for k, v in known.items()}))
+            symbol_values = {symbol: values[symbol.name] for symbol in expression.free_symbols}
+            return float(expression.xreplace({k: sp.Float(v) for k, v in symbol_values.items()}))
 
         self.kinds = tuple(joint.kind for joint in chain.joints)
         self.offsets = [number(value) for value in chain.offsets]
@@ -201,9 +201,9 @@ class NumericChain:
 
     def with_point(self, frame: int) -> "NumericChain":
         """Return the same arm with the origin of another frame as its point of interest."""
-        moved = copy(self)
-        moved.point_frame, moved.offset = frame, np.array([0.0, 0.0, 0.0, 1.0])
-        return moved
+        changed = copy(self)
+        changed.point_frame, changed.offset = frame, np.array([0.0, 0.0, 0.0, 1.0])
+        return changed
 
     def first_joints(self, count: int, offset: tuple[float, float, float]) -> "NumericChain":
         """Return the arm of the first joints only, with a point of interest fixed in their last frame."""

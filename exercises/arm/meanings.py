@@ -126,11 +126,11 @@ def meanings_of(chain: Chain, samples: Sequence[Sample]) -> list[MeasuredMeaning
     for i in revolute:
         for j in range(i + 1, min(chain.n, chain.point.frame)):
             meanings += _extremes(chain, samples, i, j)
-    slides = _slides_at_links(chain, samples) if has_angular_rows else []
+    slide_meanings = _slides_at_links(chain, samples) if has_angular_rows else []
     # A prismatic joint passes through zero, which changes the order of the origins without being singular.
     rigid = [k for k in range(1, chain.n) if chain.joints[k - 1].kind == chain.joints[k].kind == "R"]
     origins = [meaning for k in rigid for meaning in _origins_in_line(chain, samples, k)]
-    across, along = ([meaning for meaning in slides if meaning.kind == kind] for kind in ("across", "along"))
+    across, along = ([meaning for meaning in slide_meanings if meaning.kind == kind] for kind in ("across", "along"))
     meanings += _special_meanings(samples, [*across, *origins, *along])
     return [
         *meanings,
@@ -170,10 +170,10 @@ def _slides_at_links(chain: Chain, samples: Sequence[Sample]) -> list[MeasuredMe
     kinds = [joint.kind for joint in chain.joints]
     links = [i for i in range(chain.n - 1) if kinds[i : i + 2] == ["R", "R"] and chain.joints[i].a != 0]
     return [
-        MeasuredMeaning(kind, (slide + 1, i + 1, i + 2),
-                f"slide {slide + 1} runs {how} the line from the axis of joint {i + 1} to that of joint {i + 2}",
-                partial(slant, slide=slide, i=i, j=i + 1, across=kind == "across"))
-        for slide, i in product([k for k, kind in enumerate(kinds) if kind == "P"], links)
+        MeasuredMeaning(kind, (prismatic + 1, i + 1, i + 2),
+                f"slide {prismatic + 1} runs {how} the line from the axis of joint {i + 1} to that of joint {i + 2}",
+                partial(slant, slide=prismatic, i=i, j=i + 1, across=kind == "across"))
+        for prismatic, i in product([k for k, kind in enumerate(kinds) if kind == "P"], links)
         if parallel(samples, i, i + 1)
         for kind, how in (("along", "along"), ("across", "at right angles to"))
     ]  # fmt: skip
@@ -188,10 +188,10 @@ def _origins_in_line(chain: Chain, samples: Sequence[Sample], k: int) -> list[Me
     sizes = [np.linalg.norm(np.diff(s.arm.frames(s.q)[k - 1 : k + 2, :3, 3], axis=0), axis=1).min() for s in samples]
     if None in names or min(sizes) < APART:
         return []
-    line, off = f"${names[0]}$, ${names[1]}$ and ${names[2]}$ lie on one line", partial(_off_collinear, k=k)
+    line, measure = f"${names[0]}$, ${names[1]}$ and ${names[2]}$ lie on one line", partial(_off_collinear, k=k)
     return [
-        MeasuredMeaning("straight", (k,), f"{line}, ${names[1]}$ between the others", off),
-        MeasuredMeaning("doubled", (k,), f"{line}, ${names[1]}$ not between the others", off),
+        MeasuredMeaning("straight", (k,), f"{line}, ${names[1]}$ between the others", measure),
+        MeasuredMeaning("doubled", (k,), f"{line}, ${names[1]}$ not between the others", measure),
     ]
 
 
@@ -212,12 +212,12 @@ def _in_one_plane(chain: Chain, samples: Sequence[Sample], revolute: Sequence[in
 
 def _common_direction(chain: Chain, samples: Sequence[Sample]) -> list[MeasuredMeaning]:
     """Return the statements about two joints that move the point along the same line."""
-    moving = range(min(chain.n, chain.point.frame))
+    moving_joints = range(min(chain.n, chain.point.frame))
     sizes = np.min([np.linalg.norm(s.arm.jacobian(s.q)[:3], axis=0) for s in samples], axis=0)
     return [
         MeasuredMeaning("one way", (i + 1, j + 1), f"joints {i + 1} and {j + 1} move $P$ along the same line",
                 partial(off_common_direction, joints=(i, j)))
-        for i, j in combinations(moving, 2)
+        for i, j in combinations(moving_joints, 2)
         if min(sizes[i], sizes[j]) > APART
     ]  # fmt: skip
 
@@ -226,23 +226,23 @@ def _extremes(chain: Chain, samples: Sequence[Sample], i: int, j: int) -> list[M
     """Return the statements that joint j brings the point as far from, or as near to, axis i as it can."""
     if not _changes_distance(samples, i, j):
         return []
-    joints, off = (i + 1, j + 1), partial(slope, joint=i, movers=[j])
+    joints, measure = (i + 1, j + 1), partial(slope, joint=i, movers=[j])
     ending = f"the axis of joint {i + 1} as joint {j + 1} can bring it"
     if chain.joints[j].kind == "P":
-        return [MeasuredMeaning("near", joints, f"$P$ is as near to {ending}", off)]
+        return [MeasuredMeaning("near", joints, f"$P$ is as near to {ending}", measure)]
     others = [k for k in range(i + 1, min(chain.n, chain.point.frame)) if k != j]
     alone = parallel(samples, i, j) and not any(_changes_distance(samples, i, k) for k in others)
     stretched, folded = ("the arm is stretched out: ", "the arm is folded back: ") if alone else ("", "")
     return [
-        MeasuredMeaning("far", joints, f"{stretched}$P$ is as far from {ending}", off),
-        MeasuredMeaning("near", joints, f"{folded}$P$ is as near to {ending}", off),
+        MeasuredMeaning("far", joints, f"{stretched}$P$ is as far from {ending}", measure),
+        MeasuredMeaning("near", joints, f"{folded}$P$ is as near to {ending}", measure),
     ]
 
 
 def _changes_distance(samples: Sequence[Sample], i: int, j: int) -> bool:
     """Return whether a joint changes the distance of the point from an axis, at configurations near the samples."""
     distances = (distance(s.arm, np.stack([nearby_pose(s), nearby_pose(s, j)]), i) for s in samples)
-    return all(abs(before - after) > 1e-9 for before, after in distances)
+    return all(abs(distance_before - distance_after) > 1e-9 for distance_before, distance_after in distances)
 
 
 def _off_square(arm: NumericChain, q: np.ndarray, joints: Sequence[int]) -> np.ndarray:
@@ -255,8 +255,8 @@ def holds(chain: Chain, meaning: MeasuredMeaning, sample: Sample) -> bool | None
     i, j = meaning.joints[0] - 1, meaning.joints[-1] - 1
     if meaning.kind in ("far", "near"):
         return _is_extreme(chain, meaning.kind, sample, i, j)
-    size = sample.off(meaning.off)
-    is_zero = True if size < NEAR else False if size > APART / 20 else None
+    error = sample.off(meaning.off)
+    is_zero = True if error < NEAR else False if error > APART / 20 else None
     if is_zero and meaning.kind in ("straight", "doubled"):
         return bool(bend(sample.arm, sample.q[None], i + 1)[1][0] > 0) == (meaning.kind == "straight")
     return is_zero

@@ -128,8 +128,8 @@ def solve_linear(matrix: Sequence[Vector], right: Sequence[Any]) -> Vector:
     rows, _ = _triangular([[*row, value] for row, value in zip(matrix, right, strict=True)])
     solution: Vector = [None] * n
     for k in reversed(range(n)):
-        rest = sum(rows[k][j] * solution[j] for j in range(k + 1, n))
-        solution[k] = (rows[k][n] - rest) / rows[k][k]
+        known_sum = sum(rows[k][j] * solution[j] for j in range(k + 1, n))
+        solution[k] = (rows[k][n] - known_sum) / rows[k][k]
     return solution
 
 

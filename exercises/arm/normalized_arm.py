@@ -34,8 +34,8 @@ def normalized_pieces(chain: Chain, component: Component) -> list[str]:
     """Return a component of an arm's singular set as conditions of the normalized arm, in an order free of offsets."""
     offsets = dict(zip(chain.q, chain.offsets, strict=True))
     if component.solutions is None:
-        back = {q: q - offset for q, offset in offsets.items() if offset != 0}
-        conditions = (sp.expand(condition.xreplace(back)) for condition in component.conditions)
+        shifts = {q: q - offset for q, offset in offsets.items() if offset != 0}
+        conditions = (sp.expand(condition.xreplace(shifts)) for condition in component.conditions)
         return Component(tuple(conditions), None).pieces()
     solutions = tuple(
         (

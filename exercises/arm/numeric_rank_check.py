@@ -180,8 +180,8 @@ def _simple_zero(condition: sp.Expr) -> sp.Expr:
     Return any other condition unchanged. The function is the cosine or sine of half the angle, whose zeros
     Gauss-Newton steps find to full precision.
     """
-    constant, rest = condition.as_coeff_Add()
-    factor, trig = rest.as_coeff_Mul()
+    constant, remaining_term = condition.as_coeff_Add()
+    factor, trig = remaining_term.as_coeff_Mul()
     if constant == 0 or abs(factor) != abs(constant) or not isinstance(trig, (sp.cos, sp.sin)):
         return condition
     angle = trig.args[0] if isinstance(trig, sp.cos) else trig.args[0] - sp.pi / 2

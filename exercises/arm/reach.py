@@ -48,15 +48,15 @@ def reaches(arm: NumericChain, place: np.ndarray) -> bool | None:
     height = float(target @ carried.axis)
     radius = float(np.linalg.norm(target - height * carried.axis))
     # the travel of a prismatic joint may be the arm's only length
-    beside, size = carried.beside, carried.size + float(np.linalg.norm(target))
-    if abs(beside) > _EXACT * size and abs(radius - abs(beside)) < _SURE * size:
+    plane_offset, size = carried.beside, carried.size + float(np.linalg.norm(target))
+    if abs(plane_offset) > _EXACT * size and abs(radius - abs(plane_offset)) < _SURE * size:
         return None
-    if abs(beside) > _EXACT * size and radius < abs(beside):
+    if abs(plane_offset) > _EXACT * size and radius < abs(plane_offset):
         return False
-    distance_in_plane = np.sqrt(max(radius**2 - beside**2, 0.0))
-    across, height_offset = carried.shoulder
+    distance_in_plane = np.sqrt(max(radius**2 - plane_offset**2, 0.0))
+    across_offset, height_offset = carried.shoulder
     answers = [
-        _is_inside(float(np.hypot(side * distance_in_plane - across, height - height_offset)), carried.distances)
+        _is_inside(float(np.hypot(side * distance_in_plane - across_offset, height - height_offset)), carried.distances)
         for side in (1, -1)
     ]
     return True if True in answers else None if None in answers else False
@@ -85,18 +85,18 @@ class _CarriedArm:
 @lru_cache(maxsize=256)
 def _carried_arm(arm: NumericChain) -> _CarriedArm | None:
     """Return an arm as a planar arm rotated by joint 1; None for other arms."""
-    home, moving = _home_frames(arm), min(arm.point_frame, len(arm.kinds))
-    if moving < 2 or arm.kinds[0] != "R":
+    home, moving_count = _home_frames(arm), min(arm.point_frame, len(arm.kinds))
+    if moving_count < 2 or arm.kinds[0] != "R":
         return None
-    axes, origins, point = home[1:moving, :3, 2], home[1:moving, :3, 3], arm.point_of(home)
+    axes, origins, point = home[1:moving_count, :3, 2], home[1:moving_count, :3, 3], arm.point_of(home)
     normal, foot, axis = axes[0], home[0, :3, 3], home[0, :3, 2]
-    distances = _distances(arm.kinds[1:moving], axes, origins, point)
+    distances = _distances(arm.kinds[1:moving_count], axes, origins, point)
     if distances is None or abs(axis @ normal) > _EXACT:
         return None
-    offset, beside = origins[0] - foot, float((point - foot) @ normal)
-    size = float(np.sum(distances[np.isfinite(distances)])) + float(np.linalg.norm(offset)) + abs(beside)
+    offset, plane_offset = origins[0] - foot, float((point - foot) @ normal)
+    size = float(np.sum(distances[np.isfinite(distances)])) + float(np.linalg.norm(offset)) + abs(plane_offset)
     shoulder = float(offset @ np.cross(normal, axis)), float(offset @ axis)
-    return _CarriedArm(distances, axis, foot, shoulder, beside, size)
+    return _CarriedArm(distances, axis, foot, shoulder, plane_offset, size)
 
 
 @lru_cache(maxsize=256)
@@ -191,9 +191,9 @@ def _flat_arm(arm: NumericChain, task: tuple[int, ...]) -> _FlatArm | None:
     If the arm can change the height of the point above the plane, the task must have this height, too.
     """
     home, angle_axes = _home_frames(arm), [row - 3 for row in task if row >= 3]
-    linear, moving = [row for row in task if row < 3], arm.point_frame
-    axes, kinds = home[:moving, :3, 2], arm.kinds[:moving]
-    if "R" not in kinds or (angle_axes and moving != len(arm.kinds)):
+    linear, moving_count = [row for row in task if row < 3], arm.point_frame
+    axes, kinds = home[:moving_count, :3, 2], arm.kinds[:moving_count]
+    if "R" not in kinds or (angle_axes and moving_count != len(arm.kinds)):
         return None
     normal = axes[kinds.index("R")]
     cosines = np.abs(axes @ normal)
@@ -220,8 +220,8 @@ def _reaches_flat(arm: NumericChain, flat: _FlatArm, joints: tuple[int, ...], pl
     home = _home_frames(arm)
     if not joints:
         return None
-    later = flat.joints[len(joints) :]
-    tip = home[later[0], :3, 3] if later else arm.point_of(home)
+    later_joints = flat.joints[len(joints) :]
+    tip = home[later_joints[0], :3, 3] if later_joints else arm.point_of(home)
     kinds, axes, origins = [arm.kinds[joint] for joint in joints], home[joints, :3, 2], home[joints, :3, 3]
     if kinds[0] == "R":
         distances = _distances(kinds, axes, origins, tip)

@@ -95,8 +95,8 @@ def plain_chain(chain: Chain) -> tuple[Chain, dict[sp.Symbol, sp.Expr]]:
             values[symbol] = value
         return symbol
 
-    plain = replace(chain, base=Base()).map_entries(simplify)
-    return replace(plain, tool=plain.point), values
+    changed = replace(chain, base=Base()).map_entries(simplify)
+    return replace(changed, tool=changed.point), values
 
 
 def _is_plain(value: sp.Expr) -> bool:
@@ -192,9 +192,9 @@ class _Elimination:
             r, c = pivot
             yield from self.ways(_schur_complement(matrix, r, c), joints[:c] + joints[c + 1 :], case)
             return
-        paired = self._without_pair(matrix)
-        if paired is not None:
-            matrix, columns = paired
+        combination = self._without_pair(matrix)
+        if combination is not None:
+            matrix, columns = combination
             yield from self.ways(matrix, tuple(joints[c] if c >= 0 else 0 for c in columns), case)
             return
         yield from self._by_minors(matrix, joints, case)
@@ -203,10 +203,10 @@ class _Elimination:
         self, matrix: sp.Matrix, joints: tuple[int, ...], case: Conjunction, c: int, shared: list[sp.Expr]
     ) -> Iterator[Conjunction]:
         """Yield the branches on which a common factor of column `c` vanishes and the other columns lose rank."""
-        rest, remaining_joints = _delete_column(matrix, c), joints[:c] + joints[c + 1 :]
+        other_columns, remaining_joints = _delete_column(matrix, c), joints[:c] + joints[c + 1 :]
         for factor in shared:
             for condition, trigs in self._roots(factor):
-                at_root = rest.applyfunc(lambda e, f=factor, t=trigs: self._evaluate_at(e, f, t))
+                at_root = other_columns.applyfunc(lambda e, f=factor, t=trigs: self._evaluate_at(e, f, t))
                 yield from self.ways(_clear_denominators(at_root), remaining_joints, (*case, condition))
 
     def _roots(self, factor: sp.Expr) -> list[tuple[sp.Expr, dict[sp.Expr, sp.Expr]]]:
@@ -241,8 +241,8 @@ class _Elimination:
         )
 
     def _without_zeros(self, matrix: sp.Matrix, joints: tuple[int, ...]) -> tuple[sp.Matrix, tuple[int, ...]]:
-        kept = [c for c in range(matrix.cols) if not matrix.col(c).is_zero_matrix]
-        return matrix.extract(list(range(matrix.rows)), kept), tuple(joints[c] for c in kept)
+        nonzero_columns = [c for c in range(matrix.cols) if not matrix.col(c).is_zero_matrix]
+        return matrix.extract(list(range(matrix.rows)), nonzero_columns), tuple(joints[c] for c in nonzero_columns)
 
     def _common_factors(self, entries: sp.Matrix) -> list[sp.Expr]:
         """Return the factors with joint variables that all nonzero entries have in common."""
@@ -255,16 +255,16 @@ class _Elimination:
 
         Among these entries, choose the one whose row and column have the most zeros.
         """
-        best = None
+        best_pivot = None
         for r, c in product(range(matrix.rows), range(matrix.cols)):
             entry = matrix[r, c]
             if entry == 0 or self.search.moves(entry) or self._may_be_zero(entry):
                 continue
             fill = _count_others(matrix.row(r)) * _count_others(matrix.col(c))
             key = fill, sp.count_ops(matrix.row(r)) + sp.count_ops(matrix.col(c)), r, c
-            if best is None or key < best[0]:
-                best = key, (r, c)
-        return best[1] if best else None
+            if best_pivot is None or key < best_pivot[0]:
+                best_pivot = key, (r, c)
+        return best_pivot[1] if best_pivot else None
 
     def _may_be_zero(self, constant: sp.Expr) -> bool:
         """Return whether a constant that contains a sum is zero for the arm's twists."""
@@ -290,14 +290,14 @@ class _Elimination:
                 if may_hold_together([u, v], self.search.joints):
                     continue
                 combined_row = (reduced_matrix.row(a) * v - reduced_matrix.row(b) * u).applyfunc(_tidy)
-                kept = [r for r in range(m.rows) if r not in (a, b)]
+                other_rows = [r for r in range(m.rows) if r not in (a, b)]
                 columns = [k for k in range(m.cols) if k != c]
                 smaller = (
-                    reduced_matrix.extract(kept, list(range(m.cols)))
+                    reduced_matrix.extract(other_rows, list(range(m.cols)))
                     .col_join(combined_row)
                     .extract(list(range(m.rows - 1)), columns)
                 )
-                column_numbers = [*kept, -1] if transposed else columns
+                column_numbers = [*other_rows, -1] if transposed else columns
                 key = _count_others(m.col(c)), sp.count_ops(smaller), transposed, c
                 if best_reduction is None or key < best_reduction[0]:
                     best_reduction = key, (smaller.T if transposed else smaller, column_numbers)
@@ -474,9 +474,11 @@ def _search_from(chain: Chain, frame: int, about: int | None, is_zero: Callable[
     tidied = [
         drop_implied(branch, chain.q) for branch in tidy_ways(branches, search, "what the rank of J comes down to")
     ]
-    stated = {symbol: condition for condition, symbol in elimination.marks.items()}
-    cases = tuple(replace(reduced, case=_state_case(reduced.case, stated)) for reduced in elimination.left)
-    return ReciprocalSet(reduction, cases, tuple(tuple(c.xreplace(stated) for c in branch) for branch in tidied))
+    conditions_by_mark = {symbol: condition for condition, symbol in elimination.marks.items()}
+    cases = tuple(replace(reduced, case=_state_case(reduced.case, conditions_by_mark)) for reduced in elimination.left)
+    return ReciprocalSet(
+        reduction, cases, tuple(tuple(c.xreplace(conditions_by_mark) for c in branch) for branch in tidied)
+    )
 
 
 def _state_case(case: Conjunction, stated: dict[sp.Symbol, sp.Expr]) -> Conjunction:

@@ -452,9 +452,9 @@ def _written_axes(axes: Sequence[Axis]) -> WrittenArm:
 def _split_variable(value: sp.Expr, variable: sp.Symbol, kind: str) -> tuple[sp.Expr, bool]:
     """Return the offset added to a joint's variable, and whether the variable has a minus sign. Raises QdotError."""
     for sign in (1, -1):
-        rest = sp.expand(value - sign * variable)
-        if variable not in rest.free_symbols:
-            return rest, sign < 0
+        constant = sp.expand(value - sign * variable)
+        if variable not in constant.free_symbols:
+            return constant, sign < 0
     key, offset = ("theta", "pi/2") if kind == "R" else ("d", "0.2")
     raise QdotError(
         f'a joint of kind "{kind}" moves by its own variable there: {key} = "{variable}", with a constant added if '
@@ -579,9 +579,11 @@ def _is_no_zero_row(chain: Chain, i: int) -> bool:
 
 def default_task(chain: Chain) -> tuple[str, ...]:
     """Return the default task of an arm, for a file without `task`; the module's docstring gives the rules."""
-    moving = tuple(row for i, row in enumerate(TASK_ROWS) if _moves_somewhere(chain)[i] or _is_no_zero_row(chain, i))
-    if chain.n >= 6 and len(moving) == len(TASK_ROWS):
+    moving_rows = tuple(
+        row for i, row in enumerate(TASK_ROWS) if _moves_somewhere(chain)[i] or _is_no_zero_row(chain, i)
+    )
+    if chain.n >= 6 and len(moving_rows) == len(TASK_ROWS):
         return TASK_ROWS
-    if chain.n == 4 and len(moving) == 4:
-        return moving
-    return tuple(row for row in moving if row[0] == "v") or moving
+    if chain.n == 4 and len(moving_rows) == 4:
+        return moving_rows
+    return tuple(row for row in moving_rows if row[0] == "v") or moving_rows

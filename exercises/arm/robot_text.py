@@ -33,8 +33,8 @@ def robot_text(robot: Robot, convention: str) -> str:
     top_entries += [("task", toml_text(list(chain.task))), *top]
     limits = [*robot.limits, *[None] * (chain.n - len(robot.limits))]
     rows = [
-        [*joint, *([("limits", _format_list(ends))] if ends else [])]
-        for joint, ends in zip(joints, limits, strict=True)
+        [*joint, *([("limits", _format_list(joint_limits))] if joint_limits else [])]
+        for joint, joint_limits in zip(joints, limits, strict=True)
     ]
     ranges = [(symbol.name, f"[{low / 100:g}, {high / 100:g}]") for symbol, low, high in robot.draws]
     range_section = [f"[draw]\n{_format_lines(ranges)}"] if ranges else []

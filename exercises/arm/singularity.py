@@ -104,9 +104,9 @@ def _components(derivation: Derivation) -> tuple[Component, ...] | None:
         component = solve_conjunction(conditions, derivation.chain) if holds else None
         if component is not None and component not in components:
             components.append(component)
-    for part in reversed(components[:]):
-        if any(whole != part and _lies_in(part, whole) for whole in components):
-            components.remove(part)  # one at a time: of two equal components, each lies in the other
+    for contained in reversed(components[:]):
+        if any(container != contained and _lies_in(contained, container) for container in components):
+            components.remove(contained)  # one at a time: of two equal components, each lies in the other
     return tuple(components)
 
 
@@ -201,8 +201,10 @@ def _merge_solutions(conditions: tuple[sp.Expr, ...], solutions: tuple[Solved, .
                 return None
             redundant = j if len(common) == len(first) else i if len(common) == len(second) else None
             if redundant is not None:
-                rest = [k for k in range(len(conditions)) if k != redundant]
-                return _merge_solutions(tuple(conditions[k] for k in rest), tuple(solutions[k] for k in rest))
+                remaining_indices = [k for k in range(len(conditions)) if k != redundant]
+                return _merge_solutions(
+                    tuple(conditions[k] for k in remaining_indices), tuple(solutions[k] for k in remaining_indices)
+                )
     return Component(conditions, solutions)
 
 
@@ -391,11 +393,11 @@ def tidy_ways(conjunctions: Iterable[Conjunction], search: Search, what: str) ->
 
     Cases that differ only in the root of one factor are merged. Raises TooLong; `what` is the subject of its message.
     """
-    merged = _merge_roots(list(conjunctions))
-    if len(merged) > MOST_PARTS:
+    merged_conjunctions = _merge_roots(list(conjunctions))
+    if len(merged_conjunctions) > MOST_PARTS:
         raise TooLong(f"{what} vanish together in more than {MOST_PARTS} ways, too many to read")
-    stated = [state_conditions(conjunction) for conjunction in merged]
-    return _drop_subsumed([_drop_implied(conjunction, search) for conjunction in stated], search)
+    stated_conjunctions = [state_conditions(conjunction) for conjunction in merged_conjunctions]
+    return _drop_subsumed([_drop_implied(conjunction, search) for conjunction in stated_conjunctions], search)
 
 
 def _free_factors(condition: sp.Expr, search: Search) -> list[sp.Expr] | None:
@@ -438,10 +440,10 @@ def _branches(factor_sets: list[list[sp.Expr]], search: Search) -> Iterator[list
         yield []
         return
     factor_sets = sorted(factor_sets, key=lambda factors: (len(factors), sum(map(sp.count_ops, factors))))
-    first, rest = factor_sets[0], factor_sets[1:]
+    first, other_sets = factor_sets[0], factor_sets[1:]
     for factor in first:
         for condition, values in cases_of_zero(factor):
-            substituted = (_remaining_factors(factors, factor, values, search) for factors in rest)
+            substituted = (_remaining_factors(factors, factor, values, search) for factors in other_sets)
             remaining = [factors for factors in substituted if factors is not None]
             yield from ([condition, *leaf] for leaf in _branches(remaining, search))
 
@@ -480,10 +482,10 @@ def _merge_roots(conjunctions: list[Conjunction]) -> list[Conjunction]:
     def mergeable_cases() -> tuple[set[frozenset[sp.Expr]], frozenset[sp.Expr]] | None:
         for conjunction in sorted(sets, key=lambda c: sorted(map(text, c))):
             for case in filter(_is_mark, conjunction):
-                rest = conjunction - {case}
-                siblings = {rest | {_AT(case.args[0], root)} for root in RIGHT_ANGLES} & sets
+                other_conditions = conjunction - {case}
+                siblings = {other_conditions | {_AT(case.args[0], root)} for root in RIGHT_ANGLES} & sets
                 if len(siblings) == 2:
-                    return siblings, rest | {case.args[0]}
+                    return siblings, other_conditions | {case.args[0]}
         return None
 
     while (cases := mergeable_cases()) is not None:
@@ -493,12 +495,12 @@ def _merge_roots(conjunctions: list[Conjunction]) -> list[Conjunction]:
 
 def _drop_implied(conjunction: Conjunction, search: Search) -> Conjunction:
     """Drop the conditions that follow from the others; the longest condition is tried first."""
-    kept = conjunction
+    remaining_conditions = conjunction
     for condition in sorted(conjunction, key=sp.count_ops, reverse=True):
-        rest = tuple(remaining for remaining in kept if remaining != condition)
-        if rest and _follows(condition, rest, search):
-            kept = rest
-    return kept
+        premises = tuple(remaining for remaining in remaining_conditions if remaining != condition)
+        if premises and _follows(condition, premises, search):
+            remaining_conditions = premises
+    return remaining_conditions
 
 
 def _follows(condition: sp.Expr, premises: Conjunction, search: Search) -> bool:
@@ -518,8 +520,8 @@ def _follows_at(condition: sp.Expr, values: dict[sp.Symbol, sp.Expr], plain: lis
     """Return whether a condition follows at joint values, regardless of which factor of each premise vanishes."""
     factor_sets = [_free_factors(substitute(premise, values), search) for premise in plain]
     return all(
-        _holds(condition, values, list(known))
-        for known in product(*(factors for factors in factor_sets if factors is not None))
+        _holds(condition, values, list(vanishing_factors))
+        for vanishing_factors in product(*(factors for factors in factor_sets if factors is not None))
     )
 
 
@@ -533,9 +535,9 @@ _WHERE: dict[tuple[type[sp.Expr], int], tuple[sp.Expr, ...]] = {
 def _roots(condition: sp.Expr, search: Search) -> list[tuple[sp.Symbol, sp.Expr]]:
     """Return (joint, value) pairs for the joint that a condition fixes; none if it involves several joints."""
     trig, at_end = condition, 0
-    for end, rest in ((1, 1 - condition), (-1, condition - 1)):
-        if condition.is_Add and isinstance(rest, (sp.sin, sp.cos)):
-            trig, at_end = rest, end
+    for extreme_value, single_trig in ((1, 1 - condition), (-1, condition - 1)):
+        if condition.is_Add and isinstance(single_trig, (sp.sin, sp.cos)):
+            trig, at_end = single_trig, extreme_value
     if not isinstance(trig, (sp.sin, sp.cos)) or len(trig.free_symbols & set(search.joints)) != 1:
         return []
     roots = _WHERE[trig.func, at_end]
@@ -544,9 +546,9 @@ def _roots(condition: sp.Expr, search: Search) -> list[tuple[sp.Symbol, sp.Expr]
 
 def _drop_subsumed(conjunctions: list[Conjunction], search: Search) -> list[Conjunction]:
     """Drop duplicates, and conjunctions whose zeros are contained in those of another one."""
-    kept = list(dict.fromkeys(c for c in conjunctions if not any(set(o) < set(c) for o in conjunctions)))
-    for narrow in sorted(kept, key=lambda c: (len(c), sp.count_ops(sp.Add(*c))), reverse=True):
-        others = (wide for wide in kept if wide != narrow)
+    remaining = list(dict.fromkeys(c for c in conjunctions if not any(set(o) < set(c) for o in conjunctions)))
+    for narrow in sorted(remaining, key=lambda c: (len(c), sp.count_ops(sp.Add(*c))), reverse=True):
+        others = (wide for wide in remaining if wide != narrow)
         if any(all(_follows(condition, narrow, search) for condition in wide) for wide in others):
-            kept.remove(narrow)  # one at a time: of two equal conjunctions, each lies in the other
-    return sorted(kept, key=lambda c: (len(c), sp.count_ops(sp.Add(*c)), [sp.default_sort_key(x) for x in c]))
+            remaining.remove(narrow)  # one at a time: of two equal conjunctions, each lies in the other
+    return sorted(remaining, key=lambda c: (len(c), sp.count_ops(sp.Add(*c)), [sp.default_sort_key(x) for x in c]))

@@ -120,9 +120,11 @@ def _ranks(sigma: np.ndarray, samples: Sequence[Sample]) -> np.ndarray:
     A Jacobian whose entries are all negligible compared with the arm's reach has rank zero.
     """
     scale = sigma[:, 0].copy()
-    short = np.flatnonzero(scale < 1.0).tolist()
-    if short:
-        scale[short] = np.maximum(scale[short], np.minimum(reach_lengths([samples[k].arm for k in short]), 1.0))
+    small_scales = np.flatnonzero(scale < 1.0).tolist()
+    if small_scales:
+        scale[small_scales] = np.maximum(
+            scale[small_scales], np.minimum(reach_lengths([samples[k].arm for k in small_scales]), 1.0)
+        )
     return np.asarray(np.sum(sigma > REGULAR * scale[:, None], axis=1))
 
 
@@ -175,10 +177,12 @@ def _kinds_by_motion(samples: Sequence[Sample], task: list[int]) -> np.ndarray:
         bending = _bending(group, task, vt[indices, rank:])
         is_edge = np.zeros(len(indices), dtype=bool)
         for lost in _lost_directions(u[indices, :, rank:], bending, is_square=len(task) <= vt.shape[1]):
-            rest = np.flatnonzero(~is_edge)
-            if len(rest):
-                remaining_bending = _Bending(bending.still[rest], bending.change[rest])
-                is_edge[rest] = _are_edges([group[k] for k in rest.tolist()], task, lost[rest], remaining_bending)
+            undecided = np.flatnonzero(~is_edge)
+            if len(undecided):
+                remaining_bending = _Bending(bending.still[undecided], bending.change[undecided])
+                is_edge[undecided] = _are_edges(
+                    [group[k] for k in undecided.tolist()], task, lost[undecided], remaining_bending
+                )
         kinds[indices] = np.where(is_edge, "boundary", "internal")
     return kinds
 
@@ -232,9 +236,9 @@ def _least_reached_direction(lost: np.ndarray, bending: "_Bending") -> np.ndarra
     angles = np.tile(np.arange(0, 2 * np.pi, _APART), (len(lost), 1))
     for round_number in range(_ROUNDS):
         leading = np.linalg.eigvalsh(np.einsum("kal,lkst->kast", _vectors_at_angles(angles), forms))[..., -1]
-        best = np.take_along_axis(angles, np.argmin(leading, axis=1)[:, None], axis=1)
-        angles = best + np.linspace(-_APART, _APART, 9) / _CLOSER**round_number
-    return np.einsum("kml,kl->km", lost, _vectors_at_angles(best[:, 0]))
+        best_angles = np.take_along_axis(angles, np.argmin(leading, axis=1)[:, None], axis=1)
+        angles = best_angles + np.linspace(-_APART, _APART, 9) / _CLOSER**round_number
+    return np.einsum("kml,kl->km", lost, _vectors_at_angles(best_angles[:, 0]))
 
 
 @dataclass(frozen=True)

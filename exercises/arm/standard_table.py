@@ -46,8 +46,10 @@ class Row:
 
     def entries(self, variable: sp.Symbol) -> tuple[sp.Expr, sp.Expr, sp.Expr, sp.Expr]:
         """Return theta, d, a and alpha as the user wrote them, with the joint variable."""
-        moving = -variable if self.is_reversed else variable
-        theta, d = (self.theta + moving, self.d) if self.kind == "R" else (self.theta, self.d + moving)
+        signed_variable = -variable if self.is_reversed else variable
+        theta, d = (
+            (self.theta + signed_variable, self.d) if self.kind == "R" else (self.theta, self.d + signed_variable)
+        )
         return theta, d, self.a, self.alpha
 
 

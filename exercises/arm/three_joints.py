@@ -77,16 +77,18 @@ def _normalize(arms: NumericChain, places: np.ndarray) -> _NormalizedArms:
     first = axes[:, 0]
     # the foot of the perpendicular from the second origin to the first axis
     foot = origins[:, 0] + first * _dot(origins[:, 1] - origins[:, 0], first)[:, None]
-    size = _size(np.diff(np.concatenate([origins, point[:, None]], axis=1), axis=1)).sum(axis=1)
-    size = np.maximum(size + _size(places - foot), 1e-12)[:, None]  # a prismatic joint may be the arm's only length
-    origins, point = (origins - foot[:, None]) / size[:, None], (point - foot) / size
+    arm_size = _size(np.diff(np.concatenate([origins, point[:, None]], axis=1), axis=1)).sum(axis=1)
+    arm_size = np.maximum(arm_size + _size(places - foot), 1e-12)[
+        :, None
+    ]  # a prismatic joint may be the arm's only length
+    origins, point = (origins - foot[:, None]) / arm_size[:, None], (point - foot) / arm_size
     if arms.kinds[2] == "P":
         middle, along, across = point, axes[:, 2], np.zeros_like(point)
     else:
         to_point = point - origins[:, 2]
         along = to_point - axes[:, 2] * _dot(to_point, axes[:, 2])[:, None]
         middle, across = point - along, cross(axes[:, 2], along)
-    return _NormalizedArms(arms.kinds, axes, origins, (places - foot) / size, middle, along, across)
+    return _NormalizedArms(arms.kinds, axes, origins, (places - foot) / arm_size, middle, along, across)
 
 
 @dataclass(frozen=True)
@@ -149,9 +151,9 @@ def _second_joint(arm: _NormalizedArms) -> tuple[np.ndarray, _Residual]:
     """Return whether a polynomial is the only condition for each arm (k), and the conditions."""
     first, second = arm.axes[:, 0], arm.axes[:, 1]
     if arm.kinds[1] == "P":
-        along = _dot(first, second)
-        sole = (np.abs(along) > _ZERO) & (arm.kinds[0] == "R")
-        return sole, _Residual(arm, sole, along[:, None, None])
+        axis_cosine = _dot(first, second)
+        sole = (np.abs(axis_cosine) > _ZERO) & (arm.kinds[0] == "R")
+        return sole, _Residual(arm, sole, axis_cosine[:, None, None])
     basis = np.stack(_perpendiculars(second), axis=1)
     if arm.kinds[0] == "R":
         directions = np.stack([first, 2 * arm.origins[:, 1]], axis=1)

@@ -32,9 +32,11 @@ def _joint_in_tool_frame(structure: Chain, i: int) -> tuple[sp.Matrix, sp.Matrix
     """Return z, p* and z x p* of one joint (from 0) in the last frame."""
     convention = convention_of(structure)
     joints = convention.first_joints(structure.n).joints
-    rest = frame_behind(joints[i:])  # frame n in the coordinates of the frame at the end of link i
-    z, along = _tidy(rest.rotation.T * Z), convention.distance_along_axis(joints[i])
-    p_star = _tidy(rest.rotation.T * rest.origin - along * z + sp.Matrix(convention.point.offset))
+    last_frame = frame_behind(joints[i:])  # frame n in the coordinates of the frame at the end of link i
+    z, distance_along_z = _tidy(last_frame.rotation.T * Z), convention.distance_along_axis(joints[i])
+    p_star = _tidy(
+        last_frame.rotation.T * last_frame.origin - distance_along_z * z + sp.Matrix(convention.point.offset)
+    )
     return z, p_star, _tidy(z.cross(p_star))
 
 

@@ -115,11 +115,11 @@ def are_identical(a: sp.Expr, b: sp.Expr) -> bool:
     trigs = _trig_atoms(difference)
     multiples = {trig: _multiples(trig.args[0]) for trig in trigs}
     circles = {angle: (sp.Dummy(), sp.Dummy()) for trig in trigs for angle in multiples[trig]}
-    single = {sp.sin(q): s for q, (s, _) in circles.items()} | {sp.cos(q): c for q, (_, c) in circles.items()}
-    plain = difference.xreplace({trig: sp.expand_trig(trig).xreplace(single) for trig in trigs})
+    symbols_of_trigs = {sp.sin(q): s for q, (s, _) in circles.items()} | {sp.cos(q): c for q, (_, c) in circles.items()}
+    polynomial_form = difference.xreplace({trig: sp.expand_trig(trig).xreplace(symbols_of_trigs) for trig in trigs})
     unknowns = [symbol for pair in circles.values() for symbol in pair]
-    ring = sp.polys.rings.PolyRing([*unknowns, *(plain.free_symbols - set(unknowns)), sp.Dummy()], sp.QQ)
-    return not ring.from_expr(plain).rem([ring(s**2 + c**2 - 1) for s, c in circles.values()])
+    ring = sp.polys.rings.PolyRing([*unknowns, *(polynomial_form.free_symbols - set(unknowns)), sp.Dummy()], sp.QQ)
+    return not ring.from_expr(polynomial_form).rem([ring(s**2 + c**2 - 1) for s, c in circles.values()])
 
 
 @dataclass(frozen=True)
@@ -161,8 +161,8 @@ def numbers_inside(product: sp.Expr) -> sp.Expr:
     >>> numbers_inside(z * (15 * x + 7 * y) / 20), numbers_inside(z * (x + y) / 20)
     (z*(3*x/4 + 7*y/20), z*(x + y)/20)
     """
-    fraction, rest = product.as_coeff_Mul()
-    factors = sp.Mul.make_args(rest)
+    fraction, remaining_product = product.as_coeff_Mul()
+    factors = sp.Mul.make_args(remaining_product)
     numbered = next((factor for factor in factors if factor.is_Add and _has_numbers(factor)), None)
     if fraction.is_integer or numbered is None:
         return product
@@ -260,15 +260,15 @@ def factor_trig(expression: sp.Expr, most: int = 200) -> Factored:
         return Factored(sp.S.Zero, ())
     if any(power.is_number and _is_root(power) for power in expression.atoms(sp.Pow)):
         raise ValueError(f"{expression} has roots of numbers")
-    names, back = _as_symbols(expression)
+    names, trigs_by_symbol = _as_symbols(expression)
     coefficient, raw = _polynomial_factors(expression.xreplace(names), most)
     powers: dict[sp.Expr, int] = {}
     for factor, power in raw:
-        content, short = _shortest_form(factor.xreplace(back))
-        if short == 0:
+        content, shortest = _shortest_form(factor.xreplace(trigs_by_symbol))
+        if shortest == 0:
             return Factored(sp.S.Zero, ())
         coefficient *= content**power
-        for piece in sp.Mul.make_args(short):
+        for piece in sp.Mul.make_args(shortest):
             base, exponent = piece.as_base_exp()
             if base != 1:
                 powers[base] = powers.get(base, 0) + power * int(exponent)
@@ -281,17 +281,17 @@ def _polynomial_factors(expression: sp.Expr, most: int) -> tuple[sp.Expr, list[t
     if not expression.free_symbols:
         return expression, []
     polynomial = sp.Poly(expression)
-    powers, rest = polynomial.terms_gcd()
-    coefficient, primitive = rest.primitive()
+    powers, remaining_polynomial = polynomial.terms_gcd()
+    coefficient, primitive = remaining_polynomial.primitive()
     if primitive.LC() < 0:
         coefficient, primitive = -coefficient, -primitive
     factors = [(symbol, power) for symbol, power in zip(polynomial.gens, powers, strict=True) if power]
     if len(primitive.terms()) > most:
         return coefficient, [*factors, (primitive.as_expr(), 1)]
-    common, rest = _linear_factor(primitive)
+    common, remaining_polynomial = _linear_factor(primitive)
     content, common_factors = common.factor_list()
     factors += [(factor.as_expr(), power) for factor, power in common_factors]
-    return coefficient * content, factors if rest is None else [*factors, (rest, 1)]
+    return coefficient * content, factors if remaining_polynomial is None else [*factors, (remaining_polynomial, 1)]
 
 
 def _linear_factor(primitive: sp.Poly) -> tuple[sp.Poly, sp.Expr | None]:
@@ -336,29 +336,31 @@ def _shortest_form(factor: sp.Expr) -> tuple[sp.Rational, sp.Expr]:
     """
     forms = [factor]
     if factor.is_Add:
-        short = fourier(factor)
-        if not short.terms:
+        fourier_form = fourier(factor)
+        if not fourier_form.terms:
             return sp.S.One, sp.S.Zero
         forms += _reduce_squares(factor)
-        if short.size <= _LONGEST * len(factor.args):  # otherwise expanding the angles would only lengthen it
-            expanded = sp.expand(sp.expand_trig(short.expression()))
-            forms += [short.expression(), *map(_collect_trigs, (expanded, *_reduce_squares(expanded)))]
+        if fourier_form.size <= _LONGEST * len(factor.args):  # otherwise expanding the angles would only lengthen it
+            expanded = sp.expand(sp.expand_trig(fourier_form.expression()))
+            forms += [fourier_form.expression(), *map(_collect_trigs, (expanded, *_reduce_squares(expanded)))]
     best = min(forms, key=lambda form: (len(sp.Add.make_args(form)), sp.count_ops(form)))
     content, primitive = best.as_content_primitive()
     if min(sp.Add.make_args(primitive), key=sp.default_sort_key).could_extract_minus_sign():
         content, primitive = -content, sp.Add(*(-term for term in sp.Add.make_args(primitive)))
-    names, back = _as_symbols(primitive)
-    return content, sp.factor_terms(primitive.xreplace(names)).xreplace(back) if primitive.is_Add else primitive
+    names, trigs_by_symbol = _as_symbols(primitive)
+    return content, sp.factor_terms(primitive.xreplace(names)).xreplace(
+        trigs_by_symbol
+    ) if primitive.is_Add else primitive
 
 
 def _collect_trigs(expression: sp.Expr) -> sp.Expr:
     """Return a sum collected by its products of sines and cosines, as the Fourier form is by its angles."""
-    names, back = _as_symbols(expression)
+    names, trigs_by_symbol = _as_symbols(expression)
     if not names:
         return expression
     polynomial = sp.Poly(expression.xreplace(names), *names.values())
     terms = (coefficient * sp.Mul(*map(sp.Pow, polynomial.gens, powers)) for powers, coefficient in polynomial.terms())
-    return sp.Add(*terms).xreplace(back)
+    return sp.Add(*terms).xreplace(trigs_by_symbol)
 
 
 def _reduce_squares(expression: sp.Expr) -> list[sp.Expr]:
@@ -366,7 +368,7 @@ def _reduce_squares(expression: sp.Expr) -> list[sp.Expr]:
 
     Return an empty list if the expression has no squares.
     """
-    names, back = _as_symbols(expression)
+    names, trigs_by_symbol = _as_symbols(expression)
     trigs = list(names.values())
     if not trigs:
         return []
@@ -379,11 +381,15 @@ def _reduce_squares(expression: sp.Expr) -> list[sp.Expr]:
         for powers, coefficient in polynomial.terms():
             term = coefficient
             for k in range(0, len(trigs), 2):
-                kept, dropped = k + first, k + 1 - first
-                half, rest = divmod(powers[dropped], 2)
-                term *= trigs[kept] ** powers[kept] * trigs[dropped] ** rest * (1 - trigs[kept] ** 2) ** half
+                kept_index, dropped_index = k + first, k + 1 - first
+                half, remainder = divmod(powers[dropped_index], 2)
+                term *= (
+                    trigs[kept_index] ** powers[kept_index]
+                    * trigs[dropped_index] ** remainder
+                    * (1 - trigs[kept_index] ** 2) ** half
+                )
             summands.append(term)
-        forms.append(sp.expand(sp.Add(*summands)).xreplace(back))
+        forms.append(sp.expand(sp.Add(*summands)).xreplace(trigs_by_symbol))
     return forms
 
 
