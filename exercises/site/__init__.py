@@ -1,4 +1,4 @@
-"""Builds the web site: problems as JSON that a browser can show and grade, and the pages around them.
+"""Build the web site: problems as JSON that a browser can show and grade, and the pages around them.
 
 From the bottom up:
 

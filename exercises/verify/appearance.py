@@ -55,6 +55,7 @@ def check_component_statement(chain: Chain, component: Component) -> Check:
 
 @lru_cache(maxsize=4096)
 def _check_statement(chain: Chain, pieces: tuple[str, ...], kind: Kind) -> Check:
+    """Check a statement, and the kind of singularity, at configurations on pieces of a normalized arm's singular set."""
     samples = [sample for piece in pieces for sample in _samples(chain, piece)]
     name = f"said of {' or '.join(pieces)}"
     counterexamples = [sample for sample in samples if not holds(chain, kind.meaning, sample)]
@@ -122,6 +123,7 @@ def holds(chain: Chain, words: str, sample: Sample) -> bool:
 
 
 def _test_words(chain: Chain, words: str, sample: Sample) -> Iterator[bool]:
+    """Yield for each pattern that a clause matches whether the clause is true."""
     for pattern, test in _TESTS.items():
         match = re.fullmatch(pattern, words)
         if match is not None:
@@ -178,6 +180,7 @@ def _extreme_name(distances: np.ndarray) -> str:
 
 
 def _is_on_axes(claim: _Claim) -> bool:
+    """Return whether the subject lies on the axes of the joints; rotating them must not move the tool point."""
     sample = claim.sample
     position = _place_of(sample, claim.match["what"])
     point = position(sample.q)
@@ -290,6 +293,7 @@ def _are_coplanar(claim: _Claim) -> bool:
 
 
 def _slide_has_direction(claim: _Claim) -> bool:
+    """Return whether a prismatic axis is along, or perpendicular to, the line between two parallel joint axes."""
     sample = claim.sample
     prismatic_axis, (z, start), (_, end) = (
         _axis(sample, int(claim.match[name]) - 1) for name in ("slide", "first", "second")
@@ -305,6 +309,7 @@ def _slide_has_direction(claim: _Claim) -> bool:
 
 
 def _move_along_one_line(claim: _Claim) -> bool:
+    """Return whether two joints move the point in parallel directions, by finite differences."""
     sample = claim.sample
     nudges = 1e-5 * np.eye(len(sample.q))[claim.joints]
     first, second = (sample.arm.point(sample.q + nudges) - sample.arm.point(sample.q - nudges)) / 2e-5
@@ -327,6 +332,7 @@ def _move_nothing(claim: _Claim) -> bool:
 
 
 def _move_point_along(claim: _Claim) -> bool:
+    """Return whether all joints together move the point only along one line, or only in one plane."""
     sample = claim.sample
     sigma = np.linalg.svd(sample.arm.jacobian(sample.q)[:3], compute_uv=False)
     return bool(sigma[1 if claim.match["where"] == "along one line" else 2] < SAME)
@@ -340,11 +346,13 @@ def _move_point_along_as_seen(claim: _Claim) -> bool:
 
 
 def _no_joint_moves(claim: _Claim) -> bool:
+    """Return whether no joint moves the point along, or rotates the last link about, the stated world axes."""
     rows = ["xyz".index(axis) + 3 * ("about" in claim.match[0]) for axis in re.findall("[xyz]", claim.match["axes"])]
     return bool(np.abs(claim.sample.arm.jacobian(claim.sample.q)[rows]).max() < SAME)
 
 
 def _are_dependent(claim: _Claim) -> bool:
+    """Return whether the task Jacobian has less than full rank."""
     sample = claim.sample
     rows = [TASK_ROWS.index(row) for row in claim.chain.task]
     sigma = np.linalg.svd(sample.arm.jacobian(sample.q)[rows], compute_uv=False)

@@ -81,12 +81,14 @@ def _axes(numeric: NumericReference, _: Part) -> Expected:
 
 
 def _vectors(numeric: NumericReference, _: Part) -> Expected:
+    """Return the vectors from the origin of a frame on each joint axis to the tool point."""
     first_frame, n = convention_of(numeric.chain).frame_on_axis(1), numeric.chain.n
     origins = numeric.convention_frames[:, first_frame : first_frame + n, :3, 3]
     return {"frames": ((numeric.point[:, None] - origins).transpose(0, 2, 1), EXACT)}
 
 
 def _geometric(numeric: NumericReference, _: Part) -> Expected:
+    """Return the geometric Jacobian, with its rows in the order of the arm's convention."""
     order = [TASK_ROWS.index(row) for row in convention_of(numeric.chain).velocities]
     return expect_by_each_route(numeric, lambda jacobian: jacobian[:, order])
 
@@ -103,6 +105,7 @@ def _link_velocity(numeric: NumericReference, part: Part) -> Expected:
 
 
 def _own_frame(numeric: NumericReference, part: Part) -> Expected:
+    """Return the linear and the angular velocity of a link, in the frame of that link."""
     frame = part.about(FromFrameToFrame).frame
     velocity = (numeric.convention_velocities[:, :, frame].transpose(0, 2, 1) @ numeric.rates)[..., 0]
     rotation = numeric.convention_frames[:, frame, :3, :3].swapaxes(1, 2)
@@ -143,6 +146,7 @@ def _transform(numeric: NumericReference, _: Part) -> Expected:
 
 
 def _tool_jacobian(numeric: NumericReference, _: Part) -> Expected:
+    """Return the geometric Jacobian in the frame of the last link."""
     rotation = numeric.convention_frames[:, -1, :3, :3].swapaxes(1, 2)
     return expect_by_each_route(
         numeric, lambda jacobian: np.concatenate([rotation @ jacobian[:, :3], rotation @ jacobian[:, 3:]], axis=1)
@@ -150,10 +154,12 @@ def _tool_jacobian(numeric: NumericReference, _: Part) -> Expected:
 
 
 def _arm_block(numeric: NumericReference, _: Part) -> Expected:
+    """Return the linear rows of J for the first three joints, of an arm with a spherical wrist."""
     return expect_by_each_route(numeric, lambda jacobian: jacobian[:, :3, :3])
 
 
 def _wrist_block(numeric: NumericReference, _: Part) -> Expected:
+    """Return the angular rows of J for the wrist's joints, in the frame on the axis of joint 4."""
     rotation = numeric.convention_frames[:, convention_of(numeric.chain).frame_on_axis(4), :3, :3].swapaxes(1, 2)
     return expect_by_each_route(numeric, lambda jacobian: rotation @ jacobian[:, 3:, 3:])
 

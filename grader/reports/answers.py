@@ -22,6 +22,7 @@ from qdot.grader.judging.functions import SHOWN
 LONGEST, LARGEST = 4000, 2000
 """Maximum numbers of characters and of tree nodes that are typeset; a larger formula would be unreadable."""
 SHOWN_OF_TEXT = 2000
+"""Maximum number of characters that are shown of an answer's text."""
 ROOM = 40.0
 """Maximum width of a formula on the page, in em; a wider one is broken into lines, or scrolls if it can't be broken."""
 SMALLEST = 80

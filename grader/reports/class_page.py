@@ -38,6 +38,7 @@ MOST_UNUSUAL = 2
 UNUSUAL = 0.5
 """A correct answer has an unusual form if it shares at most this fraction of its pieces with the reference."""
 MOST_PAIRS = 30
+"""Maximum number of pairs of nearly identical answers that are shown."""
 MOST_GROUPS = 20
 """Maximum number of groups of a part that are shown with an answer; results.jsonl has the keys of all groups."""
 SHORT = 400
@@ -47,6 +48,7 @@ FEW = 30
 COMPARED = ("expression", "matrix", "singular", "direction")
 """The types of answers whose written forms are compared."""
 CHARTED_VARIANTS = 3
+"""Maximum number of comparisons between variants that have a chart."""
 
 
 @dataclass(frozen=True)

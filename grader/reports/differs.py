@@ -13,6 +13,7 @@ from qdot.grader.judging.verdict import entry_name
 from qdot.grader.reports.answers import make_visible
 
 DIGITS, MOST_DIGITS = 4, 16
+"""Number of significant digits that are shown, and the maximum if two values must be distinguished."""
 ROUNDING = 1e-12
 """Bound below which the value of a joint is shown as 0, because numeric searches end near zero, not at it."""
 WORDS = {"not a finite number": "not a finite number", "blank": "left blank"}

@@ -18,6 +18,7 @@ from qdot.exercises.arm.standard_table import axes_of
 from qdot.grader.statistics.statistics import chance_of_groups, holm
 
 LEAST_IN_GROUP = 3
+"""Minimum number of students in a group; smaller groups are merged into OTHERS."""
 OTHERS = "others"
 SMALL = 0.05
 """A corrected p-value below this is reported as "hardly chance"."""
