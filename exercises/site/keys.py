@@ -83,7 +83,7 @@ MOST_THROUGHOUT = 16
 POSES = 6
 """Number of configurations on each piece of a singular set."""
 GOLDEN = 0.6180339887498949
-"""The golden ratio, from which the weights of entries are computed."""
+"""The golden ratio minus one, from which the weights of entries are computed."""
 DIGITS = 30
 """Number of digits with which correct values are computed."""
 

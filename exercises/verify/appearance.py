@@ -55,7 +55,7 @@ def check_component_statement(chain: Chain, component: Component) -> Check:
 
 @lru_cache(maxsize=4096)
 def _check_statement(chain: Chain, pieces: tuple[str, ...], kind: Kind) -> Check:
-    """Check a statement, and the kind of singularity, at configurations on pieces of a normalized arm's singular set."""
+    """Check a statement and the kind of singularity at configurations on pieces of a normalized arm's singular set."""
     samples = [sample for piece in pieces for sample in _samples(chain, piece)]
     name = f"said of {' or '.join(pieces)}"
     counterexamples = [sample for sample in samples if not holds(chain, kind.meaning, sample)]
