@@ -194,8 +194,8 @@ def _check_products(text: str) -> None:
             and (first.lastgroup != "number" or second.lastgroup == "number")
         ):
             product_positions.append((first.end(), second.start()))
-    for product_start, product_end in reversed(product_positions):
-        corrected_text = f"{corrected_text[:product_start]}*{corrected_text[product_end:]}"
+    for gap_start, gap_end in reversed(product_positions):
+        corrected_text = f"{corrected_text[:gap_start]}*{corrected_text[gap_end:]}"
     if product_positions:
         raise QdotError(f'a product is written with *; is "{corrected_text}" meant?')
 
