@@ -15,7 +15,7 @@ Values = dict[str, np.ndarray]
 def sample_values(domain: Domain, count: int, stream: Stream) -> Values:
     """Return `count` random values of each symbol.
 
-    The first samples are left out, because they are rounded to be readable and may be singular.
+    The first samples are omitted, because they are rounded to be readable and may be singular.
     """
     sampled = domain.sample(set(domain.roles), READABLE + count, stream)
     return {name: value[READABLE:] for name, value in sampled.items()}

@@ -28,7 +28,7 @@ def before_in_run(chain: Chain, link: int) -> list[int]:
 
 
 def _rotate_without(w: Working, frame: int, left_out: list[int], constants: bool = False) -> np.ndarray:
-    """Return the rotation of a frame without the angles of some joints, whose offsets remain if `constants`."""
+    """Return the rotation of a frame without the angles of some joints; their offsets remain if `constants`."""
     rotation = w["base rotation"]
     for i, row in enumerate(w["table"].rows[:frame]):
         constant = row.theta - w.arithmetic.table_entry(w.chain.q[i]) if constants else row.theta * 0

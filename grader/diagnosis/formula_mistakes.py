@@ -33,7 +33,7 @@ from qdot.grader.diagnosis.numbers import InNumbers, says_something
 from qdot.grader.judging.verdict import Diagnosis
 
 MOST_ENTRIES = 8
-"""Maximum number of wrong entries of an answer whose entries are searched for single mistakes."""
+"""An answer with more wrong entries than this is not searched entry by entry."""
 MOST_NODES = 40_000
 """Maximum number of nodes of all the edited formulas that are evaluated for an answer."""
 
@@ -251,7 +251,7 @@ class _Entry:
             yield "term-surplus", Edit("", self.typed, self.typed).which
 
     def _fitting_edits(self, entry: Node, wanted: InNumbers, mistakes: Collection[str] = CATALOGUE) -> list[Edit]:
-        """Return the edits of a formula that give the wanted values, among the edits for the given mistakes."""
+        """Return the edits of a formula that give the expected values, among the edits for the given mistakes."""
         if not self.is_derivative:
             mistakes = set(mistakes) - OF_DERIVATIVES
         candidates = list(islice((edit for edit in edits(entry, self.values) if edit.mistake in mistakes), MOST_EDITS))

@@ -242,7 +242,7 @@ def _name_lengths(lengths: Iterator[tuple[str, sp.Expr]]) -> dict[Fraction, Node
 
 
 def _unambiguous(names: Mapping[Fraction, Node], ways: Sequence[NumbersAndNodes]) -> NumbersAndNodes:
-    """Yield the numbers that are lengths, or expressions of several lengths, each with its expression.
+    """Yield the numbers that equal a length or an expression of several lengths, and this expression.
 
     `ways` are the sources of expressions, the most likely first. A number that is ambiguous within one source, and
     every integer (2 may be just a factor), is left out.

@@ -26,7 +26,7 @@ class InNumbers:
     is_direction: bool = False
 
     def like(self, wanted: np.ndarray) -> np.ndarray:
-        """Return for each entry whether its values equal the wanted ones, (rows, columns)."""
+        """Return for each entry whether its values equal the expected ones, (rows, columns)."""
         with np.errstate(all="ignore"):
             if self.is_direction:
                 direction, wanted_direction = unit(self.values), unit(wanted)
@@ -39,7 +39,7 @@ class InNumbers:
         return np.asarray(is_near.all(axis=-1))
 
     def is_all(self, wanted: np.ndarray) -> bool:
-        """Return whether all values equal the wanted ones, which may have another shape."""
+        """Return whether all values equal the expected ones, which may have another shape."""
         if self.values.shape != wanted.shape:
             return False
         if not self.is_direction:  # most answers differ at the first configuration already

@@ -183,7 +183,7 @@ class _Claims:
                 yield name, {"joint": joint, "values": values, "zero": zero_there(self.chain)}
 
     def missing(self, wrong: Sequence[Piece]) -> Iterator[tuple[str, Mapping[str, object]]]:
-        """Yield for each condition that is not completely given the name of the mistake behind this, and its words."""
+        """Yield for each condition that is missing or incomplete the name of the mistake behind it, and its words."""
         for k, (component, condition) in enumerate(zip(self.components, self.expected, strict=True)):
             contained_pieces = self._within(wrong, condition)
             if False not in self._compare(condition, self.claimed).sound or len(contained_pieces) == len(condition):

@@ -39,7 +39,7 @@ class Written:
 
 @dataclass(frozen=True)
 class Wrong:
-    """A student's wrong answer to a part; `due` is the expected answer, which is the same for the same problem."""
+    """A student's wrong answer to a part. `due` is the expected answer; it is equal for students with equal problems."""
 
     student: str
     answer: str

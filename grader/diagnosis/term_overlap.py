@@ -67,7 +67,7 @@ def _share(pairs: Sequence[tuple[Node, Node]], varying: AbstractSet[str], values
 
 
 def _count_common(terms: Sequence[Node], wanted: Sequence[Node], values: Values) -> int:
-    """Return how many of the wanted terms are found among the terms, with either sign; each is used only once."""
+    """Return how many of the expected terms are found among the terms, with either sign; each is used only once."""
     if not wanted:
         return 0
     values_of_terms = evaluate(compile_program([*terms, *wanted]), values, POINTS)[0]

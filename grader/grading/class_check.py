@@ -164,7 +164,10 @@ def _names_inside(root: Path) -> list[str]:
 
 
 def _same_but_for_spelling(strangers: Sequence[str], ids: Sequence[str]) -> dict[str, str]:
-    """Map each student whose identifier a spreadsheet may have changed to the matching name that is no student's."""
+    """Return a mapping from each student with a respelled identifier to the matching file name.
+
+    A spreadsheet may have changed the spelling.
+    """
     names = {_normalize(form): form for name in strangers for form in (PurePath(name).stem, name)}
     return {student: names[_normalize(student)] for student in ids if _normalize(student) in names}
 

@@ -58,7 +58,7 @@ class Plan:
             yield f"  stays    {path_text}: {advice}"
 
     def carry_out(self) -> None:
-        """Remove the files and shorten the tables. Raises QdotError; running the command again continues."""
+        """Remove the files and shorten the tables. Raises QdotError; after an error, the command can be run again."""
         with lock_folder(self.folder) if (self.folder / "graded").is_dir() else contextlib.nullcontext():
             for path in self.removed:
                 try:
