@@ -39,7 +39,7 @@ class Written:
 
 @dataclass(frozen=True)
 class Wrong:
-    """A student's wrong answer to a part. `due` is the expected answer; it is equal for students with equal problems."""
+    """A student's wrong answer to a part. `due` is the expected answer; equal problems have equal ones."""
 
     student: str
     answer: str
