@@ -253,11 +253,11 @@ class Wording:
         """The orientation of O_0 in the world frame in words; empty if it is not rotated."""
         base, messages = self.base, self.words
         yaw, tilt = tex_angle(base.yaw), tex_angle(base.tilt)
-        yaw_text = messages.gettext("turned by $%(yaw)s$ about $z_w$", yaw=yaw) if base.yaw != 0 else ""
+        yaw_text = messages.gettext("rotated by $%(yaw)s$ about $z_w$", yaw=yaw) if base.yaw != 0 else ""
         if base.tilt == 0:
             return yaw_text
         if not yaw_text:
-            return messages.gettext("turned by $%(tilt)s$ about its own $x$ axis", tilt=tilt)
+            return messages.gettext("rotated by $%(tilt)s$ about its own $x$ axis", tilt=tilt)
         return messages.gettext("%(turned)s and then by $%(tilt)s$ about its own $x$ axis", turned=yaw_text, tilt=tilt)
 
     @property
