@@ -235,7 +235,7 @@ test("a problem is told in German: its texts, a hint, the mistake behind an answ
   );
   assert.match(await page.getByLabel("Frage").first().textContent(), /Determinante der Jacobi-Matrix/);
   await page.getByRole("button", { name: "Hinweis 1 zeigen" }).click();
-  assert.match(await page.locator(".hint").innerText(), /Die Determinante sagt, wo/);
+  assert.match(await page.locator(".hint").innerText(), /Die Determinante zeigt, wo/);
   await page.getByLabel("Deine Antwort").fill(`-(${typed("determinant")})`);
   await page.getByRole("button", { name: "Prüfen" }).click();
   assert.match(await page.locator(".mistake").innerText(), /Determinante mit falschem Vorzeichen/);
@@ -243,7 +243,7 @@ test("a problem is told in German: its texts, a hint, the mistake behind an answ
     assert.equal(await page.locator(place).first().getAttribute("lang"), "de", place);
   await page.getByRole("button", { name: "Lösung zeigen" }).click();
   assert.equal(await page.locator(".solution div").first().getAttribute("lang"), "de");
-  assert.match(await page.locator(".solution").innerText(), /Sie hängt nicht von|keine Inverse/);
+  assert.match(await page.locator(".solution").innerText(), /Die Determinante hängt nicht von|keine Inverse/);
   await page.getByLabel("Deine Antwort").fill("2*(theta1");
   await page.getByRole("button", { name: "Prüfen" }).click();
   await page

@@ -93,7 +93,7 @@ def test_a_certificate_sees_a_table_that_leads_elsewhere(monkeypatch: pytest.Mon
 def test_no_text_speaks_of_the_frames_of_the_standard_table(family: str) -> None:
     """No z_0, and no p*_0: the frame on the axis of joint 1 is frame 1."""
     problem = generate(ProblemId(family, 1, variation="full", convention=MODIFIED))
-    texts = {"statement": statement(problem, "").replace("where the chapter writes $z_{i-1}$ and $p^*_{i-1}$", "")}
+    texts = {"statement": statement(problem, "").replace("replace the chapter's $z_{i-1}$ and $p^*_{i-1}$", "")}
     for part in problem.parts:
         texts[f"{part.name}, prompt"] = prompt(problem, part)
         texts[f"{part.name}, hints"] = "\n".join(hints(problem, part))

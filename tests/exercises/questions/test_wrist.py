@@ -103,7 +103,7 @@ def test_the_solution_names_the_places_where_each_block_is_singular(family: str)
         assert max(abs(sp.N(entry)) for entry in axes[:, 0].cross(axes[:, 2])) < 1e-12  # axes 4 and 6 in line
     values = {s: sp.Float(0.3 + 0.37 * i) for i, s in enumerate(sorted(arm.free_symbols, key=str))}
     assert float(split.arm_seen.xreplace(values).det()) == pytest.approx(float(arm.xreplace(values)), abs=1e-12)
-    assert "the axes of joints 4 and 6 lie on one line" in worked_solution(problem, part)
+    assert "the axes of joints 4 and 6 are collinear" in worked_solution(problem, part)
 
 
 def test_a_wrist_with_odd_twists_is_singular_where_its_axes_are_in_one_plane() -> None:

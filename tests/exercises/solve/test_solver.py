@@ -434,7 +434,7 @@ def test_a_table_is_shown_as_it_is_written_and_its_rewriting_is_said(tmp_path: P
     first, second = (ROW % (f"-theta{i} + pi/2", 0.1, 0.3, '"pi/2"') for i in (1, 2))
     path.write_text(f'name = "m"\ntask = ["vx", "vy"]\n{first}{second}')
     given, _, standard = run("solve", path).partition("The same arm in a standard table")
-    assert "joints count the other way" in given
+    assert "joint variables count in the opposite direction" in given
     assert "90° − θ₁" in given and "90° − θ₂" in given and "−90°" not in given
     assert "θ₁ − 90°" in standard
     head = 'name = "m"\nconvention = "modified-dh"\nbase = {position = [0, 0, 1], rpy = ["pi/2", 0, 0]}\n'

@@ -31,7 +31,7 @@ SAYS = [
     ("orthogonal-3r/647@frames", BOTH[:1], 0, "0.5 c_{2}^{2}", "0.5 s_{2}^{2}"),  # squares are taken together
     ("wrist-zyz/241@lengths", ("jacobian", "joint-axes"), 0, LAST_COLUMN, "found above"),
     ("wrist-zyz/241@lengths", ("jacobian", "joint-axes"), 1, "found above", "$R_{i-1}$"),
-    ("planar-pr/675@chapter", ("link-velocity",), 0, "slides along its axis", "turns about"),
+    ("planar-pr/675@chapter", ("link-velocity",), 0, "moves along the joint's axis", "$p^*$"),
     ("scara/808@lengths", ("joint-axes",), 0, "180°", "found above"),
 ]
 
