@@ -256,8 +256,8 @@ _OPTION = re.compile(r"^- \*\*[A-H]\.\*\* .*\n?|^\$\$\n\\text\{[A-H]\.\} \\quad 
 _TYPED = (
     (re.compile(r"; the joint rates are typed [^.]*\."), "."),
     (re.compile(r" The components are typed [^;]*; "), " "),
-    (re.compile(r", in the joint variables and `[^.]*`"), ""),
-    (re.compile(r", its last row `\[0, 0, 0, 1\]`"), ", its last row 0, 0, 0, 1"),
+    (re.compile(r", in terms of the joint variables and `[^.]*`"), ""),
+    (re.compile(r" with the last row `\[0, 0, 0, 1\]`"), " with the last row 0, 0, 0, 1"),
 )  # fmt: skip
 """Phrases in prompts that explain how to type formulas, each with its replacement."""
 
