@@ -161,7 +161,7 @@ def describe_dependence(chain: Chain, samples: Sequence[Sample]) -> str:
                 if _are_dependent(jacobians, rows, chosen):
                     names = _joint_names(chosen)
                     if count == 1:
-                        return f"joint {names} moves nothing that the task counts"
+                        return f"joint {names} has no effect on the task"
                     effect = _describe_rest(chain, jacobians[..., chosen], rows)
                     subject = "all joints" if count == chain.n > 2 else f"joints {names}"
                     return f"{subject} can move together and {effect}"
@@ -176,7 +176,7 @@ def _describe_dependent_rows(chain: Chain, samples: Sequence[Sample], rows: Sequ
     if zero_rows and max(zero_rows) < 3:
         return f"no joint moves the point along {axis_names}"
     if zero_rows and min(zero_rows) > 2:
-        return f"no joint turns link {chain.n} about {axis_names}"
+        return f"no joint rotates link {chain.n} about {axis_names}"
     if not samples or zero_rows or max(rows) > 2:
         return "the rows of J are linearly dependent"
     singular_values = np.linalg.svd(jacobians[:, :3], compute_uv=False)
@@ -204,7 +204,7 @@ def _describe_rest(chain: Chain, jacobians: np.ndarray, rows: Sequence[int]) -> 
         return "leave the point at rest"
     if speeds.max() < NEAR:
         return f"leave link {chain.n} at rest"
-    return "nothing that the task counts moves"
+    return "have no effect on the task"
 
 
 def _joint_names(joints: Sequence[int]) -> str:
@@ -282,7 +282,8 @@ def _find_extreme_side_of_slide(chain: Chain, samples: Sequence[Sample]) -> Iter
         for mover in range(prismatic + 1, min(chain.n, chain.point.frame)):
             if _common_extreme_signs(samples, prismatic, mover) == {1}:
                 yield _extreme_statement(
-                    f"the point is as far to one side of slide {prismatic + 1} as joint {mover + 1} can bring it",
+                    f"the point is as far to one side of the axis of prismatic joint {prismatic + 1}"
+                    f" as joint {mover + 1} can bring it",
                     prismatic, [mover], {1},
                 )  # fmt: skip
 
@@ -290,7 +291,7 @@ def _find_extreme_side_of_slide(chain: Chain, samples: Sequence[Sample]) -> Iter
 def _find_parallel_slides(chain: Chain, samples: Sequence[Sample]) -> Iterator[Statement]:
     for i, j in combinations([i for i, joint in enumerate(chain.joints) if joint.kind == "P"], 2):
         yield from _yield_if_special(
-            samples, f"slides {i + 1} and {j + 1} are parallel", partial(spread, joints=(i, j))
+            samples, f"the axes of prismatic joints {i + 1} and {j + 1} are parallel", partial(spread, joints=(i, j))
         )
 
 
@@ -302,7 +303,7 @@ def _find_slide_at_link(chain: Chain, samples: Sequence[Sample]) -> Iterator[Sta
                 continue
             link = f"the line from the axis of joint {i + 1} to that of joint {j + 1}"
             for is_across, preposition in ((False, "along"), (True, "at right angles to")):
-                words = f"slide {prismatic_joint + 1} runs {preposition} {link}"
+                words = f"prismatic joint {prismatic_joint + 1} moves {preposition} {link}"
                 yield from _yield_if_special(
                     samples, words, partial(slant, slide=prismatic_joint, i=i, j=j, across=is_across)
                 )

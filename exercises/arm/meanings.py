@@ -171,7 +171,8 @@ def _slides_at_links(chain: Chain, samples: Sequence[Sample]) -> list[MeasuredMe
     links = [i for i in range(chain.n - 1) if kinds[i : i + 2] == ["R", "R"] and chain.joints[i].a != 0]
     return [
         MeasuredMeaning(kind, (prismatic + 1, i + 1, i + 2),
-                f"slide {prismatic + 1} runs {how} the line from the axis of joint {i + 1} to that of joint {i + 2}",
+                f"prismatic joint {prismatic + 1} moves {how} the line from the axis of joint {i + 1}"
+                f" to that of joint {i + 2}",
                 partial(slant, slide=prismatic, i=i, j=i + 1, across=kind == "across"))
         for prismatic, i in product([k for k, kind in enumerate(kinds) if kind == "P"], links)
         if parallel(samples, i, i + 1)

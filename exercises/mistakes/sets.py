@@ -32,7 +32,7 @@ def _components(part: Part) -> Components:
 def _count_clause(chain: Chain) -> str:
     """Return a clause that says which factors of det J, or which minors, have to be considered."""
     square = chain.n == len(chain.task)
-    return "every factor of det J counts" if square else "every way counts in which all minors are zero"
+    return "check every factor of det J" if square else "check every way in which all minors can be zero"
 
 
 def zero_there(chain: Chain) -> str:
@@ -89,7 +89,7 @@ def _miss_component(chain: Chain, part: Part) -> Iterator[MistakenAnswer]:
     components = _components(part)
     for k, component in enumerate(components):
         if len(components) > 1:
-            kind = "a condition that ties several joints" if _is_tied(chain, component) else "values of a joint"
+            kind = "a condition that involves several joints" if _is_tied(chain, component) else "values of a joint"
             yield _make_answer((*components[:k], *components[k + 1 :]), kind=kind, every=_count_clause(chain))
     for k in range(len(components)):
         if len(components) > 2:
@@ -113,7 +113,7 @@ def _miss_tied(chain: Chain, part: Part) -> Iterator[MistakenAnswer]:
     if untied_components:
         yield _make_answer(untied_components, every=_count_clause(chain), instead="")
     for q, singular_component in _call_singular(chain, components):
-        instead = f", and {q} = {_value_text(singular_component)} is called singular in its place"
+        instead = f", and {q} = {_value_text(singular_component)} is given as singular instead"
         yield _make_answer((*untied_components, singular_component), every=_count_clause(chain), instead=instead)
 
 

@@ -201,7 +201,7 @@ USES = {
     "regular": "yes: $J$ is square and has full rank in this configuration",
     "singular": "no: $J$ is square, but singular in this configuration",
     "redundant": "no: $J$ has more columns than rows, and infinitely many joint rates give the same velocity",
-    "few": "no: $J$ has more rows than columns, and most velocities can't be given by any joint rates",
+    "few": "no: $J$ has more rows than columns, and most velocities can't be produced by any joint rates",
 }
 
 

@@ -367,17 +367,18 @@ _TESTS: dict[str, Callable[[_Claim], bool]] = {
     r"arm (stretched out|folded back)( or folded back)?": _is_stretched,
     rf"(arm drawn in: )?{_WHAT} is (?P<how>as far from|as near to|as far from or as near to) the axis of joint"
     r" (?P<axis>\d+) as joint (?P<by>\d+) can bring it": _is_extreme,
-    rf"{_WHAT} is as far to one side of slide (?P<slide>\d+) as joint (?P<by>\d+) can bring it": _is_extreme_aside,
-    rf"(the axes of joints|slides) {_JOINTS} are parallel": _are_parallel,
+    rf"{_WHAT} is as far to one side of the axis of prismatic joint (?P<slide>\d+)"
+    r" as joint (?P<by>\d+) can bring it": _is_extreme_aside,
+    rf"the axes of (prismatic )?joints {_JOINTS} are parallel": _are_parallel,
     rf"the axes of joints {_JOINTS} are all parallel to one plane": _are_parallel_to_plane,
     rf"the parallel axes of joints {_JOINTS} lie in one plane": _are_coplanar,
-    r"slide (?P<slide>\d+) runs (?P<how>along|at right angles to) the line from the axis of joint (?P<first>\d+)"
-    r" to that of joint (?P<second>\d+)": _slide_has_direction,
+    r"prismatic joint (?P<slide>\d+) moves (?P<how>along|at right angles to) the line"
+    r" from the axis of joint (?P<first>\d+) to that of joint (?P<second>\d+)": _slide_has_direction,
     rf"joints {_JOINTS} move the point along the same line": _move_along_one_line,
-    r"joint (?P<joints>\d+) moves nothing(?P<rests>) that the task counts": _move_nothing,
+    r"joint (?P<joints>\d+) has no effect(?P<rests>) on the task": _move_nothing,
     rf"(all joints|joints {_JOINTS}) can move together and (?P<rests>.*)": _move_nothing,
     r"all joints move the point (?P<where>along one line|in one plane)": _move_point_along,
     r"seen along (?P<axis>[xyz]), all joints move the point along one line": _move_point_along_as_seen,
-    r"no joint (moves the point along|turns link \d+ about) (?P<axes>[xyz, and]+)": _no_joint_moves,
+    r"no joint (moves the point along|rotates link \d+ about) (?P<axes>[xyz, and]+)": _no_joint_moves,
     r"the (columns|rows) of J are linearly dependent": _are_dependent,
 }
