@@ -8,14 +8,14 @@ from qdot.exercises.writing.latex import symbol_latex, tex
 _TYPED = r"`[^`]+`(?:, `[^`]+`)*"
 _LEFT_OUT = (
     (r"the letter, typed in quotes, as in `[^`]+`\.", "tick the one that is right."),
-    (r"the letters of all that are right, typed in quotes, as in `[^`]+`\.", "tick all that are right."),
+    (r"the letters of all correct options, typed in quotes, as in `[^`]+`\.", "tick all correct options."),
     (r'`"true"` or `"false"`, typed in quotes', "tick one"),
     (rf" \(typed {_TYPED}\)", ""),
     (rf"(?:[;,]| and) (?:the joint rates|the components) are typed {_TYPED}", ""),
     (rf"\. The components are typed {_TYPED}; ", "; "),
     (r",? typed in quotes(?:, as in `[^`]+`)?", ""),
-    (r" letters in quotes, that of joint 1 first, as in `[^`]+`", " letters, that of joint 1 first"),
-    (r"The following show the accepted forms, for another arm: .*?(?=Conditions in a list)", ""),
+    (r" letters in quotes in the order of the joints, as in `[^`]+`", " letters in the order of the joints"),
+    (r"These examples, for another arm, show the accepted forms: .*?(?=Conditions in a list)", ""),
     (r"Conditions in a list are alternatives", "Write down together what must hold together; list alternatives apart"),
     (r"in your answers, use radians", "in answers that are formulas, use radians"),
 )
