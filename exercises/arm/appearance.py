@@ -240,7 +240,7 @@ def _revolute_joints(chain: Chain) -> list[int]:
 
 def _find_collinear_axes(chain: Chain, samples: Sequence[Sample]) -> Iterator[Statement]:
     for i, j in combinations(_revolute_joints(chain), 2):
-        words = f"the axes of joints {i + 1} and {j + 1} lie on one line"
+        words = f"the axes of joints {i + 1} and {j + 1} coincide"
         yield from _yield_if_special(samples, words, partial(off_line, i=i, j=j))
 
 
@@ -282,7 +282,7 @@ def _find_extreme_side_of_slide(chain: Chain, samples: Sequence[Sample]) -> Iter
         for mover in range(prismatic + 1, min(chain.n, chain.point.frame)):
             if _common_extreme_signs(samples, prismatic, mover) == {1}:
                 yield _extreme_statement(
-                    f"the point is as far to one side of the axis of prismatic joint {prismatic + 1}"
+                    f"the point is as far to one side of prismatic joint {prismatic + 1}"
                     f" as joint {mover + 1} can bring it",
                     prismatic, [mover], {1},
                 )  # fmt: skip

@@ -110,7 +110,7 @@ def meanings_of(chain: Chain, samples: Sequence[Sample]) -> list[MeasuredMeaning
     """
     revolute = [i for i, joint in enumerate(chain.joints) if joint.kind == "R"]
     collinear = [
-        MeasuredMeaning("in line", (i + 1, j + 1), f"the axes of joints {i + 1} and {j + 1} lie on one line",
+        MeasuredMeaning("in line", (i + 1, j + 1), f"the axes of joints {i + 1} and {j + 1} coincide",
                 partial(off_line, i=i, j=j))
         for i, j in combinations(revolute, 2)
     ]  # fmt: skip
@@ -189,10 +189,10 @@ def _origins_in_line(chain: Chain, samples: Sequence[Sample], k: int) -> list[Me
     sizes = [np.linalg.norm(np.diff(s.arm.frames(s.q)[k - 1 : k + 2, :3, 3], axis=0), axis=1).min() for s in samples]
     if None in names or min(sizes) < APART:
         return []
-    line, measure = f"${names[0]}$, ${names[1]}$ and ${names[2]}$ lie on one line", partial(_off_collinear, k=k)
+    line, measure = f"${names[0]}$, ${names[1]}$ and ${names[2]}$ are collinear", partial(_off_collinear, k=k)
     return [
-        MeasuredMeaning("straight", (k,), f"{line}, ${names[1]}$ between the others", measure),
-        MeasuredMeaning("doubled", (k,), f"{line}, ${names[1]}$ not between the others", measure),
+        MeasuredMeaning("straight", (k,), f"{line}, with ${names[1]}$ between the others", measure),
+        MeasuredMeaning("doubled", (k,), f"{line}, with ${names[1]}$ not between the others", measure),
     ]
 
 

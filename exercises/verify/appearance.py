@@ -363,11 +363,11 @@ _WHAT = r"(?P<what>the point|the wrist centre|the origin O\d+|the axis of joint 
 _JOINTS = r"(?P<joints>[\d, and]+)"
 _TESTS: dict[str, Callable[[_Claim], bool]] = {
     rf"{_WHAT} lies on the ax[ie]s of joints? {_JOINTS}(, which then do(es)? not move it)?": _is_on_axes,
-    rf"the axes of joints {_JOINTS} lie on one line": _are_collinear,
+    rf"the axes of joints {_JOINTS} coincide": _are_collinear,
     r"arm (stretched out|folded back)( or folded back)?": _is_stretched,
     rf"(arm drawn in: )?{_WHAT} is (?P<how>as far from|as near to|as far from or as near to) the axis of joint"
     r" (?P<axis>\d+) as joint (?P<by>\d+) can bring it": _is_extreme,
-    rf"{_WHAT} is as far to one side of the axis of prismatic joint (?P<slide>\d+)"
+    rf"{_WHAT} is as far to one side of prismatic joint (?P<slide>\d+)"
     r" as joint (?P<by>\d+) can bring it": _is_extreme_aside,
     rf"the axes of (prismatic )?joints {_JOINTS} are parallel": _are_parallel,
     rf"the axes of joints {_JOINTS} are all parallel to one plane": _are_parallel_to_plane,

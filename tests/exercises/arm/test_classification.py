@@ -123,7 +123,7 @@ def meanings(family: str) -> list[str]:
 def test_arms_of_six_joints_are_read_from_their_wrist_centre_and_axes() -> None:
     """The tip of a tool says little of such a pose; what lies on what line or plane does."""
     assert meanings("puma-560") == [
-        "the axes of joints 4 and 6 lie on one line",
+        "the axes of joints 4 and 6 coincide",
         "arm stretched out or folded back",
         "the wrist centre is as near to the axis of joint 1 as joint 2 can bring it",
     ]
@@ -142,8 +142,8 @@ def test_where_no_configuration_is_found_nothing_is_said_of_looks(family: str) -
 def test_several_conditions_look_like_more_than_one_of_them_does() -> None:
     """Axes 1 and 3 of a 7R arm on one line cost no rank; with axes 5 and 7 on another they do."""
     said = meanings("lbr-7r")
-    assert said[0] == "the axes of joints 3 and 5 lie on one line"
-    assert "the axes of joints 1 and 3 lie on one line, and the axes of joints 5 and 7 lie on one line" in said
+    assert said[0] == "the axes of joints 3 and 5 coincide"
+    assert "the axes of joints 1 and 3 coincide, and the axes of joints 5 and 7 coincide" in said
 
 
 def test_what_is_so_at_many_configurations_of_a_value_but_not_at_all_is_not_said_of_it() -> None:

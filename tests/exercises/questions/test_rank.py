@@ -136,7 +136,7 @@ def test_the_stretched_elbow_can_not_move_along_itself(textbook_arms: dict[str, 
 
 def test_meanings_of_the_chapters_arms(textbook_arms: dict[str, Any]) -> None:
     expected = {
-        "ZYZ_wrist": {"the axes of joints 1 and 3 lie on one line; an internal singularity"},
+        "ZYZ_wrist": {"the axes of joints 1 and 3 coincide; an internal singularity"},
         "pan_tilt_2R": {"$P$ lies on the axis of joint 1"},  # its reach is a surface: no kind
         "planar_2R": {
             f"the arm is {how} the axis of joint 1 as joint 2 can bring it; a boundary singularity"
