@@ -26,7 +26,7 @@ const FORMULA: ValuesKey = {
   mistakes: [],
 };
 const WRONG: readonly (readonly [string, Verdict, RegExp])[] = [
-  ["a number", judgeNumbers("[1.25, -7.75]", NUMBERS), /\b7[.]75\b(?<!-7[.]75)/],
+  ["a number", judgeNumbers("[1.25, -7.75]", NUMBERS), /\b7[.]75\b(?<!−7[.]75)/],
   ["a formula", judgeValues("cos(theta1)", FORMULA, []), /0[.]4794|0[.]9974/],
   [
     "a set",

@@ -7,10 +7,11 @@ import { useEffect, useId, useRef, useState } from "preact/hooks";
 
 import { read } from "../read/reader.js";
 import { realValue } from "../read/real.js";
+import { inDigits, say } from "../text/text.js";
 import { stepped, useFormulaStops } from "./formula-keys.js";
 import type { State } from "./model.js";
 import { stationOn } from "./path.js";
-import { angleIn, digits, useDigits, useSay } from "./speech.js";
+import { angleIn, digits } from "./speech.js";
 import type { Stage } from "./stage.js";
 import { jointOf, SYMBOL, symbolsIn, symbolsOf, termAt, typed } from "./terms.js";
 
@@ -39,7 +40,6 @@ function onlySymbol(parts: readonly Element[]): Element | null {
 
 /** The number beside a term, and the letters that are lit, while the arm of this stage is on the page. */
 export function Answering({ stage, radians, rates }: Omit<ValueProps, "parts">): JSX.Element {
-  const say = useSay();
   const help = useId();
   const [term, setTerm] = useState<Term | null>(null);
   const [, setScrolled] = useState(0);
@@ -153,7 +153,6 @@ interface ValueProps {
 
 /** A term by its letters and its number, for who does not see which is lit. */
 function Spelled(props: ValueProps): JSX.Element {
-  const say = useSay();
   const name = spelled(typed(props.parts) ?? props.parts.map(({ textContent }) => textContent).join(" "));
   const value = useShown(props);
   return <>{value === null ? name : say("arm.term.spelled", { name, value })}</>;
@@ -168,17 +167,15 @@ const spelled = (text: string): string =>
 
 /** The number of a term at the pose, as it is shown; null where it can't be told. */
 function useShown({ parts, stage, radians, rates }: ValueProps): string | null {
-  const signed = useDigits();
   const text = typed(parts);
   const value = text === null ? null : valueOf(text, stage, rates);
   if (value === null || !parts[0]!.isConnected) return null;
   const isAngle = /^theta\d+$/.test(text!);
-  return isAngle ? `${signed(angleIn(radians, value))}${radians ? "" : "°"}` : signed(digits(value));
+  return isAngle ? `${inDigits(angleIn(radians, value))}${radians ? "" : "°"}` : inDigits(digits(value));
 }
 
 /** What a term is at the pose, below it; nothing where it can't be told. */
 function Value(props: ValueProps): JSX.Element | null {
-  const say = useSay();
   const value = useShown(props);
   if (value === null) return null;
   const boxes = props.parts.map((part) => part.getBoundingClientRect());

@@ -3,10 +3,11 @@
 import type { JSX } from "preact";
 import { useRef } from "preact/hooks";
 
+import { say } from "../text/text.js";
 import { DrawnLetters } from "./letters.js";
 import type { Arm } from "./model.js";
 import { useSize } from "./size.js";
-import { decimals, useSay } from "./speech.js";
+import { decimals } from "./speech.js";
 import type { Journey } from "./path.js";
 
 export interface ChartProps {
@@ -22,7 +23,6 @@ const [LEFT, BOTTOM, TOP] = [54, 26, 16];
 
 /** Rates as parts of their limits, so that turns and slides share one axis. */
 export function Chart({ arm, journey, speed, limits, time }: ChartProps): JSX.Element {
-  const say = useSay();
   const frame = useRef<HTMLDivElement>(null);
   const [width, height] = useSize(frame, [420, 220]);
   const total = journey.path.length / speed || 1;

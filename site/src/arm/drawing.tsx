@@ -2,8 +2,9 @@
 
 import type { ComponentChildren, JSX } from "preact";
 import { memo } from "../memo.js";
-import { useCallback, useContext, useEffect, useLayoutEffect, useMemo, useRef, useState } from "preact/hooks";
+import { useCallback, useEffect, useLayoutEffect, useMemo, useRef, useState } from "preact/hooks";
 
+import { say } from "../text/text.js";
 import { Body, inPixels } from "./flat.js";
 import type { Covered } from "./labels.js";
 import { plainLetters } from "./letters.js";
@@ -14,7 +15,6 @@ import { edgesOf, framed, framingOf, isSame, isSeen, readableFrom } from "./fram
 import { linkDragged, pointMoved } from "./moves.js";
 import { extentOf, within } from "./ranges.js";
 import { atShare, linkOf, nearestShare } from "./shape.js";
-import { Spoken, useSay } from "./speech.js";
 import { Space } from "./space.js";
 import { subtract, type Vec3 } from "./vector.js";
 import { FIRST_ORBIT, flatPlane, lifted, type Orbit, pixel, type Pixel, type View, viewOf } from "./view.js";
@@ -65,7 +65,6 @@ const CAUGHT_UP = 0.85;
 
 export function Drawing(props: DrawingProps): JSX.Element {
   const { arm, state, reach, layers, chosen, onChoose, lit, onLit, onPose, target } = props;
-  const say = useSay();
   const box = useRef<HTMLDivElement>(null);
   const [width, height] = useSize(box, props.room ?? [560, 420]);
   const [orbit, setOrbit, begun] = useOrbit(props);
@@ -82,10 +81,9 @@ export function Drawing(props: DrawingProps): JSX.Element {
   );
   const links = arm.joints.map((_, i) => linkOf(arm, state, i + 1));
   const [focused, setFocused] = useState(false); // then it says what keys do
-  const language = useContext(Spoken);
   const isLost = isLostShown(props.measures.ratio, props.concealed) && lostDirection(arm, state) !== null;
   const how = nearness(arm, props.measures) === "singular" ? "lost" : "slow";
-  const told = [known, focused, chosen, language, Boolean(props.readout), isLost && how];
+  const told = [known, focused, chosen, Boolean(props.readout), isLost && how];
   const covered = useCovered(box, [width, height, flat, ...told]);
 
   const placeOf = (event: PointerEvent): Pixel => {
@@ -376,7 +374,6 @@ function shifted(place: Vec3, by: Vec3): Vec3 {
 
 /** Looking from elsewhere without keys: what fingers can't do by dragging, since a page is scrolled that way. */
 const ViewButtons = memo(({ onKey }: { readonly onKey: (key: string) => void }): JSX.Element => {
-  const say = useSay();
   return (
     <div
       class="arm-view"

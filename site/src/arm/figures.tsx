@@ -3,10 +3,11 @@
 import type { JSX } from "preact";
 
 import { paced } from "../pace.js";
+import { inDigits, say } from "../text/text.js";
 import type { Sizes } from "./factors.js";
 import { Determinant } from "./jacobian.js";
 import type { Arm, Measures, State } from "./model.js";
-import { decimals, useDigits, useSay } from "./speech.js";
+import { decimals } from "./speech.js";
 import { kindHere, nearness } from "./words.js";
 
 export interface FiguresProps {
@@ -25,14 +26,12 @@ export interface FiguresProps {
 export const Figures = paced(
   (props: FiguresProps): JSX.Element => {
     const { arm, state, measures, rested, sizes, concealed, isToldAside } = props;
-    const say = useSay();
-    const signed = useDigits();
     const near = nearness(arm, measures);
     const kind = near === "singular" && rested === state ? kindHere(arm, state) : null;
-    const between = signed(0.5).includes(",") ? "; " : ", ";
+    const between = inDigits(0.5).includes(",") ? "; " : ", ";
     const point = (
       <>
-        <i>P</i> = ({state.point.map((value) => signed(decimals(value, 3))).join(between)}) m.
+        <i>P</i> = ({state.point.map((value) => inDigits(decimals(value, 3))).join(between)}) m.
       </>
     );
     if (concealed)

@@ -4,10 +4,11 @@
 import type { JSX } from "preact";
 
 import { paced } from "../pace.js";
+import { inDigits, say } from "../text/text.js";
 import type { Sizes } from "./factors.js";
 import { Letters } from "./letters.js";
 import { type Arm, type Measures, ROWS, type State } from "./model.js";
-import { decimals, digits, useDigits, useSay } from "./speech.js";
+import { decimals, digits } from "./speech.js";
 import { nearness, sizeName } from "./words.js";
 
 export interface JacobianProps {
@@ -19,7 +20,6 @@ export interface JacobianProps {
 
 export const Jacobian = paced(
   ({ arm, state, lit, onLit }: JacobianProps): JSX.Element => {
-    const say = useSay();
     const point = say("number.point");
     const column = (i: number): string => `arm-j${(i % 7) + 1}${lit === i ? " arm-lit" : ""}`;
     /** The column that is pointed at, the first of a row being its name. */
@@ -91,15 +91,13 @@ interface DeterminantProps {
 
 /** det J, or what stands for it, and its factors where they are told. */
 export function Determinant({ arm, state, measures, sizes }: DeterminantProps): JSX.Element {
-  const say = useSay();
-  const signed = useDigits();
   const near = nearness(arm, measures);
   const size = measures.det ?? measures.volume;
   return (
     <dl class="arm-factors">
       <div>
         <dt>{say(sizeName(arm))}</dt>
-        <dd>{signed(digits(size))}</dd>
+        <dd>{inDigits(digits(size))}</dd>
         <Bar share={Math.abs(size) / sizes.most} low={near !== "regular"} />
       </div>
       {sizes.factors.map(({ html, at, most }) => {
@@ -108,7 +106,7 @@ export function Determinant({ arm, state, measures, sizes }: DeterminantProps): 
         return (
           <div key={html} class={share < LOW ? "arm-vanishing" : ""}>
             <dt dangerouslySetInnerHTML={{ __html: html }} />
-            <dd>{signed(decimals(value, 3))}</dd>
+            <dd>{inDigits(decimals(value, 3))}</dd>
             <Bar share={share} low={share < LOW} />
           </div>
         );

@@ -5,10 +5,11 @@ import { memo } from "../memo.js";
 import { paced } from "../pace.js";
 import { useCallback, useContext, useRef } from "preact/hooks";
 
+import { say } from "../text/text.js";
 import { Letters, plainLetters } from "./letters.js";
 import type { Arm, Pose } from "./model.js";
 import { rangeOf, within } from "./ranges.js";
-import { angleIn, decimals, InRadians, useSay } from "./speech.js";
+import { angleIn, decimals, InRadians } from "./speech.js";
 
 export interface JointsProps {
   readonly arm: Arm;
@@ -21,7 +22,6 @@ export interface JointsProps {
 export const Joints = paced(
   (props: JointsProps): JSX.Element => {
     const { arm, pose, chosen } = props;
-    const say = useSay();
     const now = useRef(props);
     now.current = props;
     const choose = useCallback((joint: number) => now.current.onChoose(joint), []);
@@ -60,7 +60,6 @@ interface RowProps {
 
 // `memo` leaves the joints alone that do not move: a browser takes its time over an input.
 const Row = memo(({ arm, index, value, chosen, onChoose, onValue }: RowProps): JSX.Element => {
-  const say = useSay();
   const joint = arm.joints[index]!;
   const turns = joint.kind === "R";
   const radians = useContext(InRadians) && turns;

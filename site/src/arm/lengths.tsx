@@ -4,8 +4,9 @@ import type { JSX } from "preact";
 import { useContext } from "preact/hooks";
 
 import type { Robot, SymbolInfo } from "../bank.js";
+import { inDigits, say } from "../text/text.js";
 import { Letters } from "./letters.js";
-import { angleIn, decimals, InRadians, useDigits, useSay } from "./speech.js";
+import { angleIn, decimals, InRadians } from "./speech.js";
 
 export interface LengthsProps {
   readonly robot: Robot;
@@ -13,8 +14,6 @@ export interface LengthsProps {
 }
 
 export function Lengths({ robot, symbols }: LengthsProps): JSX.Element | null {
-  const say = useSay();
-  const signed = useDigits();
   const radians = useContext(InRadians);
   const given = Object.entries(symbols).flatMap(([name, { role, value }]): [string, string, number][] =>
     (role === "length" || role === "angle") && value !== undefined ? [[name, role, value]] : [],
@@ -35,8 +34,8 @@ export function Lengths({ robot, symbols }: LengthsProps): JSX.Element | null {
           <Letters name={name} />
           {" = "}
           {role === "angle"
-            ? `${signed(angleIn(radians, value))}${radians ? " rad" : "°"}`
-            : `${signed(decimals(value, 3))} m`}
+            ? `${inDigits(angleIn(radians, value))}${radians ? " rad" : "°"}`
+            : `${inDigits(decimals(value, 3))} m`}
         </span>
       ))}
     </p>

@@ -5,12 +5,13 @@ import { memo } from "../memo.js";
 import { paced } from "../pace.js";
 import { useCallback, useContext, useEffect, useMemo, useRef, useState } from "preact/hooks";
 
+import { inDigits, say } from "../text/text.js";
 import { plainLetters } from "./letters.js";
 import type { Arm, Measures, Pose } from "./model.js";
 import { rangeOf, within } from "./ranges.js";
 import { useRested, useSize } from "./size.js";
 import { onSchemeChange } from "./space.js";
-import { degrees, decimals, digits, InRadians, Spoken, useDigits, useSay } from "./speech.js";
+import { degrees, decimals, digits, InRadians } from "./speech.js";
 import { type Pair, poseAtSpot, type Shown, telling } from "./terrain.js";
 import { shade } from "./shade.js";
 import { sizeName } from "./words.js";
@@ -28,10 +29,7 @@ const [LEFT, BOTTOM, EDGE] = [44, 34, 18];
 const NONE: readonly Stretch[] = [];
 
 export function SingularMap({ arm, pose, measures, onPose }: MapProps): JSX.Element {
-  const say = useSay();
   const radians = useContext(InRadians);
-  const signed = useDigits();
-  const language = useContext(Spoken);
   const [pair, setPair] = useState<Pair>(() => telling(arm));
   const [shown, setShown] = useState<Shown>("det");
   const frame = useRef<HTMLDivElement>(null);
@@ -95,7 +93,7 @@ export function SingularMap({ arm, pose, measures, onPose }: MapProps): JSX.Elem
   const ticks = useMemo(
     () => (
       <>
-        {ticksOf(arm, pair[0], signed, radians).map(([value, text]) => (
+        {ticksOf(arm, pair[0], radians).map(([value, text]) => (
           <g key={text} class="arm-tick">
             <path d={`M${px([value, up.low])[0]} ${EDGE + h}v4`} />
             <text x={px([value, up.low])[0]} y={EDGE + h + 16}>
@@ -103,7 +101,7 @@ export function SingularMap({ arm, pose, measures, onPose }: MapProps): JSX.Elem
             </text>
           </g>
         ))}
-        {ticksOf(arm, pair[1], signed, radians).map(([value, text]) => (
+        {ticksOf(arm, pair[1], radians).map(([value, text]) => (
           <g key={text} class="arm-tick arm-tick-left">
             <path d={`M${LEFT} ${px([across.low, value])[1]}h-4`} />
             <text x={LEFT - 7} y={px([across.low, value])[1] + 4}>
@@ -113,11 +111,11 @@ export function SingularMap({ arm, pose, measures, onPose }: MapProps): JSX.Elem
         ))}
       </>
     ),
-    [arm, pair, language, radians, ...place],
+    [arm, pair, radians, ...place],
   );
   const legend = useMemo(
     () => (terrain ? <Legend kinds={kinds} lost={terrain.most === 0} /> : null),
-    [terrain, kinds, language],
+    [terrain, kinds],
   );
   const [x, y] = px(here);
   const name = shown === "least" ? say("arm.map.least") : say(sizeName(arm));
@@ -181,7 +179,6 @@ export function SingularMap({ arm, pose, measures, onPose }: MapProps): JSX.Elem
 /** What is shown, in numbers, of the place where one is. */
 const Here = paced(
   (here: { value: string; number: number }): JSX.Element => {
-    const say = useSay();
     return (
       <p class="arm-hint">
         {say("arm.map.here", here)} <span class="arm-how">{say("arm.map.hint")}</span>
@@ -288,31 +285,25 @@ const Axis = memo(({ arm, label, value, onPick }: AxisProps): JSX.Element => (
 ));
 
 /** Where an axis is marked: every quarter turn, or five places along a slide. */
-function ticksOf(
-  arm: Arm,
-  joint: number,
-  signed: (value: number) => string,
-  radians: boolean,
-): (readonly [number, string])[] {
+function ticksOf(arm: Arm, joint: number, radians: boolean): (readonly [number, string])[] {
   const { low, high } = rangeOf(arm, joint);
   const turns = arm.joints[joint]!.kind === "R";
   return [0, 1, 2, 3, 4].map((k) => {
     const value = low + (k * (high - low)) / 4;
-    if (turns && radians) return [value, inParts(value, signed)];
+    if (turns && radians) return [value, inParts(value)];
     const number = turns ? degrees(value) : decimals(value, 2);
-    return [value, `${signed(number)}${turns ? "°" : ""}`];
+    return [value, `${inDigits(number)}${turns ? "°" : ""}`];
   });
 }
 
 /** An angle as a half or whole multiple of π where it is one. */
-function inParts(angle: number, signed: (value: number) => string): string {
+function inParts(angle: number): string {
   const halves = (2 * angle) / Math.PI;
-  if (Math.abs(halves - Math.round(halves)) > 1e-9) return signed(decimals(angle, 2));
-  return ["−π", "−π/2", "0", "π/2", "π"][Math.round(halves) + 2] ?? signed(decimals(angle, 2));
+  if (Math.abs(halves - Math.round(halves)) > 1e-9) return inDigits(decimals(angle, 2));
+  return ["−π", "−π/2", "0", "π/2", "π"][Math.round(halves) + 2] ?? inDigits(decimals(angle, 2));
 }
 
 function Legend({ kinds, lost }: { kinds: readonly Stretch[]; lost: boolean }): JSX.Element {
-  const say = useSay();
   const found = (["boundary", "internal", "unknown"] as const).filter((kind) =>
     kinds.some((one) => one.kind === kind),
   );

@@ -2,6 +2,7 @@
 
 import type { JSX } from "preact";
 
+import { inDigits } from "../text/text.js";
 import { Arrow, Arrows, type BodyProps, ofPixels, type Way } from "./flat.js";
 import { Angles, arcOf } from "./angles.js";
 import { type Covered, placed, type Wanted } from "./labels.js";
@@ -10,7 +11,6 @@ import { lostDirection } from "./lost.js";
 import { type Arm, arrowsOf, type Frame, pStar, type State } from "./model.js";
 import { extentOf, thicknessOf } from "./ranges.js";
 import { linkOf, placesOf, wayToPoint } from "./shape.js";
-import { useDigits } from "./speech.js";
 import { add, scaled, type Vec3 } from "./vector.js";
 import { drawn, lifted, outline, pixel, type Pixel, type View } from "./view.js";
 import { wayToBase, World, worldLabels } from "./world.js";
@@ -86,7 +86,6 @@ export interface MarksProps extends BodyProps {
 
 export function Marks(props: MarksProps): JSX.Element {
   const { arm, state, view, reach, layers, flat, ratio, concealed, lit } = props;
-  const signed = useDigits();
   const columns = drawnColumns(arm, state, reach);
   const { turning } = arrowsOf(arm, state);
   const P = pixel(view, state.point);
@@ -131,7 +130,7 @@ export function Marks(props: MarksProps): JSX.Element {
         ))}
       <g class="arm-letter-layer">
         {placed(
-          wantedLabels(props, signed),
+          wantedLabels(props),
           [
             ...arm.joints.map((_, i) => linkOf(arm, state, i + 1).map((point) => pixel(view, point))),
             ...(flat ? [groundAt(pixel(view, state.frames[0]!.o))] : []),
@@ -219,7 +218,7 @@ function shownAxes({ x, y, z }: Frame, flat: boolean): readonly (readonly [lette
       ];
 }
 
-function wantedLabels({ arm, state, view, reach, layers, flat, ends }: MarksProps, signed: Signed): Wanted[] {
+function wantedLabels({ arm, state, view, reach, layers, flat, ends }: MarksProps): Wanted[] {
   const { point, frames } = state;
   const wanted: Wanted[] = [];
   const names = layers.frames && Math.min(view.width, view.height) >= ROOMY;
@@ -243,7 +242,7 @@ function wantedLabels({ arm, state, view, reach, layers, flat, ends }: MarksProp
   for (const [name, place] of Object.entries(ends))
     wanted.push({ name, style: "arm-end", at: pixel(view, place), toward: [-0.7, 0.7], gap: FACE });
   wanted.push(...worldLabels(arm, view, flat));
-  if (layers.lengths) wanted.push(...lengthLabels(arm, state, view, signed));
+  if (layers.lengths) wanted.push(...lengthLabels(arm, state, view));
   if (layers.columns) {
     drawnColumns(arm, state, reach).forEach((column, i) => {
       const way = drawn(view, column);
@@ -306,8 +305,6 @@ function wantedLabels({ arm, state, view, reach, layers, flat, ends }: MarksProp
   return wanted;
 }
 
-type Signed = (value: number) => string;
-
 /** A length of the arm: what it is called, how long it is (m), and from where to where it is drawn. */
 type Length = readonly [called: string, value: number, from: Vec3, to: Vec3];
 
@@ -327,12 +324,12 @@ function lengthsOf(arm: Arm, state: State): Length[] {
 }
 
 /** Labels of lengths beside their middles; letters as they are, numbers as the page writes them. */
-function lengthLabels(arm: Arm, state: State, view: View, signed: Signed): Wanted[] {
+function lengthLabels(arm: Arm, state: State, view: View): Wanted[] {
   return lengthsOf(arm, state).flatMap(([called, value, from, to]): Wanted[] => {
     const [p, q] = [pixel(view, from), pixel(view, to)];
     const [x, y] = [q[0] - p[0], q[1] - p[1]];
     if (Math.hypot(x, y) < SHORT) return [];
-    const size = signed(Math.abs(Number(value.toFixed(3))));
+    const size = inDigits(Math.abs(Number(value.toFixed(3))));
     const name = /^-?[a-z]\d*$/i.test(called) ? called.replace("-", "") : size;
     return [{ name, style: "arm-length", at: [(p[0] + q[0]) / 2, (p[1] + q[1]) / 2], toward: [y, -x] }];
   });

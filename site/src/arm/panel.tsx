@@ -11,7 +11,7 @@ import { useId, useLayoutEffect, useMemo, useRef, useState } from "preact/hooks"
 import type { NamedPose, SymbolInfo } from "../bank.js";
 import type { TextKey } from "../text/en.js";
 import type { State } from "./model.js";
-import { ENGLISH, type Language } from "../text/text.js";
+import { inDigits, say } from "../text/text.js";
 import { Answering } from "./answering.js";
 import { Drawing } from "./drawing.js";
 import { Figures } from "./figures.js";
@@ -24,7 +24,7 @@ import { obstacle, pointOn } from "./path.js";
 import { onPull } from "./pull.js";
 import { Route } from "./route.js";
 import { useSize } from "./size.js";
-import { digits, InRadians, sayIn, Spoken, useDigits, useSay } from "./speech.js";
+import { digits, InRadians } from "./speech.js";
 import { type Pane, type Stage, type StageWish, useStage } from "./stage.js";
 import type { View } from "./view.js";
 import { Welding } from "./weld.js";
@@ -34,7 +34,6 @@ export type { NamedPose };
 
 export interface ArmProps extends StageWish {
   readonly symbols: Readonly<Record<string, SymbolInfo>>;
-  readonly language?: Language | undefined;
   /** Whether angles are in radians: of sliders and map, and where the pose is spoken. */
   readonly radians?: boolean | undefined;
   /** The pane that is open first, where that is not as everywhere. */
@@ -49,11 +48,9 @@ export interface ArmProps extends StageWish {
 
 /** The stage; what is around it may be told of every move, and shows the same arm on. */
 export const Arm = memo((props: ArmProps): JSX.Element => (
-  <Spoken.Provider value={props.language ?? ENGLISH}>
-    <InRadians.Provider value={props.radians ?? false}>
-      <Panel {...props} />
-    </InRadians.Provider>
-  </Spoken.Provider>
+  <InRadians.Provider value={props.radians ?? false}>
+    <Panel {...props} />
+  </InRadians.Provider>
 ));
 
 /** From so many pixels on, numbers and sliders are beside the map or the path; below, one pane is open at a time. */
@@ -68,8 +65,7 @@ const TITLES: Readonly<Record<Pane, TextKey>> = {
 };
 
 function Panel(props: ArmProps): JSX.Element {
-  const { language = ENGLISH, radians = false, symbols } = props;
-  const say = useSay();
+  const { radians = false, symbols } = props;
   const box = useRef<HTMLElement>(null);
   const [width] = useSize(box, [720, 600]);
   const [room, setRoom] = useState<readonly [number, number]>();
@@ -87,9 +83,8 @@ function Panel(props: ArmProps): JSX.Element {
   const [folded, setFolded] = useState(false);
   const pull = onPull((way) => setFolded(way === "up"));
   const words = useMemo(() => {
-    const voice = { say: sayIn(language), radians };
-    return concealed ? poseAndPoint(arm, rested, voice) : inWords(arm, rested, voice);
-  }, [arm, rested, language, radians, concealed]);
+    return concealed ? poseAndPoint(arm, rested, radians) : inWords(arm, rested, radians);
+  }, [arm, rested, radians, concealed]);
   const ids = useId();
   const panes: Pane[] = wide ? ["map", "weld"] : ["joints", "jacobian", "map", "weld", "layers"];
   const open = wide && !panes.includes(stage.pane!) ? null : stage.pane; // sliders and J are there anyway
@@ -229,7 +224,6 @@ function isNarrowPage(): boolean {
 /** What is shown in the drawing, and the way back to the first pose. */
 const Shown = memo((props: Pick<Stage, "layers" | "concealed" | "toggle" | "reset">): JSX.Element => {
   const { layers, concealed, toggle, reset } = props;
-  const say = useSay();
   return (
     <div class="arm-layers" role="group" aria-label={say("arm.layers")}>
       {LAYERS.filter((layer) => !concealed || !OF_J.has(layer)).map((layer) => (
@@ -250,9 +244,7 @@ const OF_J: ReadonlySet<keyof Layers> = new Set(["columns", "ellipse"]);
 
 /** det J in a line over the drawing, where its pane may be closed. */
 function Readout({ arm, measures }: Stage): JSX.Element {
-  const say = useSay();
-  const signed = useDigits();
-  const value = signed(digits(measures.det ?? measures.volume));
+  const value = inDigits(digits(measures.det ?? measures.volume));
   return (
     <p class={`arm-readout arm-${nearness(arm, measures)}-pose`} aria-hidden="true">
       {say(sizeName(arm))} = {value}
@@ -270,14 +262,12 @@ function Numbers({ stage }: { stage: Stage }): JSX.Element {
 }
 
 function Map({ stage }: { stage: Stage }): JSX.Element {
-  const say = useSay();
   if (stage.concealed) return <p class="arm-concealed">{say("arm.concealed")}</p>;
   if (stage.arm.joints.length < 2) return <p>{say("arm.map.one")}</p>;
   return <SingularMap {...stage} onPose={stage.move} />;
 }
 
 function Path({ stage: { arm, pose, reach, welding } }: { stage: Stage }): JSX.Element {
-  const say = useSay();
   const blocked = obstacle(arm);
   return (
     <>

@@ -4,6 +4,7 @@ import type { JSX } from "preact";
 import { moving } from "../pace.js";
 import { useLayoutEffect, useMemo, useRef, useState } from "preact/hooks";
 
+import { say } from "../text/text.js";
 import { Field } from "./field.js";
 import { Chart } from "./chart.js";
 import { Dotted, Letters, plainLetters } from "./letters.js";
@@ -11,7 +12,7 @@ import type { Arm, Pose } from "./model.js";
 import { stateAt } from "./model.js";
 import { crossings, follow, type Journey, obstacle, pathTo, stationOn, suggested } from "./path.js";
 import { useStillness } from "./size.js";
-import { decimals, digits, type Say, useSay } from "./speech.js";
+import { decimals, digits } from "./speech.js";
 import type { Vec3 } from "./vector.js";
 
 /** A weld as it is set up: from the pose at A to B, at a speed (m/s), with limits for turns (rad/s) and slides (m/s). */
@@ -79,7 +80,6 @@ const FIELDS = [
 
 export function Welding(props: WeldProps): JSX.Element {
   const { arm, weld, journey, place, onWeld, onPlace } = props;
-  const say = useSay();
   const still = useStillness();
   const end = journey.stations.at(-1)!.s;
   const [playing, setPlaying] = useClock(place, end, weld.speed, onPlace);
@@ -138,7 +138,7 @@ export function Welding(props: WeldProps): JSX.Element {
         {part === "setup" ? <SetUp {...props} onSet={set} /> : null}
       </div>
       <p class="arm-verdict" role="status">
-        {verdict(arm, journey, weld, say)}
+        {verdict(arm, journey, weld)}
       </p>
     </section>
   );
@@ -150,7 +150,6 @@ function Rates({
   rates,
   limits,
 }: Pick<WeldProps, "arm"> & Readonly<Record<"rates" | "limits", readonly number[]>>): JSX.Element {
-  const say = useSay();
   return (
     <table class="arm-rates">
       <caption>{say("arm.weld.rates")}</caption>
@@ -187,7 +186,6 @@ function SetUp({
   weld,
   onSet,
 }: WeldProps & { readonly onSet: (part: Partial<Weld>) => void }): JSX.Element {
-  const say = useSay();
   const suggest = (regular: boolean) => (): void =>
     onSet({ from: pose, target: suggested(arm, pose, reach, regular) });
   const starts = [
@@ -250,7 +248,7 @@ export function verdictOf(
 const FEW = 2;
 
 /** How the journey goes, in words: whether it arrives, and which joints exceed their limits from where on. */
-export function verdict(arm: Arm, journey: Journey, weld: Weld, say: Say): string {
+export function verdict(arm: Arm, journey: Journey, weld: Weld): string {
   const limits = limitsOf(arm, weld);
   const end = journey.stations.at(-1)!.s;
   const said = [

@@ -1,16 +1,11 @@
 // The arm in words: pose, where the point is, the determinant, and how near to a singularity it is.
 
+import { say } from "../text/text.js";
 import { type Kind, kindAt, kindIsSure } from "./classify.js";
 import { plainLetters } from "./letters.js";
 import { lostDirection } from "./lost.js";
 import { type Arm, isMixed, type Measures, measuresOf, type State } from "./model.js";
-import { angleIn, decimals, digits, type Say } from "./speech.js";
-
-/** In which language the arm is told, and whether its angles are told in radians. */
-export interface Voice {
-  readonly say: Say;
-  readonly radians: boolean;
-}
+import { angleIn, decimals, digits } from "./speech.js";
 
 export type Nearness = "regular" | "near" | "singular";
 
@@ -27,15 +22,15 @@ export function kindHere(arm: Arm, state: State): Exclude<Kind, "regular"> | nul
 }
 
 /** Pose, point, determinant and nearness, in sentences. */
-export function inWords(arm: Arm, state: State, voice: Voice): string {
-  return `${poseAndPoint(arm, state, voice)} ${singularityInWords(arm, state, voice.say)}`;
+export function inWords(arm: Arm, state: State, radians: boolean): string {
+  return `${poseAndPoint(arm, state, radians)} ${singularityInWords(arm, state)}`;
 }
 
-export function poseAndPoint(arm: Arm, state: State, voice: Voice): string {
-  return `${poseInWords(arm, state, voice)} ${pointInWords(state, voice.say)}`;
+export function poseAndPoint(arm: Arm, state: State, radians: boolean): string {
+  return `${poseInWords(arm, state, radians)} ${pointInWords(state)}`;
 }
 
-export function poseInWords(arm: Arm, { pose }: State, { say, radians }: Voice): string {
+export function poseInWords(arm: Arm, { pose }: State, radians: boolean): string {
   const turned = radians ? "arm.words.turned-radians" : "arm.words.turned";
   const joints = arm.joints.map(({ kind, name }, i) =>
     say(kind === "R" ? turned : "arm.words.slid", {
@@ -46,12 +41,12 @@ export function poseInWords(arm: Arm, { pose }: State, { say, radians }: Voice):
   return say("arm.words.pose", { joints: joints.join(", ") });
 }
 
-export function pointInWords({ point }: State, say: Say): string {
+export function pointInWords({ point }: State): string {
   const [x, y, z] = point.map((value) => decimals(value, 3)) as [number, number, number];
   return say("arm.words.point", { x, y, z });
 }
 
-export function singularityInWords(arm: Arm, state: State, say: Say): string {
+export function singularityInWords(arm: Arm, state: State): string {
   const measures = measuresOf(state);
   const { det, volume, least, ratio } = measures;
   const percent = decimals(100 * ratio, 1);

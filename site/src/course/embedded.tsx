@@ -9,7 +9,7 @@ import { loadIndex } from "../load.js";
 import { Failed } from "../practice/current.js";
 import { storage } from "../practice/storage.js";
 import { LANGUAGES } from "../text/languages.js";
-import { message, type Message, said } from "../text/text.js";
+import { type Message, said, say } from "../text/text.js";
 import { type Link, readLink, roundOf, writeLink } from "./link.js";
 import { parentPage } from "./parent.js";
 import type { Recipient } from "./recipient.js";
@@ -29,7 +29,7 @@ export function Embedded(): JSX.Element {
   if (!index || !begun)
     return (
       <p role="status" class="loading">
-        {said(message("practice.loading"))}
+        {say("practice.loading")}
       </p>
     );
   return "key" in begun ? <Wrong why={begun} /> : <RoundView index={index} {...begun} />;
@@ -39,9 +39,9 @@ export function Embedded(): JSX.Element {
 function Wrong({ why }: { why: Message }) {
   return (
     <div class="task" role="alert">
-      <h2>{said(message("link.wrong"))}</h2>
+      <h2>{say("link.wrong")}</h2>
       <p>{said(why)}</p>
-      <p>{said(message("link.mend"))}</p>
+      <p>{say("link.mend")}</p>
     </div>
   );
 }

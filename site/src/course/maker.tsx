@@ -8,7 +8,7 @@ import { LESSONS } from "../learn/lessons.js";
 import { ANYTHING, items, variations } from "../practice/choice.js";
 import { variationName } from "../practice/settings.js";
 import { LANGUAGES } from "../text/languages.js";
-import { message, said } from "../text/text.js";
+import { said, say } from "../text/text.js";
 import type { TextKey } from "../text/en.js";
 import { newSeed } from "./embedded.js";
 import { askedBy, EMPTY, isOrigin, type Link, MOST, MOST_TRIES, writeLink } from "./link.js";
@@ -30,7 +30,7 @@ export function Maker({ index }: { index: Index }): JSX.Element {
       {"length" in asked ? (
         <>
           <p class="muted" role="status">
-            {said(message("maker.there", { count: asked.length }))}
+            {say("maker.there", { count: asked.length })}
           </p>
           <Made label="maker.link" text={page + writeLink(made)} />
           <Made label="maker.frame" text={frameOf(page + writeLink({ ...made, embed: true }), link.name)} />
@@ -45,7 +45,7 @@ export function Maker({ index }: { index: Index }): JSX.Element {
 
 /** A frame for the page of a course. */
 function frameOf(address: string, name: string): string {
-  const title = name || said(message("round.title"));
+  const title = name || say("round.title");
   return `<iframe src="${escaped(address)}" title="${escaped(title)}" width="100%" height="${HEIGHT}"></iframe>`;
 }
 
@@ -78,7 +78,7 @@ function Choices({ index, link, most, isWrong, onLink }: ChoicesProps): JSX.Elem
         label="maker.lesson"
         value={link.lesson}
         any="maker.no-lesson"
-        options={LESSONS.map(({ id, title }) => [id, said(message(title))])}
+        options={LESSONS.map(({ id, title }) => [id, say(title)])}
         onValue={(value) => change({ lesson: value, wish: { ...wish, question: "" } })}
       />
       <Choice
@@ -157,9 +157,9 @@ interface ChoiceProps {
 function Choice({ label, value, any, options, onValue }: ChoiceProps): JSX.Element {
   return (
     <label>
-      {said(message(label))}
+      {say(label)}
       <select value={value} onChange={(event) => onValue(event.currentTarget.value)}>
-        <option value="">{said(message(any))}</option>
+        <option value="">{say(any)}</option>
         {options.map(([name, title, lang]) => (
           <option key={name} value={name} lang={lang}>
             {title}
@@ -181,7 +181,7 @@ interface CountProps {
 function Count({ label, value, least, most, onValue }: CountProps): JSX.Element {
   return (
     <label>
-      {said(message(label))}
+      {say(label)}
       <input
         type="number"
         min={least}
@@ -213,7 +213,7 @@ interface WordsProps {
 function Words({ label, value, hint = "", wrong = null, onValue }: WordsProps): JSX.Element {
   return (
     <label>
-      {said(message(label))}
+      {say(label)}
       <input
         type="text"
         value={value}
@@ -224,7 +224,7 @@ function Words({ label, value, hint = "", wrong = null, onValue }: WordsProps): 
         aria-invalid={wrong !== null}
         onInput={(event) => onValue(event.currentTarget.value)}
       />
-      {wrong ? <span role="alert">{said(message(wrong, { value }))}</span> : null}
+      {wrong ? <span role="alert">{say(wrong, { value })}</span> : null}
     </label>
   );
 }
@@ -246,11 +246,11 @@ function Made({ label, text }: { label: TextKey; text: string }): JSX.Element {
   return (
     <div class="made">
       <label>
-        {said(message(label))}
+        {say(label)}
         <textarea ref={field} readOnly rows={3} value={text} spellcheck={false} />
       </label>
       <button type="button" class="button quiet" onClick={copy}>
-        {said(message(isCopied ? "maker.copied" : "maker.copy"))}
+        {say(isCopied ? "maker.copied" : "maker.copy")}
       </button>
     </div>
   );
@@ -279,12 +279,12 @@ function Preview({ link }: { link: Link }): JSX.Element {
   }, []);
   return (
     <section>
-      <h2>{said(message("maker.preview"))}</h2>
-      <iframe ref={frame} class="maker-preview" src={shown} title={said(message("maker.preview"))} />
+      <h2>{say("maker.preview")}</h2>
+      <iframe ref={frame} class="maker-preview" src={shown} title={say("maker.preview")} />
       <details>
-        <summary>{said(message("maker.told"))}</summary>
+        <summary>{say("maker.told")}</summary>
         <pre tabIndex={0}>
-          <code>{told || said(message("maker.nothing-told"))}</code>
+          <code>{told || say("maker.nothing-told")}</code>
         </pre>
       </details>
     </section>

@@ -9,7 +9,7 @@ import { loadIndex } from "../load.js";
 import { Failed } from "../practice/current.js";
 import { storage } from "../practice/storage.js";
 import { chosenLanguage, loadLanguage } from "../text/languages.js";
-import { ENGLISH, message, said, speak } from "../text/text.js";
+import { ENGLISH, message, say, speak } from "../text/text.js";
 import { type PackageSet, roundOf } from "./places.js";
 import { inBrowser } from "./recipient.js";
 import { type Above, platform, type Version } from "./scorm.js";
@@ -33,7 +33,7 @@ function Package({ set }: { set: Packed }): JSX.Element {
   if (!index)
     return (
       <p role="status" class="loading">
-        {said(message("practice.loading"))}
+        {say("practice.loading")}
       </p>
     );
   const nobody = inBrowser(storage, `qdot-package ${set.key}`, message("round.no-platform"));

@@ -5,7 +5,7 @@ import { useEffect, useRef, useState } from "preact/hooks";
 
 import type { Index } from "../bank.js";
 import { Current } from "../practice/current.js";
-import { inDigits, message, type Message, said } from "../text/text.js";
+import { inDigits, message, type Message, said, say } from "../text/text.js";
 import { type Given, isComplete, isPassed, type News, type Recipient } from "./recipient.js";
 import {
   answered,
@@ -101,11 +101,11 @@ interface HeadProps {
 function Head({ round, standing, place, sending, onPlace, onAgain }: HeadProps): JSX.Element {
   const score = scoreOf(round, standing);
   return (
-    <section class="choosing round" aria-label={round.name || said(message("round.title"))}>
+    <section class="choosing round" aria-label={round.name || say("round.title")}>
       <p class="round-head">
         {round.name ? <strong>{round.name}</strong> : null}
-        <span>{said(message("round.done", { done: score.answered, count: score.count }))}</span>
-        <span>{said(message("round.points", { points: rounded(score.points), max: score.max }))}</span>
+        <span>{say("round.done", { done: score.answered, count: score.count })}</span>
+        <span>{say("round.points", { points: rounded(score.points), max: score.max })}</span>
       </p>
       <ol class="round-places">
         {round.asked.map((_, i) => (
@@ -114,12 +114,10 @@ function Head({ round, standing, place, sending, onPlace, onAgain }: HeadProps):
               type="button"
               class={markOf(round, standing[i]!)}
               aria-current={i === place ? "true" : undefined}
-              aria-label={said(
-                message("round.place", {
-                  number: i + 1,
-                  state: message(STATES[markOf(round, standing[i]!)]),
-                }),
-              )}
+              aria-label={say("round.place", {
+                number: i + 1,
+                state: message(STATES[markOf(round, standing[i]!)]),
+              })}
               onClick={() => onPlace(i)}
             >
               {i + 1}
@@ -134,7 +132,7 @@ function Head({ round, standing, place, sending, onPlace, onAgain }: HeadProps):
           {said(sending)}{" "}
           {onAgain ? (
             <button type="button" class="quiet small" onClick={onAgain}>
-              {said(message("round.again"))}
+              {say("round.again")}
             </button>
           ) : null}
         </span>
@@ -165,12 +163,10 @@ function over(round: Round, score: Score): Message {
 }
 
 function triesLeft(round: Round, tried: Tried): string {
-  if (tried.share === 1) return said(message("round.closed-right"));
-  if (tried.shown) return said(message("round.closed-shown"));
-  if (round.tries === 0) return said(message("round.tries-any"));
-  return said(
-    message("round.tries-left", { count: Math.max(round.tries - tried.tries, 0), all: round.tries }),
-  );
+  if (tried.share === 1) return say("round.closed-right");
+  if (tried.shown) return say("round.closed-shown");
+  if (round.tries === 0) return say("round.tries-any");
+  return say("round.tries-left", { count: Math.max(round.tries - tried.tries, 0), all: round.tries });
 }
 
 const rounded = (value: number): string => inDigits(Math.round(value * 100) / 100);

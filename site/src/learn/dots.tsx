@@ -2,7 +2,7 @@
 
 import type { JSX } from "preact";
 
-import { message, said } from "../text/text.js";
+import { say } from "../text/text.js";
 import { currentClass, rowOf, type Stretch } from "../practice/classes.js";
 import { NEEDED, type Row, type Skill } from "../practice/skills.js";
 
@@ -30,10 +30,10 @@ const filled = ({ row, learned }: Row): number =>
 
 /** How a class stands, with its name. */
 export const inClass = ({ name }: Stretch, row: Row): string =>
-  `${said(message(`classes.${name}`))}: ${rowInWords(row)}`;
+  `${say(`classes.${name}`)}: ${rowInWords(row)}`;
 
 function rowInWords(row: Row): string {
-  if (row.mastered !== undefined) return said(message("lesson.state-mastered"));
-  if (row.learned !== undefined) return said(message("lesson.state-learned"));
-  return said(message("lesson.state-row", { count: filled(row), needed: NEEDED }));
+  if (row.mastered !== undefined) return say("lesson.state-mastered");
+  if (row.learned !== undefined) return say("lesson.state-learned");
+  return say("lesson.state-row", { count: filled(row), needed: NEEDED });
 }

@@ -16,7 +16,7 @@ import { Current } from "../practice/current.js";
 import { keep, kept } from "../practice/progress.js";
 import { storage } from "../practice/storage.js";
 import { Offline } from "../offline/offline.js";
-import { language, message, type Message, said } from "../text/text.js";
+import { type Message, said, say } from "../text/text.js";
 import { classesOf, currentClass, rowOf, type Stretch, withRow } from "../practice/classes.js";
 import { Dots } from "./dots.js";
 import { type Lesson, LESSONS } from "./lessons.js";
@@ -54,8 +54,8 @@ function Head({ lesson, skill, classes }: Pick<LessonProps, "lesson" | "skill"> 
   const number = LESSONS.indexOf(lesson) + 1;
   return (
     <p class="kicker">
-      <a href="learn.html">{said(message("lesson.all"))}</a>
-      <span class="muted"> · {said(message("lesson.number", { number, count: LESSONS.length }))}</span>{" "}
+      <a href="learn.html">{say("lesson.all")}</a>
+      <span class="muted"> · {say("lesson.number", { number, count: LESSONS.length })}</span>{" "}
       <Dots skill={skill} classes={classes} />
     </p>
   );
@@ -110,10 +110,10 @@ function Idea({
     <div class="workspace">
       <article class="task lesson">
         <Head lesson={lesson} skill={skill} classes={classes} />
-        <h2>{said(message(lesson.title))}</h2>
+        <h2>{say(lesson.title)}</h2>
         {lesson.idea.map((text) => (
           <p key={text}>
-            <Rich text={said(message(text))} />
+            <Rich text={say(text)} />
           </p>
         ))}
         {tool && stage ? (
@@ -126,7 +126,7 @@ function Idea({
             onDials={setDials}
           />
         ) : null}
-        <h3>{said(message("lesson.try"))}</h3>
+        <h3>{say("lesson.try")}</h3>
         <ul class="goals" aria-live="polite">
           {goals.map(({ text }, i) => (
             <li key={text} class={skill.goals.includes(i) ? "reached" : ""}>
@@ -134,9 +134,9 @@ function Idea({
                 {skill.goals.includes(i) ? "✓" : "○"}
               </span>
               <span>
-                <Rich text={said(message(text))} />
+                <Rich text={say(text)} />
                 {skill.goals.includes(i) ? (
-                  <span class="visually-hidden"> {said(message("lesson.reached"))}</span>
+                  <span class="visually-hidden"> {say("lesson.reached")}</span>
                 ) : null}
               </span>
             </li>
@@ -145,21 +145,21 @@ function Idea({
         <p class="actions">
           {items.length > 0 ? (
             <button type="button" class={done ? "button" : "button quiet"} onClick={onPractise}>
-              {said(message(done ? "lesson.practise" : "lesson.practise-already"))}
+              {say(done ? "lesson.practise" : "lesson.practise-already")}
             </button>
           ) : null}
           <Onward lesson={lesson} quiet />
         </p>
-        {items.length > 0 ? <Offline title={said(message("offline.lesson"))} problems={problems} /> : null}
+        {items.length > 0 ? <Offline title={say("offline.lesson")} problems={problems} /> : null}
       </article>
-      <section class="stage" aria-label={said(message("practice.move"))}>
+      <section class="stage" aria-label={say("practice.move")}>
         <Arm
           key={lesson.id}
           robot={told.robot}
           symbols={told.symbols}
           first={told.pose}
           factors={told.factors}
-          language={language()}
+
           layers={lesson.layers}
           pane={lesson.pane}
           onStage={setStage}
@@ -176,7 +176,7 @@ function Onward({ lesson, quiet }: { lesson: Lesson; quiet: boolean }): JSX.Elem
   const next = LESSONS[LESSONS.indexOf(lesson) + 1];
   return next ? (
     <a class={quiet ? "button quiet" : "button"} href={`learn.html?lesson=${next.id}`}>
-      {said(message("lesson.next", { title: said(message(next.title)) }))}
+      {say("lesson.next", { title: say(next.title) })}
     </a>
   ) : null;
 }
@@ -209,22 +209,22 @@ function Practice({
       <div class="choosing">
         <Head lesson={lesson} skill={skill} classes={classes} />
         <p class="lesson-title">
-          <strong>{said(message(lesson.title))}</strong>{" "}
+          <strong>{say(lesson.title)}</strong>{" "}
           <button type="button" class="quiet small" onClick={onIdea}>
-            {said(message("lesson.back"))}
+            {say("lesson.back")}
           </button>
         </p>
         <p class="muted" role="status">
           {classes.length > 1 ? (
             <>
-              <strong class="class-name">{said(message(`classes.${classes[at]!.name}`))}</strong> ·{" "}
+              <strong class="class-name">{say(`classes.${classes[at]!.name}`)}</strong> ·{" "}
             </>
           ) : null}
           {row.mastered !== undefined
-            ? said(message("lesson.mastered"))
+            ? say("lesson.mastered")
             : row.learned !== undefined
-              ? said(message(isDue(row, Date.now()) ? "lesson.due" : "lesson.learned"))
-              : said(message("lesson.row", { count: row.row.length, needed: Math.min(NEEDED, most) }))}
+              ? say(isDue(row, Date.now()) ? "lesson.due" : "lesson.learned")
+              : say("lesson.row", { count: row.row.length, needed: Math.min(NEEDED, most) })}
         </p>
         {skill.learned !== undefined ? (
           <p class="actions">

@@ -11,7 +11,7 @@ import { startPage } from "../pages/page.js";
 import { kept } from "../practice/progress.js";
 import { storage } from "../practice/storage.js";
 import { chosenLanguage } from "../text/languages.js";
-import { message, said } from "../text/text.js";
+import { say } from "../text/text.js";
 import { Offline } from "../offline/offline.js";
 import { Dots } from "./dots.js";
 import { placesOf } from "./graph.js";
@@ -38,12 +38,12 @@ function Learn({ arms }: { arms: Arms }): JSX.Element {
     setSkills(next);
     keepSkills(storage, next);
   };
-  if (failed) return <p role="alert">{said(message("practice.failed", { why: failed }))}</p>;
+  if (failed) return <p role="alert">{say("practice.failed", { why: failed })}</p>;
   if (!index)
     return (
       <div class="workspace">
         <p role="status" class="task">
-          {said(message("practice.loading"))}
+          {say("practice.loading")}
         </p>
         {lesson ? <div class="stage" /> : null}
       </div>
@@ -75,8 +75,8 @@ function List({ skills, wrong, index }: { skills: Skills; wrong: string | null; 
     places.find(({ classes }) => classes.some(([, { learned }]) => learned === undefined))?.lesson;
   return (
     <div class="way">
-      {wrong ? <p role="alert">{said(message("lesson.unknown", { name: wrong }))}</p> : null}
-      <p class="lead">{said(message("lesson.lead"))}</p>
+      {wrong ? <p role="alert">{say("lesson.unknown", { name: wrong })}</p> : null}
+      <p class="lead">{say("lesson.lead")}</p>
       <SkillMap places={places} />
       <ol>
         {places.map(({ lesson: { id, title, idea, goals }, standing, classes }) => {
@@ -86,23 +86,23 @@ function List({ skills, wrong, index }: { skills: Skills; wrong: string | null; 
             <li key={id} class={due || (next?.id === id && !due) ? "current" : ""}>
               <h2>
                 <a class="cover" href={`learn.html?lesson=${id}${due ? "&practise=1" : ""}`}>
-                  {said(message(title))}
+                  {say(title)}
                 </a>
               </h2>
               <p>
-                <Rich text={said(message(idea[0]!))} />
+                <Rich text={say(idea[0]!)} />
               </p>
               <p class="muted">
                 <Dots skill={skill} classes={classes.map(([each]) => each)} />{" "}
                 {due
-                  ? said(message("lesson.due"))
-                  : said(message("lesson.goals", { count: skill.goals.length, all: goals.length }))}
+                  ? say("lesson.due")
+                  : say("lesson.goals", { count: skill.goals.length, all: goals.length })}
               </p>
             </li>
           );
         })}
       </ol>
-      <Offline title={said(message("offline.course"))} problems={problems} />
+      <Offline title={say("offline.course")} problems={problems} />
     </div>
   );
 }
@@ -113,6 +113,6 @@ if (place) {
   const arms = JSON.parse(place.dataset["arms"]!) as Arms;
   place.textContent = "";
   place.lang = chosenLanguage();
-  document.title = document.title.replace("Learn", said(message("page.learn")));
+  document.title = document.title.replace("Learn", say("page.learn"));
   render(<Learn arms={arms} />, place);
 }

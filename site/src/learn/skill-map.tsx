@@ -3,7 +3,7 @@
 
 import type { JSX } from "preact";
 
-import { message, said } from "../text/text.js";
+import { say } from "../text/text.js";
 import { inClass } from "./dots.js";
 import type { Asked, Place } from "./graph.js";
 import type { Row } from "../practice/skills.js";
@@ -13,8 +13,8 @@ export function SkillMap({ places }: { places: readonly Place[] }): JSX.Element 
   const most = 1 + 2 * Math.max(...places.map(({ across }) => across));
   return (
     <section class="skills" aria-labelledby="skills-title">
-      <h2 id="skills-title">{said(message("skills.title"))}</h2>
-      <p class="muted">{said(message("skills.legend"))}</p>
+      <h2 id="skills-title">{say("skills.title")}</h2>
+      <p class="muted">{say("skills.legend")}</p>
       <div class="skill-map" style={{ "--layers": layers, "--most": most }}>
         <Lines places={places} layers={layers} most={most} />
         <ol>
@@ -80,20 +80,20 @@ const SIGNS = { new: "○", begun: "◔", learned: "◕", due: "◕", mastered: 
 
 function Skill({ place }: { place: Place }): JSX.Element {
   const { lesson, standing, next, missing, classes, asked } = place;
-  const title = ({ title }: Place["lesson"]): string => said(message(title));
+  const title = ({ title }: Place["lesson"]): string => say(title);
   return (
     <>
       <a href={`learn.html?lesson=${lesson.id}${standing === "due" ? "&practise=1" : ""}`}>{title(lesson)}</a>
       <span class="skill-state">
-        <span aria-hidden="true">{SIGNS[standing]}</span> {said(message(`skills.${standing}`))}
-        {next ? `, ${said(message("skills.next"))}` : ""}
+        <span aria-hidden="true">{SIGNS[standing]}</span> {say(`skills.${standing}`)}
+        {next ? `, ${say("skills.next")}` : ""}
       </span>
       {classes.length > 1 && standing !== "new" && standing !== "begun" ? (
-        <ul class="skill-classes" aria-label={said(message("classes.title"))}>
+        <ul class="skill-classes" aria-label={say("classes.title")}>
           {classes.map(([each, row]) => (
             <li key={each.name} class={`is-${rowStanding(row)}`} title={inClass(each, row)}>
               <span aria-hidden="true">
-                {SIGNS[rowStanding(row)]} {said(message(`classes.${each.name}`))}
+                {SIGNS[rowStanding(row)]} {say(`classes.${each.name}`)}
               </span>
               <span class="visually-hidden">{inClass(each, row)}</span>
             </li>
@@ -101,12 +101,10 @@ function Skill({ place }: { place: Place }): JSX.Element {
         </ul>
       ) : null}
       {missing.length > 0 ? (
-        <span class="visually-hidden">
-          {said(message("skills.after", { titles: missing.map(title).join(", ") }))}
-        </span>
+        <span class="visually-hidden">{say("skills.after", { titles: missing.map(title).join(", ") })}</span>
       ) : null}
       {asked.length > 0 ? (
-        <ul class="skill-asked" aria-label={said(message("skills.asked"))}>
+        <ul class="skill-asked" aria-label={say("skills.asked")}>
           {asked.map((each) => (
             <li key={each.name}>
               <AskedLink {...each} />
@@ -120,7 +118,7 @@ function Skill({ place }: { place: Place }): JSX.Element {
 
 /** A question, with a part filled for each arm of which it was answered rightly. */
 function AskedLink({ name, title, lang, right, needed, missed }: Asked): JSX.Element {
-  const state = said(message(missed ? "skills.of-missed" : "skills.of", { right, needed }));
+  const state = say(missed ? "skills.of-missed" : "skills.of", { right, needed });
   return (
     <a
       href={`practice.html?question=${name}`}

@@ -12,7 +12,7 @@ import type { Stage } from "../arm/stage.js";
 import { leastSquares } from "../arm/svd.js";
 import { add, scaled, type Vec3, ZERO } from "../arm/vector.js";
 import type { View } from "../arm/view.js";
-import { inDigits, message, said } from "../text/text.js";
+import { inDigits, say } from "../text/text.js";
 
 export type Tool = "rates" | "wanted";
 
@@ -82,8 +82,8 @@ export function Shares({
   );
 }
 
-/** Two decimals, with a true minus sign. */
-const signed = (value: number): string => inDigits(decimals(value, 2)).replace("-", "−");
+/** Two decimals. */
+const signed = (value: number): string => inDigits(decimals(value, 2));
 
 interface DialsProps {
   readonly tool: Tool;
@@ -109,7 +109,7 @@ export function DialBoard({ tool, arm, dials, rates, velocity, onDials }: DialsP
               max={1}
               step={0.05}
               value={dials.rates[i] ?? 0}
-              aria-label={said(message("lesson.rate-of", { joint: plainLetters(name) }))}
+              aria-label={say("lesson.rate-of", { joint: plainLetters(name) })}
               onInput={(event) => {
                 const value = Number(event.currentTarget.value);
                 onDials({ ...dials, rates: dials.rates.map((old, k) => (k === i ? value : old)) });
@@ -127,7 +127,7 @@ export function DialBoard({ tool, arm, dials, rates, velocity, onDials }: DialsP
             max={180}
             step={5}
             value={dials.direction}
-            aria-label={said(message("lesson.direction"))}
+            aria-label={say("lesson.direction")}
             onInput={(event) => onDials({ ...dials, direction: Number(event.currentTarget.value) })}
           />
           <output>{signed(dials.direction)}°</output>
@@ -135,13 +135,11 @@ export function DialBoard({ tool, arm, dials, rates, velocity, onDials }: DialsP
       )}
       <p class="muted">
         {tool === "rates"
-          ? said(message("lesson.velocity", { vx, vy }))
-          : said(
-              message("lesson.rates-due", {
-                first: signed(rates[0] ?? 0),
-                second: signed(rates[1] ?? 0),
-              }),
-            )}
+          ? say("lesson.velocity", { vx, vy })
+          : say("lesson.rates-due", {
+              first: signed(rates[0] ?? 0),
+              second: signed(rates[1] ?? 0),
+            })}
       </p>
     </div>
   );

@@ -5,7 +5,7 @@ import type { JSX } from "preact";
 import { useEffect, useRef, useState } from "preact/hooks";
 
 import { loadSizes } from "../load.js";
-import { language, type Message, message, said } from "../text/text.js";
+import { language, message, type Message, said, say } from "../text/text.js";
 import { cacheOf, fetchAll, filesOf, megabytes, missingOf, problemsIn, sum, type Wanted } from "./keep.js";
 
 /** What is known: nothing yet, that nothing can be kept, or the cache with all files and those that are missing. */
@@ -46,7 +46,7 @@ function Keeping({ problems }: { problems: readonly string[] }): JSX.Element {
     return () => going?.abort();
   }, [problems]);
 
-  if (known === "impossible") return <p>{said(message("offline.impossible"))}</p>;
+  if (known === "impossible") return <p>{say("offline.impossible")}</p>;
   if (known === null) return <p role="status">{said(told ?? message("practice.loading"))}</p>;
   const { cache, all, missing } = known;
   const start = async (): Promise<void> => {
@@ -76,34 +76,32 @@ function Keeping({ problems }: { problems: readonly string[] }): JSX.Element {
     <>
       <p role="status">
         {missing.length === 0
-          ? said(message("offline.all", { count: problemsIn(all), size: megabytes(sum(all)) }))
-          : said(
-              message("offline.some", {
-                count,
-                all: problemsIn(all),
-                kept: megabytes(sum(here)),
-                size: megabytes(sum(all)),
-              }),
-            )}{" "}
+          ? say("offline.all", { count: problemsIn(all), size: megabytes(sum(all)) })
+          : say("offline.some", {
+              count,
+              all: problemsIn(all),
+              kept: megabytes(sum(here)),
+              size: megabytes(sum(all)),
+            })}{" "}
         {told ? said(told) : ""}
       </p>
       {going || (here.length > 0 && missing.length > 0) ? (
-        <progress max={sum(all)} value={sum(here)} aria-label={said(message("offline.progress"))} />
+        <progress max={sum(all)} value={sum(here)} aria-label={say("offline.progress")} />
       ) : null}
       {missing.length > 0 ? (
         <p class="actions">
           {going ? (
             <button type="button" class="quiet small" onClick={() => going.abort()}>
-              {said(message("offline.stop"))}
+              {say("offline.stop")}
             </button>
           ) : (
             <button type="button" class="quiet small" onClick={() => void start()}>
-              {said(message("offline.keep", { size: megabytes(sum(missing)) }))}
+              {say("offline.keep", { size: megabytes(sum(missing)) })}
             </button>
           )}
         </p>
       ) : null}
-      <p class="muted">{said(message("offline.until"))}</p>
+      <p class="muted">{say("offline.until")}</p>
     </>
   );
 }

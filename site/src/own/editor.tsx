@@ -7,7 +7,7 @@ import { useId } from "preact/hooks";
 
 import { ROWS } from "../arm/model.js";
 import { Letters } from "../arm/letters.js";
-import { message, said } from "../text/text.js";
+import { said, say } from "../text/text.js";
 import { inAngles } from "./angles.js";
 import {
   ANGLES,
@@ -42,17 +42,17 @@ export const Editor = memo(({ table, faults, usual, onTable }: EditorProps): JSX
     <div class="own-table">
       <div class="own-how">
         <Choice
-          legend={said(message("own.convention"))}
+          legend={say("own.convention")}
           all={CONVENTIONS}
           chosen={table.convention}
-          text={(each) => said(message(`own.convention-${each}`))}
+          text={(each) => say(`own.convention-${each}`)}
           onChoose={(convention) => onTable({ ...table, convention })}
         />
         <Choice
-          legend={said(message("own.angles"))}
+          legend={say("own.angles")}
           all={ANGLES}
           chosen={table.angles}
-          text={(each) => said(message(`own.angles-${each}`))}
+          text={(each) => say(`own.angles-${each}`)}
           onChoose={(angles) => onTable(inAngles(table, angles))}
         />
       </div>
@@ -84,7 +84,7 @@ export const Editor = memo(({ table, faults, usual, onTable }: EditorProps): JSX
             disabled={rows.length >= MOST_JOINTS}
             onClick={() => onTable({ ...table, rows: [...rows, newRow(kind, rows.length)] })}
           >
-            {said(message(kind === "R" ? "own.add-R" : "own.add-P"))}
+            {say(kind === "R" ? "own.add-R" : "own.add-P")}
           </button>
         ))}
       </p>
@@ -149,19 +149,19 @@ function RowFields({ index, row, faults, alone, onRow, onRemove }: RowProps): JS
   const number = index + 1;
   return (
     <fieldset class={`own-row arm-j${(index % 7) + 1}`}>
-      <legend class="visually-hidden">{said(message("own.joint", { number }))}</legend>
+      <legend class="visually-hidden">{say("own.joint", { number })}</legend>
       <span class="own-number" aria-hidden="true">
         {number}
       </span>
       <select
-        aria-label={said(message("own.kind", { number }))}
+        aria-label={say("own.kind", { number })}
         value={row.kind}
         onChange={(event) => onRow(withKind(row, event.currentTarget.value === "P" ? "P" : "R", index))}
       >
-        <option value="R" title={said(message("own.kind-R"))}>
+        <option value="R" title={say("own.kind-R")}>
           R
         </option>
-        <option value="P" title={said(message("own.kind-P"))}>
+        <option value="P" title={say("own.kind-P")}>
           P
         </option>
       </select>
@@ -179,8 +179,8 @@ function RowFields({ index, row, faults, alone, onRow, onRemove }: RowProps): JS
         type="button"
         class="own-remove"
         disabled={alone}
-        aria-label={said(message("own.remove", { number }))}
-        title={said(message("own.remove", { number }))}
+        aria-label={say("own.remove", { number })}
+        title={say("own.remove", { number })}
         onClick={onRemove}
       >
         ×
@@ -262,15 +262,15 @@ function More({ table, faults, usual, onTable }: EditorProps): JSX.Element {
   );
   return (
     <details class="own-more" open={isOpen || undefined}>
-      <summary>{said(message("own.more"))}</summary>
+      <summary>{say("own.more")}</summary>
       {PLACES.map(([place, axes]) => (
         <fieldset key={place} class="own-three">
-          <legend>{said(message(`own.${place}`))}</legend>
+          <legend>{say(`own.${place}`)}</legend>
           {axes.map((axis, k) => (
             <Field
               key={axis}
               cell={placeCell(place, k)}
-              name={place === "turn" ? said(message(`own.${axis as "roll" | "pitch" | "yaw"}`)) : axis}
+              name={place === "turn" ? say(`own.${axis as "roll" | "pitch" | "yaw"}`) : axis}
               text={table[place][k]!}
               faults={faults}
               onText={(text) => {
@@ -296,7 +296,7 @@ function Task({ table, usual, onTable }: Pick<EditorProps, "table" | "usual" | "
   };
   return (
     <fieldset class="own-task">
-      <legend>{said(message("own.task"))}</legend>
+      <legend>{say("own.task")}</legend>
       {ROWS.map((row) => (
         <label key={row}>
           <input type="checkbox" checked={chosen.includes(row)} onChange={() => toggled(row)} />

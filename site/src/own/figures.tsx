@@ -7,11 +7,11 @@ import { ROWS } from "../arm/model.js";
 import type { Stage } from "../arm/stage.js";
 import { sizeName } from "../arm/words.js";
 import { Copied } from "../pages/copied.js";
-import { inDigits, message, said } from "../text/text.js";
+import { inDigits, say } from "../text/text.js";
 
 /** Six significant digits, a true minus sign, and no rounding errors beside what is in the matrix. */
 function shown(value: number, most: number): string {
-  return inDigits(Math.abs(value) < 1e-12 * Math.max(1, most) ? 0 : value).replace("-", "−");
+  return inDigits(Math.abs(value) < 1e-12 * Math.max(1, most) ? 0 : value);
 }
 
 export function Figures({ stage }: { stage: Stage }): JSX.Element {
@@ -19,12 +19,12 @@ export function Figures({ stage }: { stage: Stage }): JSX.Element {
   const most = Math.max(...state.jacobian.flat().map(Math.abs));
   const { det, volume, sigma, least } = measures;
   const [largest] = sigma;
-  const between = said(message("number.point")) === "," ? "; " : ", ";
+  const between = say("number.point") === "," ? "; " : ", ";
   return (
-    <section class="own-figures" aria-label={said(message("own.figures"))}>
-      <h3>{said(message("own.figures"))}</h3>
+    <section class="own-figures" aria-label={say("own.figures")}>
+      <h3>{say("own.figures")}</h3>
       <table data-columns={arm.joints.length}>
-        <caption class="visually-hidden">{said(message("arm.jacobian.title"))}</caption>
+        <caption class="visually-hidden">{say("arm.jacobian.title")}</caption>
         <thead>
           <tr>
             <th scope="col">
@@ -51,7 +51,7 @@ export function Figures({ stage }: { stage: Stage }): JSX.Element {
         </tbody>
       </table>
       <dl>
-        <dt>{said(message(sizeName(arm)))}</dt>
+        <dt>{say(sizeName(arm))}</dt>
         <dd>{shown(det ?? volume, largest ?? 1)}</dd>
         <dt>
           <Letters name="sigma" />
@@ -63,11 +63,11 @@ export function Figures({ stage }: { stage: Stage }): JSX.Element {
         <dd>
           {shown(least, largest ?? 1)}
           {least > 1e-12 * (largest ?? 1)
-            ? ` (${said(message("own.condition", { value: Number((largest! / least).toPrecision(4)) }))})`
+            ? ` (${say("own.condition", { value: Number((largest! / least).toPrecision(4)) })})`
             : ""}
         </dd>
       </dl>
-      <Copied text={asPython(stage)} label={said(message("own.copy-numbers"))} />
+      <Copied text={asPython(stage)} label={say("own.copy-numbers")} />
     </section>
   );
 }

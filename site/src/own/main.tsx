@@ -6,18 +6,15 @@ import { render } from "preact";
 import { loadKnownArms } from "../load.js";
 import { startPage } from "../pages/page.js";
 import { chosenLanguage } from "../text/languages.js";
-import { message, said } from "../text/text.js";
+import { say } from "../text/text.js";
 import { OwnArm } from "./own.js";
 
 await startPage();
 const place = document.getElementById("own");
 if (place) {
   place.lang = chosenLanguage();
-  document.title = document.title.replace("Your own arm", said(message("own.title")));
+  document.title = document.title.replace("Your own arm", say("own.title"));
   const known = await loadKnownArms().catch(() => null);
   place.textContent = "";
-  render(
-    known ? <OwnArm known={known} /> : <p role="alert">{said(message("practice.arm-failed"))}</p>,
-    place,
-  );
+  render(known ? <OwnArm known={known} /> : <p role="alert">{say("practice.arm-failed")}</p>, place);
 }

@@ -10,7 +10,7 @@ import { armOf } from "../arm/model.js";
 import type { Stage } from "../arm/stage.js";
 import type { NamedPose, Robot } from "../bank.js";
 import { Copied } from "../pages/copied.js";
-import { language, message, said } from "../text/text.js";
+import { language, said, say } from "../text/text.js";
 import { inAngles } from "./angles.js";
 import { Editor } from "./editor.js";
 import { Figures } from "./figures.js";
@@ -108,17 +108,17 @@ export function OwnArm({ known }: { known: KnownArms }): JSX.Element {
   return (
     <div class="workspace">
       <article class="task own">
-        <h2>{said(message("own.title"))}</h2>
-        <p>{said(message("own.lead"))}</p>
+        <h2>{say("own.title")}</h2>
+        <p>{say("own.lead")}</p>
         {own.fault ? (
           <p role="alert" class="own-alert">
-            {said(message(own.fault))}
+            {say(own.fault)}
           </p>
         ) : null}
         <div class="own-begin">
           <Begin known={known} chosen={own.robot} onBegin={begin} />
           <label>
-            {said(message("own.name"))}
+            {say("own.name")}
             <input
               type="text"
               value={own.table.name}
@@ -127,29 +127,29 @@ export function OwnArm({ known }: { known: KnownArms }): JSX.Element {
             />
           </label>
         </div>
-        {source ? <p class="muted own-source">{said(message("own.source", { source }))}</p> : null}
+        {source ? <p class="muted own-source">{say("own.source", { source })}</p> : null}
         <Editor table={own.table} faults={faults} usual={usual} onTable={typed} />
         <p role="status" class={faults.size > 0 ? "own-alert" : "muted"}>
-          {faults.size > 0 ? said(message("own.wrong", { count: faults.size })) : note ? said(note) : ""}
+          {faults.size > 0 ? say("own.wrong", { count: faults.size }) : note ? said(note) : ""}
         </p>
         {stage ? <Figures stage={stage} /> : null}
         <Onward table={own.table} link={`${window.location.href.split("#")[0]}${fragment}`} />
       </article>
-      <section class="stage" aria-label={said(message("practice.move"))}>
+      <section class="stage" aria-label={say("practice.move")}>
         {robot ? (
           <Arm
             key={shape}
             robot={robot}
             symbols={{}}
             pose={first}
-            language={language()}
+
             pane="map"
             radians={own.table.angles === "radians"}
             onStage={setStage}
             onPose={posed}
           />
         ) : (
-          <p class="muted own-none">{said(message("own.no-arm"))}</p>
+          <p class="muted own-none">{say("own.no-arm")}</p>
         )}
       </section>
     </div>
@@ -206,11 +206,11 @@ const Begin = memo((props: BeginProps): JSX.Element => {
     ));
   return (
     <label>
-      {said(message("own.begin"))}
+      {say("own.begin")}
       <select value={props.chosen ?? ""} onChange={(event) => props.onBegin(event.currentTarget.value)}>
-        <option value="">{said(message("own.typed"))}</option>
-        <optgroup label={said(message("own.plain"))}>{options(props.known.plain)}</optgroup>
-        <optgroup label={said(message("own.robots"))}>{options(props.known.robots)}</optgroup>
+        <option value="">{say("own.typed")}</option>
+        <optgroup label={say("own.plain")}>{options(props.known.plain)}</optgroup>
+        <optgroup label={say("own.robots")}>{options(props.known.robots)}</optgroup>
       </select>
     </label>
   );
@@ -225,18 +225,18 @@ const Onward = memo(({ table, link }: { table: Table; link: string }): JSX.Eleme
   };
   return (
     <section class="own-onward">
-      <h3>{said(message("own.onward"))}</h3>
-      <p>{said(message("own.link-says"))}</p>
+      <h3>{say("own.onward")}</h3>
+      <p>{say("own.link-says")}</p>
       <p class="actions">
-        <Copied text={link} label={said(message("own.copy-link"))} />
+        <Copied text={link} label={say("own.copy-link")} />
       </p>
-      <p>{said(message("own.solve-says"))}</p>
+      <p>{say("own.solve-says")}</p>
       <pre>
         <code>qdot solve arm.toml</code>
       </pre>
       <p class="actions">
         <button type="button" class="quiet small" onClick={save}>
-          {said(message("own.save"))}
+          {say("own.save")}
         </button>
       </p>
     </section>

@@ -3,7 +3,7 @@
 import type { JSX } from "preact";
 import { useEffect, useState } from "preact/hooks";
 
-import { message, said } from "../text/text.js";
+import { say } from "../text/text.js";
 
 /** How long it is said that a text was copied, in milliseconds. */
 const SHOWN = 3000;
@@ -28,7 +28,7 @@ export function Copied({ text, label }: { text: string; label: string }): JSX.El
         {label}
       </button>{" "}
       <span role="status" class="muted">
-        {told ? said(message(told)) : ""}
+        {told ? say(told) : ""}
       </span>
     </span>
   );

@@ -9,22 +9,13 @@ import { Drawing } from "../arm/drawing.js";
 import { Figures } from "../arm/figures.js";
 import type { Layers } from "../arm/marks.js";
 import { type Arm, type Pose, stateAt } from "../arm/model.js";
-import { sayIn, Spoken, useSay } from "../arm/speech.js";
 import { type StageWish, useStage } from "../arm/stage.js";
 import { along, norm, subtract, type Vec3 } from "../arm/vector.js";
 import { inWords } from "../arm/words.js";
 import { useSteps } from "../later.js";
-import type { Language } from "../text/text.js";
+import { say } from "../text/text.js";
 
 const LAYERS: Layers = { frames: false, lengths: true, vectors: false, columns: true, ellipse: true };
-
-export function Hero({ language, ...told }: StageWish & { readonly language: Language }): JSX.Element {
-  return (
-    <Spoken.Provider value={language}>
-      <Shown told={told} language={language} />
-    </Spoken.Provider>
-  );
-}
 
 /** Where P is once it is pulled straight out, as the page asks for: as far as the arm reaches. */
 function pulledOut(arm: Arm, home: Pose, reach: number): Vec3 {
@@ -32,14 +23,10 @@ function pulledOut(arm: Arm, home: Pose, reach: number): Vec3 {
   return along(arm.base.o, out, reach / norm(out));
 }
 
-function Shown({ told, language }: { told: StageWish; language: Language }): JSX.Element {
-  const say = useSay();
-  const stage = useStage(told, null);
+export function Hero(wish: StageWish): JSX.Element {
+  const stage = useStage(wish, null);
   const { arm, rested, robot } = stage;
-  const words = useMemo(
-    () => inWords(arm, rested, { say: sayIn(language), radians: false }),
-    [arm, rested, language],
-  );
+  const words = useMemo(() => inWords(arm, rested, false), [arm, rested]);
   const stretched = useMemo(() => [pulledOut(arm, stage.home, stage.reach)], [arm, stage.home, stage.reach]);
   const id = useId();
   const step = useSteps(2); // what the arm is, its drawing, its numbers: no piece of work holds up a phone for long

@@ -5,7 +5,6 @@ import { type JSX, render } from "preact";
 import { Arm } from "../arm/panel.js";
 import type { Factor, NamedPose, Robot, SymbolInfo } from "../bank.js";
 import { chosenLanguage } from "../text/languages.js";
-import { language } from "../text/text.js";
 import { Hero } from "./hero.js";
 
 /** An arm as `arm_record` of exercises/site/record.py tells it. */
@@ -20,7 +19,7 @@ export interface Told {
 export function showArm(element: HTMLElement): void {
   const { arm, hero } = element.dataset;
   const { robot, symbols, pose, factors } = JSON.parse(arm ?? hero!) as Told;
-  const wish = { robot, first: pose, factors, language: language() };
+  const wish = { robot, first: pose, factors };
   const shown: JSX.Element = arm ? <Arm {...wish} symbols={symbols} pane="joints" /> : <Hero {...wish} />;
   element.textContent = "";
   element.lang = chosenLanguage();

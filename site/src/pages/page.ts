@@ -3,7 +3,7 @@
 import { ROOT } from "../load.js";
 import type { TextKey } from "../text/en.js";
 import { chooseLanguage, chosenLanguage, LANGUAGES, loadLanguage } from "../text/languages.js";
-import { ENGLISH, message, said, speak, type Values } from "../text/text.js";
+import { ENGLISH, say, speak, type Values } from "../text/text.js";
 
 export async function startPage(): Promise<void> {
   if ("serviceWorker" in navigator && window.isSecureContext) {
@@ -25,10 +25,10 @@ export async function startPage(): Promise<void> {
   }
   for (const element of document.querySelectorAll<HTMLElement>("[data-text]")) {
     const { text, values } = element.dataset;
-    element.textContent = said(message(text as TextKey, values ? (JSON.parse(values) as Values) : {}));
+    element.textContent = say(text as TextKey, values ? (JSON.parse(values) as Values) : {});
     if (chosenLanguage() !== "en") element.lang = chosenLanguage();
   }
-  document.querySelector("header.top nav")?.setAttribute("aria-label", said(message("page.main")));
+  document.querySelector("header.top nav")?.setAttribute("aria-label", say("page.main"));
   document.querySelector("header.top .language")?.replaceWith(languageChoice()); // its room is there already
 }
 
@@ -58,7 +58,7 @@ function languageChoice(): HTMLElement {
   const label = document.createElement("label");
   label.className = "language";
   const select = document.createElement("select");
-  select.setAttribute("aria-label", said(message("page.language")));
+  select.setAttribute("aria-label", say("page.language"));
   for (const [code, { name }] of Object.entries(LANGUAGES)) {
     const option = new Option(name, code, false, code === chosenLanguage());
     option.lang = code;

@@ -233,7 +233,6 @@ export function Task(props: TaskProps): JSX.Element {
             pose={pose}
             over={over}
             factors={factors}
-            language={language()}
           />
         ) : (
           <Drawn figure={figure} />

@@ -42,17 +42,20 @@ export function said({ key, values }: Message, spoken: Language = page): string 
   });
 }
 
+/** A text of the catalogue in the language of the page. */
+export const say = (key: TextKey, values: Values = {}): string => said(message(key, values));
+
 /**
- * A number with at most six significant digits, never with an exponent: what Intl.NumberFormat writes. Browsers take
- * tens of milliseconds to make one of those, while the page is shown first.
+ * A number with at most six significant digits, never with an exponent, and with a true minus sign: else what
+ * Intl.NumberFormat writes. Browsers take tens of milliseconds to make one of those, while the page is shown first.
  */
 export function inDigits(value: number, spoken: Language = page): string {
-  if (!Number.isFinite(value)) return Number.isNaN(value) ? "NaN" : value < 0 ? "-∞" : "∞";
+  if (!Number.isFinite(value)) return Number.isNaN(value) ? "NaN" : value < 0 ? "−∞" : "∞";
   const [mantissa = "", exponent = ""] = Math.abs(value).toExponential(5).split("e");
   const digits = mantissa.replace(".", "").replace(/0+$/, "");
   const whole = Number(exponent) + 1; // so many digits stand before the decimal sign
   const before = whole > 0 ? digits.slice(0, whole).padEnd(whole, "0") : "0";
   const after = whole > 0 ? digits.slice(whole) : digits && "0".repeat(-whole) + digits;
-  const sign = value < 0 || Object.is(value, -0) ? "-" : "";
+  const sign = value < 0 || Object.is(value, -0) ? "−" : "";
   return sign + before + (after && spoken.catalogue["number.point"] + after);
 }
