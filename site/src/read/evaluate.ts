@@ -1,18 +1,15 @@
-// The value of a tree at a configuration, with the size of its terms: complex arithmetic by mathjs.
+// The value of a tree at a configuration, with the size of its terms: complex arithmetic by complex.js.
 //
 // The size says what rounding may have done to a value: a difference that is small beside the size of what was added
 // up may be no difference. It follows ../../../exercises/formula/program.py. Where all is real, the numbers are the processor's
-// own: they are the same, and mathjs takes ten times as long to find out what it was given.
+// own.
 
-import { type Complex, create, type FactoryFunctionMap } from "mathjs";
+import Complex from "complex.js";
 
 import type { TextKey } from "../text/en.js";
 import { message } from "../text/text.js";
-import * as pieces from "./arithmetic.js";
-import { isRealPower, REAL } from "./real.js";
+import { REAL } from "./real.js";
 import { type Node, ReadError } from "./tree.js";
-
-const math = create(pieces as FactoryFunctionMap);
 
 type Scalar = number | Complex;
 
@@ -26,7 +23,7 @@ export interface Value {
 const CONSTANTS = new Map<string, Scalar>([
   ["pi", Math.PI],
   ["E", Math.E],
-  ["I", math.complex(0, 1)],
+  ["I", new Complex(0, 1)],
 ]);
 /** Kinds of nodes that have no value, by what they are called. */
 const NAMES: Readonly<Partial<Record<Node["kind"], TextKey>>> = {
@@ -37,46 +34,14 @@ const NAMES: Readonly<Partial<Record<Node["kind"], TextKey>>> = {
   blank: "read.a-blank",
 };
 
-const bothReal = (x: Scalar, y: Scalar): boolean => typeof x === "number" && typeof y === "number";
+const complex = (x: Scalar): Complex => (typeof x === "number" ? new Complex(x, 0) : x);
 const plus = (x: Scalar, y: Scalar): Scalar =>
-  bothReal(x, y) ? (x as number) + (y as number) : (math.add(x, y) as Scalar);
+  typeof x === "number" && typeof y === "number" ? x + y : complex(x).add(y);
 const times = (x: Scalar, y: Scalar): Scalar =>
-  bothReal(x, y) ? (x as number) * (y as number) : (math.multiply(x, y) as Scalar);
+  typeof x === "number" && typeof y === "number" ? x * y : complex(x).mul(y);
 const over = (x: Scalar, y: Scalar): Scalar =>
-  bothReal(x, y) ? (x as number) / (y as number) : (math.divide(x, y) as Scalar);
-const minus = (x: Scalar): Scalar => (typeof x === "number" ? -x : (math.unaryMinus(x) as Scalar));
-
-const one = (x: Scalar): Scalar => math.divide(1, x) as Scalar;
-const squared = (x: Scalar): Scalar => math.multiply(x, x) as Scalar;
-const rest = (x: Scalar): Scalar => math.sqrt(math.subtract(1, squared(x)) as number) as Scalar;
-
-/** Each function, and how steep it is: both as in mathjs, complex where it has to be. */
-const FUNCTIONS: Readonly<Record<string, readonly [(x: Scalar) => Scalar, (x: Scalar) => Scalar]>> = {
-  sin: [(x) => math.sin(x as number), (x) => math.cos(x as number)],
-  cos: [(x) => math.cos(x as number), (x) => math.sin(x as number)],
-  tan: [(x) => math.tan(x as number), (x) => one(squared(math.cos(x as number)))],
-  exp: [(x) => math.exp(x as number), (x) => math.exp(x as number)],
-  log: [(x) => math.log(x as number) as Scalar, one],
-  sqrt: [(x) => math.sqrt(x as number) as Scalar, (x) => math.divide(0.5, math.sqrt(x as number)) as Scalar],
-  asin: [(x) => math.asin(x as number) as Scalar, (x) => one(rest(x))],
-  acos: [(x) => math.acos(x as number) as Scalar, (x) => one(rest(x))],
-  atan: [(x) => math.atan(x as number) as Scalar, (x) => one(math.add(1, squared(x)) as Scalar)],
-  sinh: [(x) => math.sinh(x as number), (x) => math.cosh(x as number)],
-  cosh: [(x) => math.cosh(x as number), (x) => math.sinh(x as number)],
-  tanh: [(x) => math.tanh(x as number), (x) => one(squared(math.cosh(x as number)))],
-  abs: [(x) => absolute(x), () => 1],
-  cot: [(x) => one(math.tan(x as number)), (x) => one(squared(math.sin(x as number)))],
-  sec: [
-    (x) => one(math.cos(x as number)),
-    (x) => math.divide(math.sin(x as number), squared(math.cos(x as number))) as Scalar,
-  ],
-  csc: [
-    (x) => one(math.sin(x as number)),
-    (x) => math.divide(math.cos(x as number), squared(math.sin(x as number))) as Scalar,
-  ],
-  acot: [(x) => math.atan(one(x) as number) as Scalar, (x) => one(math.add(1, squared(x)) as Scalar)],
-  sign: [(x) => (absolute(x) === 0 ? 0 : (math.divide(x, absolute(x)) as Scalar)), () => 0],
-};
+  typeof x === "number" && typeof y === "number" ? x / y : complex(x).div(y);
+const minus = (x: Scalar): Scalar => (typeof x === "number" ? -x : x.neg());
 
 /** The value of a tree where names have these values; what is undefined is nan. Throws ReadError for what is no scalar. */
 export function evaluate(tree: Node, values: Readonly<Record<string, number>>): Value {
@@ -164,16 +129,14 @@ function power(tree: Node, values: Readonly<Record<string, number>>): Scalar {
     size = absolute(x) ** (y - 1) * (absolute(x) + y * mx);
     return value;
   }
-  const varies =
-    my === 0 || isWhole(tree.args[1] as Node) ? 0 : absolute(math.log(x as number) as Scalar) * my;
+  const varies = my === 0 || isWhole(tree.args[1] as Node) ? 0 : absolute(complex(x).log()) * my;
   size = absolute(value) * (1 + (absolute(y) * mx) / (absolute(x) || 1) + varies);
   return value;
 }
 
 function powered(x: Scalar, y: Scalar): Scalar {
-  if (x === 0 && y === 0) return 1;
-  if (typeof x === "number" && typeof y === "number" && isRealPower(x, y)) return x ** y;
-  return math.pow(x as number, y as number) as Scalar;
+  if (typeof x !== "number" || typeof y !== "number") return complex(x).pow(complex(y));
+  return x < 0 && Number.isFinite(y) && !Number.isInteger(y) ? complex(x).pow(y) : x ** y;
 }
 
 function isWhole(exponent: Node): boolean {
@@ -189,16 +152,18 @@ function called(tree: Node, values: Readonly<Record<string, number>>): Scalar {
     size = real ? 1 + (mx * Math.abs(y) + size * Math.abs(x)) / (x * x + y * y) : NaN;
     return real ? Math.atan2(x, y) : NaN;
   }
-  const real = typeof x === "number" ? REAL[tree.text] : undefined;
-  if (typeof x === "number" && real?.isReal(x)) {
+  const real = REAL[tree.text];
+  if (!real) throw new ReadError("read.function", { name: tree.text });
+  if (typeof x === "number" && !(x < real.from || x > real.to)) {
     const value = real.value(x);
     size = Math.abs(value) + Math.abs(real.slope(x)) * mx;
     return value;
   }
-  const known = FUNCTIONS[tree.text];
-  if (!known) throw new ReadError("read.function", { name: tree.text });
-  const value = known[0](x);
-  size = absolute(value) + absolute(known[1](x)) * mx;
+  const of = (z: Complex): Scalar => (tree.text === "abs" ? absolute(z) : z[tree.text as "sin"]());
+  const [z, step] = [complex(x), 1e-6 * (1 + absolute(x))];
+  const value = of(z);
+  const change = plus(of(z.add(step)), minus(of(z.sub(step))));
+  size = absolute(value) + (absolute(change) / (2 * step)) * mx;
   return value;
 }
 

@@ -1,37 +1,49 @@
-// Real numbers without mathjs: functions where their values are real, and trees of which every value is.
+// Real numbers: functions where their values are real, and trees of which every value is.
 //
-// Values are the same as in mathjs, to the last bit; pages that only draw an arm need nothing else of it.
+// Pages that only draw an arm need nothing else, and load no complex numbers.
 
 import { message } from "../text/text.js";
 import { type Node, ReadError } from "./tree.js";
 
-/** The value of a function at x, how steep it is there, and whether both are real. */
-export interface RealFunction {
+/** A function of a real number and how steep it is; from `from` to `to` its values are real. */
+interface RealFunction {
   readonly value: (x: number) => number;
   readonly slope: (x: number) => number;
-  readonly isReal: (x: number) => boolean;
+  readonly from: number;
+  readonly to: number;
 }
 
-const always = (): boolean => true;
-const inside = (x: number): boolean => x > -1 && x < 1;
-const positive = (x: number): boolean => x > 0;
+const real = (
+  value: (x: number) => number,
+  slope: (x: number) => number,
+  from = -Infinity,
+  to = Infinity,
+): RealFunction => ({ value, slope, from, to });
+const { sin, cos, tan, exp, sinh, cosh, tanh } = Math;
+const overRoot = (x: number): number => 1 / Math.sqrt(1 - x * x);
+const overSum = (x: number): number => 1 / (1 + x * x);
 
+/** Functions by name; complex.js has methods of these names for other numbers. */
 export const REAL: Readonly<Record<string, RealFunction>> = {
-  sin: { value: Math.sin, slope: Math.cos, isReal: always },
-  cos: { value: Math.cos, slope: Math.sin, isReal: always },
-  tan: { value: Math.tan, slope: (x) => 1 / (Math.cos(x) * Math.cos(x)), isReal: always },
-  exp: { value: Math.exp, slope: Math.exp, isReal: always },
-  log: { value: Math.log, slope: (x) => 1 / x, isReal: positive },
-  sqrt: { value: Math.sqrt, slope: (x) => 0.5 / Math.sqrt(x), isReal: positive },
-  asin: { value: Math.asin, slope: (x) => 1 / Math.sqrt(1 - x * x), isReal: inside },
-  acos: { value: Math.acos, slope: (x) => 1 / Math.sqrt(1 - x * x), isReal: inside },
-  atan: { value: Math.atan, slope: (x) => 1 / (1 + x * x), isReal: always },
-  abs: { value: Math.abs, slope: () => 1, isReal: always },
+  sin: real(sin, cos),
+  cos: real(cos, sin),
+  tan: real(tan, (x) => 1 / cos(x) ** 2),
+  cot: real((x) => 1 / tan(x), (x) => 1 / sin(x) ** 2), // prettier-ignore
+  sec: real((x) => 1 / cos(x), (x) => sin(x) / cos(x) ** 2), // prettier-ignore
+  csc: real((x) => 1 / sin(x), (x) => cos(x) / sin(x) ** 2), // prettier-ignore
+  asin: real(Math.asin, overRoot, -1, 1),
+  acos: real(Math.acos, overRoot, -1, 1),
+  atan: real(Math.atan, overSum),
+  acot: real((x) => Math.atan(1 / x), overSum),
+  sinh: real(sinh, cosh),
+  cosh: real(cosh, sinh),
+  tanh: real(tanh, (x) => 1 / cosh(x) ** 2),
+  exp: real(exp, exp),
+  log: real(Math.log, (x) => 1 / x, 0),
+  sqrt: real(Math.sqrt, (x) => 0.5 / Math.sqrt(x), 0),
+  abs: real(Math.abs, () => 1),
+  sign: real(Math.sign, () => 0),
 };
-
-/** Whether x^y is real, and the same for Math.pow as for mathjs. */
-export const isRealPower = (x: number, y: number): boolean =>
-  Number.isFinite(y) && (x > 0 || Number.isInteger(y));
 
 /** The value of an entry of an arm's table. Throws ReadError for what is no real expression. */
 export function realValue(tree: Node, values: Readonly<Record<string, number>>): number {
