@@ -9,7 +9,7 @@ import { readDue } from "../grade/due.js";
 import { read } from "../read/reader.js";
 import { ReadError } from "../read/tree.js";
 import { typesetTree } from "../read/typeset.js";
-import { message, said } from "../text/text.js";
+import { said, say } from "../text/text.js";
 import { Html, Tex } from "./math.js";
 import { entriesOf, isUnfinished, matrixText } from "./entries.js";
 import { called, Letter } from "./letter.js";
@@ -63,7 +63,7 @@ function Single({ problem, part, onAnswer, onCheck, first = "", shape }: SingleP
   return (
     <div class="answer" ref={place}>
       <FormulaField
-        label={said(message("answer.label"))}
+        label={say("answer.label")}
         value={text}
         onValue={change}
         onEnter={onCheck}
@@ -72,11 +72,9 @@ function Single({ problem, part, onAnswer, onCheck, first = "", shape }: SingleP
         goesOn={set ? () => false : shape && ((typed) => isUnfinished(typed, ...shape))}
       />
       {unit ? <span class="unit">{unit}</span> : null}
-      {set ? <p class="help">{said(message("answer.set-help"))}</p> : null}
-      {shape ? (
-        <p class="help">{said(message(shape[1] > 1 ? "answer.matrix-help" : "answer.vector-help"))}</p>
-      ) : null}
-      <Toggle text={said(message(math ? "answer.plain" : "answer.math"))} onToggle={toggle} />
+      {set ? <p class="help">{say("answer.set-help")}</p> : null}
+      {shape ? <p class="help">{say(shape[1] > 1 ? "answer.matrix-help" : "answer.vector-help")}</p> : null}
+      <Toggle text={say(math ? "answer.plain" : "answer.math")} onToggle={toggle} />
       <Symbols problem={problem} part={part} place={place} />
     </div>
   );
@@ -113,7 +111,7 @@ function Entries({
     return (
       <>
         <Single {...{ problem, part, onCheck, first }} onAnswer={told} shape={[rows, columns]} />
-        <Toggle text={said(message("answer.as-entries"))} onToggle={back} />
+        <Toggle text={say("answer.as-entries")} onToggle={back} />
       </>
     );
   }
@@ -137,8 +135,8 @@ function Entries({
   };
   const label = (i: number) =>
     columns === 1
-      ? said(message("answer.component", { row: i + 1 }))
-      : said(message("answer.entry", { row: Math.floor(i / columns) + 1, column: (i % columns) + 1 }));
+      ? say("answer.component", { row: i + 1 })
+      : say("answer.entry", { row: Math.floor(i / columns) + 1, column: (i % columns) + 1 });
   return (
     <div class="answer" ref={place}>
       <Grid rows={rows} columns={columns} of={part.grid} onPaste={paste}>
@@ -155,8 +153,8 @@ function Entries({
           </span>
         ))}
       </Grid>
-      <Toggle text={said(message("answer.as-text"))} onToggle={toText} />
-      <Toggle text={said(message(math ? "answer.plain" : "answer.math"))} onToggle={toggle} />
+      <Toggle text={say("answer.as-text")} onToggle={toText} />
+      <Toggle text={say(math ? "answer.plain" : "answer.math")} onToggle={toggle} />
       {part.key.type === "numbers" ? null : <Symbols problem={problem} part={part} place={place} />}
     </div>
   );
@@ -177,7 +175,7 @@ function Grid({ rows, columns, of: [beside, above], onPaste, children }: GridPro
     <div
       class="grid"
       role="group"
-      aria-label={said(message("answer.label"))}
+      aria-label={say("answer.label")}
       data-columns={columns}
       data-beside={beside.length > 0 ? "" : undefined}
       data-above={above.length > 0 ? "" : undefined}
@@ -310,7 +308,7 @@ function Symbols({
       value === undefined && (["joint", "length", "angle"].includes(role) || part.names.includes(name)),
   );
   return (
-    <div class="symbols" role="group" aria-label={said(message("answer.symbols"))}>
+    <div class="symbols" role="group" aria-label={say("answer.symbols")}>
       {names.map(([name, info]) => (
         <button
           type="button"
@@ -361,7 +359,7 @@ export function Preview({
     <p class="preview" aria-live="polite">
       {found === null ? null : "latex" in found ? (
         <>
-          <span class="muted">{said(message("answer.read-as"))}</span> <Tex latex={found.latex} block />
+          <span class="muted">{say("answer.read-as")}</span> <Tex latex={found.latex} block />
         </>
       ) : (
         <span class="muted">{found.why}</span>
@@ -396,7 +394,7 @@ function previewOf(
 function Letters({ problem: { lang }, part, onAnswer }: Field) {
   const options = part.options ?? [];
   const [chosen, setChosen] = useState<readonly (number | null)[]>([]);
-  const say = (now: readonly (number | null)[]) => {
+  const choose = (now: readonly (number | null)[]) => {
     setChosen(now);
     onAnswer(now.every((each) => each !== null) ? now.map((each) => LETTERS[each as number]).join("") : "");
   };
@@ -405,19 +403,19 @@ function Letters({ problem: { lang }, part, onAnswer }: Field) {
     const now = Array.from({ length: items }, (_, i) => chosen[i] ?? null);
     return (
       <div class="answer">
-        <p class="help">{said(message("answer.choose-each"))}</p>
+        <p class="help">{say("answer.choose-each")}</p>
         <Options options={options} lang={lang} />
         {now.map((each, i) => (
           <label class="match" key={i}>
-            {said(message("answer.match", { index: i + 1 }))}
+            {say("answer.match", { index: i + 1 })}
             <select
               value={each ?? ""}
               onChange={(event) => {
                 const value = event.currentTarget.value;
-                say(now.map((old, k) => (k === i ? (value === "" ? null : Number(value)) : old)));
+                choose(now.map((old, k) => (k === i ? (value === "" ? null : Number(value)) : old)));
               }}
             >
-              <option value="">{said(message("answer.choose"))}</option>
+              <option value="">{say("answer.choose")}</option>
               {options.map((_, k) => (
                 <option key={k} value={k}>
                   {LETTERS[k]}
@@ -433,8 +431,8 @@ function Letters({ problem: { lang }, part, onAnswer }: Field) {
   return (
     <fieldset class="answer options">
       <legend class="help">
-        <span class="visually-hidden">{said(message("answer.label"))}: </span>
-        {said(message(single ? "answer.choose-one" : "answer.choose-all"))}
+        <span class="visually-hidden">{say("answer.label")}: </span>
+        {say(single ? "answer.choose-one" : "answer.choose-all")}
       </legend>
       {options.map((option, i) => (
         <label class="option" key={i}>
@@ -444,7 +442,7 @@ function Letters({ problem: { lang }, part, onAnswer }: Field) {
             checked={chosen.includes(i)}
             onChange={() => {
               const kept = chosen.filter((each) => each !== i);
-              say(single ? [i] : kept.length === chosen.length ? [...chosen, i] : kept);
+              choose(single ? [i] : kept.length === chosen.length ? [...chosen, i] : kept);
             }}
           />
           <strong>{LETTERS[i]}</strong> <Html html={option} class="option-text" lang={lang} />

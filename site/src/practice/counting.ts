@@ -2,7 +2,7 @@
 // in the lesson; and which classes of lessons are to be looked at again.
 
 import type { Index } from "../bank.js";
-import { message, said, type Message } from "../text/text.js";
+import { type Message, said, say } from "../text/text.js";
 import { type Item, nameOf } from "./choice.js";
 import { classesOf, rowOf, type Stretch, withRow } from "./classes.js";
 import {
@@ -111,13 +111,13 @@ export function drawnFrom(
 
 /** A lesson and, where it has several, the class of its arms, in words. */
 export function classInWords({ topic, classes, at }: ClassOfTopic): string {
-  const title = said(message(topic.title));
+  const title = say(topic.title);
   if (classes.length < 2) return title;
-  return said(message("practice.of-class", { title, arms: said(message(`classes.${classes[at]!.name}`)) }));
+  return say("practice.of-class", { title, arms: say(`classes.${classes[at]!.name}`) });
 }
 
 /** What came of an answer, in a line for each class. */
 export const outcomesInWords = (outcomes: readonly Outcome[]): string[] =>
   outcomes.map(({ of, outcome }) =>
-    said(message("practice.counts", { what: classInWords(of), outcome: said(outcome) })),
+    say("practice.counts", { what: classInWords(of), outcome: said(outcome) }),
   );

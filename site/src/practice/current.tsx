@@ -6,7 +6,7 @@ import { useEffect, useState } from "preact/hooks";
 import type { Problem } from "../bank.js";
 import type { Level } from "../grade/levels.js";
 import { loadProblem } from "../load.js";
-import { message, said } from "../text/text.js";
+import { say } from "../text/text.js";
 import type { Item } from "./choice.js";
 import { type Judged, Task } from "./task.js";
 
@@ -60,7 +60,7 @@ export function Current({
     return (
       <>
         <p role="status" class="task">
-          {said(message("practice.loading"))}
+          {say("practice.loading")}
         </p>
         <div class="stage" />
       </>
@@ -88,9 +88,9 @@ export function Current({
 export function Failed({ why, onAgain }: { why: string; onAgain: () => void }): JSX.Element {
   return (
     <div role="alert">
-      <p>{said(message("practice.failed", { why }))}</p>
+      <p>{say("practice.failed", { why })}</p>
       <button type="button" class="button" onClick={onAgain}>
-        {said(message("practice.again"))}
+        {say("practice.again")}
       </button>
     </div>
   );

@@ -3,7 +3,7 @@
 
 import type { JSX } from "preact";
 
-import { message, said } from "../text/text.js";
+import { message, said, say } from "../text/text.js";
 
 /** Minutes that a question takes, as a rule. */
 const EACH = 1.5;
@@ -28,9 +28,9 @@ export function Due({ count, going, of, onStart }: DueProps): JSX.Element | null
         </span>
       ) : (
         <>
-          <strong>{said(message("practice.due-now", { count, minutes: Math.ceil(EACH * count) }))}</strong>
+          <strong>{say("practice.due-now", { count, minutes: Math.ceil(EACH * count) })}</strong>
           <button type="button" class="quiet small" onClick={onStart}>
-            {said(message("practice.due-start"))}
+            {say("practice.due-start")}
           </button>
         </>
       )}

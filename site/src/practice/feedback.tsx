@@ -3,7 +3,7 @@
 import type { JSX } from "preact";
 import type { Problem, Row } from "../bank.js";
 import { type At, isRead, type Slip, type Verdict } from "../grade/verdict.js";
-import { message, type Message, said } from "../text/text.js";
+import { type Message, message, said, say } from "../text/text.js";
 
 const TITLES = {
   correct: "practice.right",
@@ -29,25 +29,23 @@ export function Feedback({ problem, verdict, isDrawn, notes = [] }: FeedbackProp
   const title = isTried || verdict.outcome === "missing" ? TITLES[verdict.outcome] : "practice.unread";
   return (
     <section class={`verdict ${isTried ? verdict.outcome : "missing"}`}>
-      <h3>{said(message(title))}</h3>
+      <h3>{say(title)}</h3>
       {reasons.map((reason) => (
         <p key={reason.key}>{said(reason)}</p>
       ))}
       {verdict.mistake === undefined ? null : (
         <p class="mistake">
-          <strong>{said(message("practice.mistake"))}</strong>{" "}
-          <Mistake problem={problem} index={verdict.mistake} />
+          <strong>{say("practice.mistake")}</strong> <Mistake problem={problem} index={verdict.mistake} />
         </p>
       )}
       {behind.length === 1 ? (
         <p class="mistake">
-          <strong>{said(message("practice.mistake"))}</strong>{" "}
-          <Behind problem={problem} slip={behind[0] as Slip} />
+          <strong>{say("practice.mistake")}</strong> <Behind problem={problem} slip={behind[0] as Slip} />
         </p>
       ) : null}
       {behind.length > 1 ? (
         <div class="mistake">
-          <strong>{said(message("practice.mistakes"))}</strong>
+          <strong>{say("practice.mistakes")}</strong>
           <ul>
             {behind.map((slip, i) => (
               <li key={i}>
@@ -60,7 +58,7 @@ export function Feedback({ problem, verdict, isDrawn, notes = [] }: FeedbackProp
       {isTried && verdict.entries && verdict.entries.length * (verdict.entries[0]?.length ?? 0) > 1 ? (
         <Marks entries={verdict.entries} />
       ) : null}
-      {isDrawn ? <p>{said(message("practice.own-columns"))}</p> : null}
+      {isDrawn ? <p>{say("practice.own-columns")}</p> : null}
       {isTried
         ? notes.map((note) => (
             <p key={note} class="verdict-note">
@@ -70,7 +68,7 @@ export function Feedback({ problem, verdict, isDrawn, notes = [] }: FeedbackProp
         : null}
       {pose ? (
         <p>
-          <a href="#arm">{said(message("practice.pose"))}</a>
+          <a href="#arm">{say("practice.pose")}</a>
         </p>
       ) : null}
     </section>
@@ -115,9 +113,7 @@ function Marks({ entries }: { entries: readonly (readonly boolean[])[] }) {
             {row.map((right, c) => (
               <td key={c} class={right ? "right" : "wrong"}>
                 {right ? "✓" : "✗"}
-                <span class="visually-hidden">
-                  {said(message(right ? "practice.right" : "practice.wrong"))}
-                </span>
+                <span class="visually-hidden">{say(right ? "practice.right" : "practice.wrong")}</span>
               </td>
             ))}
           </tr>

@@ -6,7 +6,7 @@ import { h, render } from "preact";
 import { breath } from "../later.js";
 import { startPage } from "../pages/page.js";
 import { chosenLanguage } from "../text/languages.js";
-import { message, said } from "../text/text.js";
+import { say } from "../text/text.js";
 import { asksForRound } from "../course/link.js";
 import { Practice } from "./practice.js";
 
@@ -19,6 +19,6 @@ if (place) {
   const shown = asksForRound(search) ? (await import("../course/embedded.js")).Embedded : Practice;
   place.textContent = "";
   place.lang = chosenLanguage();
-  document.title = document.title.replace("Practise", said(message("page.practise")));
+  document.title = document.title.replace("Practise", say("page.practise"));
   render(h(shown, {}), place);
 }

@@ -4,7 +4,7 @@ import type { MathfieldElement } from "mathlive";
 import type { JSX } from "preact";
 import { useEffect, useRef, useState } from "preact/hooks";
 
-import { inDigits, language, message, said } from "../text/text.js";
+import { inDigits, language, say } from "../text/text.js";
 
 /** The formula in a field, its decimal comma as a point. */
 function textOf(field: MathfieldElement | null): string {
@@ -67,6 +67,6 @@ export function MathField({ label, value, onValue, onEnter }: MathFieldProps): J
       field?.remove();
     };
   }, []);
-  if (failed) return <span role="alert">{said(message("practice.failed", { why: failed }))}</span>;
+  if (failed) return <span role="alert">{say("practice.failed", { why: failed })}</span>;
   return <span ref={place} class="math-place" />;
 }

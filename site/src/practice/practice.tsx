@@ -6,7 +6,7 @@ import { useEffect, useMemo, useRef, useState } from "preact/hooks";
 import type { Index } from "../bank.js";
 import { loadIndex } from "../load.js";
 import type { TextKey } from "../text/en.js";
-import { message, said } from "../text/text.js";
+import { message, said, say } from "../text/text.js";
 import {
   ANYTHING,
   asLink,
@@ -59,7 +59,7 @@ export function Practice(): JSX.Element {
     <Session index={index} />
   ) : (
     <p role="status" class="loading">
-      {said(message("practice.loading"))}
+      {say("practice.loading")}
     </p>
   );
 }
@@ -151,13 +151,11 @@ function Session({ index }: { index: Index }) {
         />
         {order && order.length > 0 ? (
           <p class="muted set-place">
-            {said(
-              message("practice.set-place", {
-                number: (place % order.length) + 1,
-                count: order.length,
-                set: wish.set,
-              }),
-            )}
+            {say("practice.set-place", {
+              number: (place % order.length) + 1,
+              count: order.length,
+              set: wish.set,
+            })}
           </p>
         ) : null}
       </div>
@@ -181,7 +179,7 @@ function Session({ index }: { index: Index }) {
           <p class="ways">
             {waysOn(index, wish).map(([key, to]) => (
               <button key={key} type="button" class="button" onClick={() => wished(to)}>
-                {said(message(key))}
+                {say(key)}
               </button>
             ))}
           </p>

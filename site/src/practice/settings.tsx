@@ -4,7 +4,7 @@ import type { JSX } from "preact";
 import { useRef, useState } from "preact/hooks";
 
 import type { Index } from "../bank.js";
-import { message, said } from "../text/text.js";
+import { say } from "../text/text.js";
 import { ANYTHING, asLink, isMissed, items, STEPS, variations, WAITS, type Wish } from "./choice.js";
 import { type AllKept, asFile, fromFile, merged, NOTHING_KEPT } from "./all-kept.js";
 import { sheetLink } from "./sheet.js";
@@ -31,17 +31,17 @@ export function Settings(props: SettingsProps): JSX.Element {
     <form class="settings" onSubmit={(event) => event.preventDefault()}>
       <details class="wish" open={isOpen} onToggle={(event) => setOpen(event.currentTarget.open)}>
         <summary>
-          <span class="visually-hidden">{said(message("practice.wish"))}: </span>
+          <span class="visually-hidden">{say("practice.wish")}: </span>
           {inShort(index, wish)}
         </summary>
         <div class="choices">
           <label>
-            {said(message("practice.arm"))}
+            {say("practice.arm")}
             <select
               value={wish.family}
               onChange={(event) => onWish({ ...wish, family: event.currentTarget.value, question: "" })}
             >
-              <option value="">{said(message("practice.any-arm"))}</option>
+              <option value="">{say("practice.any-arm")}</option>
               {index.families.map(({ name, title, lang = "en" }) => (
                 <option key={name} value={name} lang={lang}>
                   {title}
@@ -50,18 +50,15 @@ export function Settings(props: SettingsProps): JSX.Element {
             </select>
           </label>
           <label>
-            {said(message("practice.question"))}
+            {say("practice.question")}
             <select
               value={wish.question}
               onChange={(event) => onWish({ ...wish, question: event.currentTarget.value })}
             >
-              <option value="">{said(message("practice.any-question"))}</option>
+              <option value="">{say("practice.any-question")}</option>
               {[false, true].map((short) =>
                 group(short).length > 0 ? (
-                  <optgroup
-                    key={String(short)}
-                    label={said(message(short ? "practice.short" : "practice.long"))}
-                  >
+                  <optgroup key={String(short)} label={say(short ? "practice.short" : "practice.long")}>
                     {group(short).map(({ name, title, lang = "en" }) => (
                       <option key={name} value={name} lang={lang}>
                         {title}
@@ -73,7 +70,7 @@ export function Settings(props: SettingsProps): JSX.Element {
             </select>
           </label>
           <label>
-            {said(message("practice.difficulty"))}
+            {say("practice.difficulty")}
             <select
               value={wish.difficulty ?? ""}
               onChange={(event) => {
@@ -81,7 +78,7 @@ export function Settings(props: SettingsProps): JSX.Element {
                 onWish({ ...wish, difficulty: value === "" ? null : Number(value) });
               }}
             >
-              <option value="">{said(message("practice.any-difficulty"))}</option>
+              <option value="">{say("practice.any-difficulty")}</option>
               {[0, 1, 2, 3, 4].map((step) => (
                 <option key={step} value={step}>
                   {step}
@@ -99,11 +96,11 @@ export function Settings(props: SettingsProps): JSX.Element {
 
 /** A wish in a line: what arm, what question, how difficult. */
 function inShort({ families, questions }: Index, wish: Wish): string {
-  const arm = families.find(({ name }) => name === wish.family)?.title ?? said(message("practice.any-arm"));
+  const arm = families.find(({ name }) => name === wish.family)?.title ?? say("practice.any-arm");
   const question =
-    questions.find(({ name }) => name === wish.question)?.title ?? said(message("practice.any-question"));
+    questions.find(({ name }) => name === wish.question)?.title ?? say("practice.any-question");
   const more = [
-    wish.difficulty === null ? "" : said(message("practice.points", { difficulty: wish.difficulty })),
+    wish.difficulty === null ? "" : say("practice.points", { difficulty: wish.difficulty }),
     wish.variation ? variationName(wish.variation) : "",
   ];
   return [arm, question, ...more].filter(Boolean).join(" · ");
@@ -115,12 +112,12 @@ function VariationChoice({ index, wish, onWish }: SettingsProps) {
   if (known.length < 2) return null;
   return (
     <label>
-      {said(message("practice.variation"))}
+      {say("practice.variation")}
       <select
         value={wish.variation}
         onChange={(event) => onWish({ ...wish, variation: event.currentTarget.value })}
       >
-        <option value="">{said(message("practice.any-variation"))}</option>
+        <option value="">{say("practice.any-variation")}</option>
         {known.map((name) => (
           <option key={name} value={name}>
             {variationName(name)}
@@ -134,7 +131,7 @@ function VariationChoice({ index, wish, onWish }: SettingsProps) {
 /** A step in words; an instructor's own axes as they are. */
 export function variationName(name: string): string {
   const step = STEPS.find((each) => each === name);
-  return step ? said(message(`variation.${step}`)) : name.replaceAll("+", ", ");
+  return step ? say(`variation.${step}`) : name.replaceAll("+", ", ");
 }
 
 function More({ wish, kept, onWish, onKept }: SettingsProps) {
@@ -145,7 +142,7 @@ function More({ wish, kept, onWish, onKept }: SettingsProps) {
   const due = tried.filter((each) => isMissed(each) && each.box < WAITS.length - 1).length;
   const load = async () => {
     const found = fromFile((await file.current?.files?.[0]?.text()) ?? "");
-    setTold(found ? "" : said(message("practice.not-progress")));
+    setTold(found ? "" : say("practice.not-progress"));
     if (found) onKept(merged(kept, found));
     if (file.current) file.current.value = ""; // so that the same file may be chosen again
   };
@@ -161,37 +158,35 @@ function More({ wish, kept, onWish, onKept }: SettingsProps) {
   const link = `${window.location.origin}${window.location.pathname}${asLink(wish)}`;
   return (
     <details class="more">
-      <summary>{said(message("practice.progress"))}</summary>
+      <summary>{say("practice.progress")}</summary>
       <p>
-        {said(
-          message("practice.count", {
-            right: tried.filter((each) => each.right).length,
-            tried: tried.length,
-          }),
-        )}
-        ; {said(message("practice.due", { count: due }))}. {said(message("practice.kept"))}
+        {say("practice.count", {
+          right: tried.filter((each) => each.right).length,
+          tried: tried.length,
+        })}
+        ; {say("practice.due", { count: due })}. {say("practice.kept")}
       </p>
       <p class="actions">
         <button type="button" class="quiet" onClick={save}>
-          {said(message("practice.save"))}
+          {say("practice.save")}
         </button>
         <button type="button" class="quiet" onClick={() => file.current?.click()}>
-          {said(message("practice.load"))}
+          {say("practice.load")}
         </button>
         <button
           type="button"
           class="quiet"
           onClick={() => {
-            if (window.confirm(said(message("practice.forget-sure")))) onKept(NOTHING_KEPT);
+            if (window.confirm(say("practice.forget-sure"))) onKept(NOTHING_KEPT);
           }}
         >
-          {said(message("practice.forget"))}
+          {say("practice.forget")}
         </button>
         <a
           class="button quiet"
           href={sheetLink({ ...wish, set: wish.set || fresh }, { count: 4, key: false })}
         >
-          {said(message("sheet.make"))}
+          {say("sheet.make")}
         </a>
       </p>
       <input
@@ -199,18 +194,18 @@ function More({ wish, kept, onWish, onKept }: SettingsProps) {
         class="visually-hidden"
         type="file"
         accept=".json,application/json"
-        aria-label={said(message("practice.load"))}
+        aria-label={say("practice.load")}
         tabIndex={-1}
         onChange={() => void load()}
       />
       {told ? <p role="alert">{told}</p> : null}
       {wish.set ? (
         <p>
-          {said(message("practice.set-help"))} <a href={link}>{link}</a>
+          {say("practice.set-help")} <a href={link}>{link}</a>
         </p>
       ) : (
         <button type="button" class="quiet" onClick={() => onWish({ ...wish, set: fresh })}>
-          {said(message("practice.make-set"))}
+          {say("practice.make-set")}
         </button>
       )}
     </details>

@@ -9,7 +9,7 @@ import { loadProblem, loadSolutions } from "../load.js";
 import { read } from "../read/reader.js";
 import { ReadError } from "../read/tree.js";
 import { typesetTree } from "../read/typeset.js";
-import { inDigits, message, said } from "../text/text.js";
+import { inDigits, say } from "../text/text.js";
 import { asLink, inOrder, type Item, nameOf, type Wish } from "./choice.js";
 import { Html, Tex } from "./math.js";
 import { promptOnPaper } from "./prompt.js";
@@ -73,7 +73,7 @@ export function Sheet({ index, wish, first }: { index: Index; wish: Wish; first:
     <>
       <form class="settings sheet-settings" onSubmit={(event) => event.preventDefault()}>
         <label>
-          {said(message("sheet.count"))}
+          {say("sheet.count")}
           <select
             value={sheet.count}
             onChange={(event) => change({ ...sheet, count: Number(event.currentTarget.value) })}
@@ -92,17 +92,17 @@ export function Sheet({ index, wish, first }: { index: Index; wish: Wish; first:
               checked={sheet.key}
               onChange={() => change({ ...sheet, key: !sheet.key })}
             />
-            {said(message("sheet.with-key"))}
+            {say("sheet.with-key")}
           </label>
         ) : null}
         <button type="button" class="button" disabled={!groups} onClick={() => window.print()}>
-          {said(message("sheet.print"))}
+          {say("sheet.print")}
         </button>
-        <a href={asLink(wish) || window.location.pathname}>{said(message("sheet.back"))}</a>
+        <a href={asLink(wish) || window.location.pathname}>{say("sheet.back")}</a>
       </form>
-      {failed ? <p role="alert">{said(message("practice.failed", { why: failed }))}</p> : null}
+      {failed ? <p role="alert">{say("practice.failed", { why: failed })}</p> : null}
       {groups ? <Paper groups={groups} set={wish.set} withKey={sheet.key} /> : null}
-      {!groups && !failed ? <p role="status">{said(message("practice.loading"))}</p> : null}
+      {!groups && !failed ? <p role="status">{say("practice.loading")}</p> : null}
     </>
   );
 }
@@ -143,9 +143,9 @@ function Paper({ groups, set, withKey }: { groups: readonly Group[]; set: string
   return (
     <div class="sheet">
       <p class="sheet-head">
-        <span>{said(message("sheet.name"))}</span>
-        <span>{said(message("sheet.date"))}</span>
-        {set ? <span class="sheet-set">{said(message("sheet.set", { set }))}</span> : null}
+        <span>{say("sheet.name")}</span>
+        <span>{say("sheet.date")}</span>
+        {set ? <span class="sheet-set">{say("sheet.set", { set })}</span> : null}
       </p>
       {numbered.map(({ problem, asked }) => (
         <section class="sheet-arm" key={problem.id}>
@@ -166,7 +166,7 @@ function Paper({ groups, set, withKey }: { groups: readonly Group[]; set: string
       ))}
       {withKey ? (
         <section class="sheet-key">
-          <h2>{said(message("sheet.key"))}</h2>
+          <h2>{say("sheet.key")}</h2>
           <ol>
             {numbered.flatMap(({ problem, asked }) =>
               asked.map(({ item, part, typed }) => (

@@ -12,7 +12,7 @@ import { atLeast, lower, type Level, told } from "../grade/levels.js";
 import type { OwnColumns } from "../grade/own.js";
 import { type At, isRead, type Verdict } from "../grade/verdict.js";
 import { loadSolutions } from "../load.js";
-import { language, message, said } from "../text/text.js";
+import { language, say } from "../text/text.js";
 import { afterPaint, useSteps } from "../later.js";
 import { bringIntoView } from "./in-view.js";
 import { Answer, Preview } from "./answer.js";
@@ -45,7 +45,7 @@ function useArm(wanted: boolean): ArmPart | null {
 
 const NoArm = () => (
   <p role="status" class="stage-failed">
-    {said(message("practice.arm-failed"))}
+    {say("practice.arm-failed")}
   </p>
 );
 const grading = () => import("../grade/judge.js");
@@ -154,15 +154,15 @@ export function Task(props: TaskProps): JSX.Element {
         <Answer problem={problem} part={part} onAnswer={setAnswer} onCheck={() => void check()} />
         <p class="actions">
           <button type="submit" class={isDone ? "quiet" : "button"} aria-disabled={closed}>
-            {said(message("practice.check"))}
+            {say("practice.check")}
           </button>
           <button type="button" class={isDone ? "button" : "quiet"} onClick={onNext}>
-            {said(message(isDone ? "practice.next" : "practice.skip"))}
+            {say(isDone ? "practice.next" : "practice.skip")}
           </button>
         </p>
         <Preview problem={problem} part={part} answer={answer} />
       </form>
-      {failed ? <p role="alert">{said(message("practice.failed", { why: failed }))}</p> : null}
+      {failed ? <p role="alert">{say("practice.failed", { why: failed })}</p> : null}
       <div role="status" ref={verdictPlace}>
         {verdict ? (
           <Feedback problem={problem} verdict={verdict} isDrawn={own !== null} notes={notes} />
@@ -193,12 +193,12 @@ export function Task(props: TaskProps): JSX.Element {
       >
         <p class="kicker">
           <span lang={problem.lang ?? "en"}>{problem.title}</span>{" "}
-          <span class="muted">· {said(message("practice.points", { difficulty: problem.difficulty }))}</span>
+          <span class="muted">· {say("practice.points", { difficulty: problem.difficulty })}</span>
         </p>
         <h2 lang={problem.lang ?? "en"}>{part.title}</h2>
         {language().code === "en" ? null : (
           <p class={problem.lang ? "visually-hidden" : "muted"}>
-            {said(message(problem.lang ? "practice.english-drawings" : "practice.english"))}
+            {say(problem.lang ? "practice.english-drawings" : "practice.english")}
           </p>
         )}
         <figure class="printed" lang="en" dangerouslySetInnerHTML={{ __html: problem.figure }} />
@@ -212,18 +212,18 @@ export function Task(props: TaskProps): JSX.Element {
         {step > 0 ? <Html html={promptOf(part)} class="prompt" lang={problem.lang} /> : null}
         {step > 1 ? (
           <p class="muted to-given">
-            <a href="#given">{said(message("practice.to-given"))}</a>
+            <a href="#given">{say("practice.to-given")}</a>
           </p>
         ) : null}
         {step > 1 ? answering : null}
         {step > 1 ? (
           <details open class="given" id="given">
-            <summary>{said(message("practice.given"))}</summary>
+            <summary>{say("practice.given")}</summary>
             <Html html={problem.statement} class="statement" lang={problem.lang} />
           </details>
         ) : null}
       </article>
-      <section class="stage" id="arm" aria-label={said(message("practice.move"))}>
+      <section class="stage" id="arm" aria-label={say("practice.move")}>
         {Arm !== null ? (
           <Arm
             robot={problem.robot}
@@ -290,7 +290,7 @@ function Help({ item, part, lang, solvable, solved, onHint, onSolution }: HelpPr
     <section class="help-steps">
       {part.hints.slice(0, hints).map((hint, i) => (
         <div class="hint" key={i}>
-          <h3>{said(message("practice.hint", { number: i + 1 }))}</h3>
+          <h3>{say("practice.hint", { number: i + 1 })}</h3>
           <Html html={hint} lang={lang} />
         </div>
       ))}
@@ -304,25 +304,25 @@ function Help({ item, part, lang, solvable, solved, onHint, onSolution }: HelpPr
               setHints(hints + 1);
             }}
           >
-            {said(message("practice.more-hints", { number: hints + 1 }))}
+            {say("practice.more-hints", { number: hints + 1 })}
           </button>
         ) : null}
         {solvable && solution === null && (solved || hints > 0) ? (
           <button type="button" class="quiet" onClick={show}>
-            {said(message("practice.solution"))}
+            {say("practice.solution")}
           </button>
         ) : null}
       </p>
-      {failed ? <p role="alert">{said(message("practice.failed", { why: failed }))}</p> : null}
+      {failed ? <p role="alert">{say("practice.failed", { why: failed })}</p> : null}
       {solution ? (
         <div class="solution">
-          <h3>{said(message("practice.solution-title"))}</h3>
+          <h3>{say("practice.solution-title")}</h3>
           <Html html={solution.solution} lang={solution.lang} />
           {solution.figure ? (
             <figure lang="en" dangerouslySetInnerHTML={{ __html: solution.figure }} />
           ) : null}
           <details>
-            <summary>{said(message("practice.typed"))}</summary>
+            <summary>{say("practice.typed")}</summary>
             <pre>
               <code>{solution.typed}</code>
             </pre>

@@ -5,7 +5,7 @@ import { useMemo, useState } from "preact/hooks";
 
 import type { Index } from "../bank.js";
 import { Copied } from "../pages/copied.js";
-import { message, said } from "../text/text.js";
+import { say } from "../text/text.js";
 import { attempted } from "./choice.js";
 import { counted, outcomesInWords, sortingOf } from "./counting.js";
 import { Current } from "./current.js";
@@ -24,7 +24,7 @@ export function TodaysArm({ index }: { index: Index }): JSX.Element {
   const [day, setDay] = useState<Day | null>(() => item && onDay(keptDay(storage), today, item));
   const sorting = useMemo(() => sortingOf(index), [index]);
   const [notes, setNotes] = useState<readonly string[]>([]);
-  if (!item || !day) return <p>{said(message("practice.none"))}</p>;
+  if (!item || !day) return <p>{say("practice.none")}</p>;
   const note = (right: boolean, helped: boolean): void => {
     const next = tried(day, right, helped);
     setDay(next);
@@ -41,19 +41,19 @@ export function TodaysArm({ index }: { index: Index }): JSX.Element {
     <div class="workspace">
       <div class="choosing today">
         <p class="kicker">
-          <a href="practice.html">{said(message("page.practise"))}</a>
+          <a href="practice.html">{say("page.practise")}</a>
           <span class="muted"> · {today}</span>
         </p>
         <p class="lesson-title">
-          <strong>{said(message("today.title"))}</strong>
+          <strong>{say("today.title")}</strong>
         </p>
         <p role="status">{told(day)}</p>
         {isSolved(day) ? (
           <p class="actions">
-            <Copied text={score(index, day)} label={said(message("today.share"))} />
+            <Copied text={score(index, day)} label={say("today.share")} />
           </p>
         ) : (
-          <p class="muted">{said(message("today.says"))}</p>
+          <p class="muted">{say("today.says")}</p>
         )}
       </div>
       <Current
@@ -71,11 +71,9 @@ export function TodaysArm({ index }: { index: Index }): JSX.Element {
 /** How it went so far, in words. */
 function told(day: Day): string {
   const count = day.tries.length;
-  if (count === 0) return said(message("today.not-tried"));
-  if (!isSolved(day)) return said(message("today.tried", { marks: marks(day), count }));
-  return said(
-    message(day.helped ? "today.solved-helped" : "today.solved", { marks: marks(day), count, row: day.row }),
-  );
+  if (count === 0) return say("today.not-tried");
+  if (!isSolved(day)) return say("today.tried", { marks: marks(day), count });
+  return say(day.helped ? "today.solved-helped" : "today.solved", { marks: marks(day), count, row: day.row });
 }
 
 /** The score as a text: what was asked, tries as signs, and where it is. */
@@ -84,9 +82,9 @@ function score(index: Index, day: Day): string {
   const title = (all: readonly { name: string; title: string }[], name: string | undefined): string =>
     all.find((each) => each.name === name)?.title ?? "";
   return [
-    said(message("today.score", { day: day.day })),
+    say("today.score", { day: day.day }),
     `${title(index.families, family)}: ${title(index.questions, question)}`,
-    `${marks(day)}${day.helped ? ` (${said(message("today.helped"))})` : ""}`,
+    `${marks(day)}${day.helped ? ` (${say("today.helped")})` : ""}`,
     new URL(ADDRESS, window.location.href).href,
   ].join("\n");
 }
@@ -101,8 +99,8 @@ export function TodayDoor({ index }: { index: Index }): JSX.Element | null {
   if (!day) return null;
   return (
     <p class="today-door">
-      <a href={ADDRESS}>{said(message("today.title"))}</a>{" "}
-      <span class="muted">{day.tries.length > 0 ? marks(day) : said(message("today.new"))}</span>
+      <a href={ADDRESS}>{say("today.title")}</a>{" "}
+      <span class="muted">{day.tries.length > 0 ? marks(day) : say("today.new")}</span>
     </p>
   );
 }
