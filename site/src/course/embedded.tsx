@@ -1,13 +1,12 @@
 // A round by a link, in a page of its own or in a frame of somebody else's page.
 
 import type { JSX } from "preact";
-import { useEffect, useMemo, useState } from "preact/hooks";
+import { useState } from "preact/hooks";
 
 import type { Index } from "../bank.js";
 import { LESSONS } from "../learn/lessons.js";
-import { loadIndex } from "../load.js";
-import { Failed } from "../practice/current.js";
-import { storage } from "../practice/storage.js";
+import { WithIndex } from "../practice/with-index.js";
+import { keepText, keptText, storage } from "../storage.js";
 import { LANGUAGES } from "../text/languages.js";
 import { type Message, said, say } from "../text/text.js";
 import { type Link, readLink, roundOf, writeLink } from "./link.js";
@@ -16,22 +15,10 @@ import type { Recipient } from "./recipient.js";
 import type { Round } from "./round.js";
 import { RoundView } from "./view.js";
 
-export function Embedded(): JSX.Element {
-  const [index, setIndex] = useState<Index | null>(null);
-  const [failed, setFailed] = useState("");
-  const load = () => {
-    setFailed("");
-    loadIndex().then(setIndex, (error: unknown) => setFailed(String(error)));
-  };
-  useEffect(load, []);
-  const begun = useMemo(() => index && begin(index, window.location.search), [index]);
-  if (failed) return <Failed why={failed} onAgain={load} />;
-  if (!index || !begun)
-    return (
-      <p role="status" class="loading">
-        {say("practice.loading")}
-      </p>
-    );
+export const Embedded = (): JSX.Element => <WithIndex>{(index) => <AskedRound index={index} />}</WithIndex>;
+
+function AskedRound({ index }: { index: Index }): JSX.Element {
+  const [begun] = useState(() => begin(index, window.location.search));
   return "key" in begun ? <Wrong why={begun} /> : <RoundView index={index} {...begun} />;
 }
 
@@ -66,15 +53,11 @@ const nameOf = (link: Link): string => writeLink({ ...link, embed: false, origin
 /** The seed of a link that has none: drawn once in this browser, so that the page can be opened again. */
 function ownSeed(link: Link): string {
   const key = `qdot-seed${nameOf(link)}`;
-  try {
-    const kept = storage?.getItem(key);
-    if (kept) return kept;
-    const fresh = newSeed();
-    storage?.setItem(key, fresh);
-    return fresh;
-  } catch {
-    return newSeed();
-  }
+  const kept = keptText(storage, key);
+  if (kept) return kept;
+  const fresh = newSeed();
+  keepText(storage, key, fresh);
+  return fresh;
 }
 
 export const newSeed = (): string => crypto.getRandomValues(new Uint32Array(1))[0]!.toString(36);

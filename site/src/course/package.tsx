@@ -2,14 +2,12 @@
 import "../site.css";
 
 import { type JSX, render } from "preact";
-import { useEffect, useState } from "preact/hooks";
+import { useState } from "preact/hooks";
 
-import type { Index } from "../bank.js";
-import { loadIndex } from "../load.js";
-import { Failed } from "../practice/current.js";
-import { storage } from "../practice/storage.js";
+import { WithIndex } from "../practice/with-index.js";
+import { storage } from "../storage.js";
 import { chosenLanguage, loadLanguage } from "../text/languages.js";
-import { ENGLISH, message, say, speak } from "../text/text.js";
+import { ENGLISH, message, speak } from "../text/text.js";
 import { type PackageSet, roundOf } from "./places.js";
 import { inBrowser } from "./recipient.js";
 import { type Above, platform, type Version } from "./scorm.js";
@@ -21,32 +19,24 @@ interface Packed extends PackageSet {
 }
 
 function Package({ set }: { set: Packed }): JSX.Element {
-  const [index, setIndex] = useState<Index | null>(null);
-  const [failed, setFailed] = useState("");
   const [there] = useState(() => platform(set.scorm, window as unknown as Above));
-  const load = () => {
-    setFailed("");
-    loadIndex().then(setIndex, (error: unknown) => setFailed(String(error)));
-  };
-  useEffect(load, []);
-  if (failed) return <Failed why={failed} onAgain={load} />;
-  if (!index)
-    return (
-      <p role="status" class="loading">
-        {say("practice.loading")}
-      </p>
-    );
   const nobody = inBrowser(storage, `qdot-package ${set.key}`, message("round.no-platform"));
   return (
-    <RoundView index={index} round={roundOf(set, index, there?.learner ?? "")} recipient={there ?? nobody} />
+    <WithIndex>
+      {(index) => (
+        <RoundView
+          index={index}
+          round={roundOf(set, index, there?.learner ?? "")}
+          recipient={there ?? nobody}
+        />
+      )}
+    </WithIndex>
   );
 }
 
 speak(await loadLanguage().catch(() => ENGLISH));
-const place = document.getElementById("package");
-if (place) {
-  const set = JSON.parse(place.dataset["set"]!) as Packed;
-  place.textContent = "";
-  document.documentElement.lang = chosenLanguage();
-  render(<Package set={set} />, place);
-}
+const place = document.getElementById("package")!;
+const set = JSON.parse(place.dataset["set"]!) as Packed;
+place.textContent = "";
+document.documentElement.lang = chosenLanguage();
+render(<Package set={set} />, place);

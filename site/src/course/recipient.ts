@@ -2,6 +2,7 @@
 
 import type { Part } from "../bank.js";
 import type { Verdict } from "../grade/verdict.js";
+import { keepText, keptText } from "../storage.js";
 import type { Message } from "../text/text.js";
 import { asText, type Round, type Score, type Standing } from "./round.js";
 
@@ -45,29 +46,13 @@ export function isPassed({ pass }: Round, { share }: Score): boolean | null {
 /** Nobody: the round is kept in this browser, under `key`. */
 export function inBrowser(storage: Storage | null, key: string, says: Message): Recipient {
   return {
-    kept: read(storage, key),
+    kept: keptText(storage, key) ?? "",
     says,
     takes: false,
     tell({ round, standing }) {
-      write(storage, key, asText(round, standing));
+      keepText(storage, key, asText(round, standing));
       return true;
     },
     leave: () => undefined,
   };
-}
-
-function read(storage: Storage | null, key: string): string {
-  try {
-    return storage?.getItem(key) ?? "";
-  } catch {
-    return "";
-  }
-}
-
-function write(storage: Storage | null, key: string, text: string): void {
-  try {
-    storage?.setItem(key, text);
-  } catch {
-    // A browser that keeps nothing: the round goes on all the same.
-  }
 }

@@ -14,7 +14,7 @@ import type { Told } from "../pages/live.js";
 import { attempted, type Item, nameOf } from "../practice/choice.js";
 import { Current } from "../practice/current.js";
 import { keep, kept } from "../practice/progress.js";
-import { storage } from "../practice/storage.js";
+import { storage } from "../storage.js";
 import { Offline } from "../offline/offline.js";
 import { type Message, said, say } from "../text/text.js";
 import { classesOf, currentClass, rowOf, type Stretch, withRow } from "../practice/classes.js";

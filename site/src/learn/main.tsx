@@ -1,53 +1,37 @@
 // The script of the page of lessons: all of them with how far one is, or one of them, by ?lesson= in the address.
 import "../site.css";
 
-import { type JSX, render } from "preact";
-import { useEffect, useMemo, useState } from "preact/hooks";
+import type { JSX } from "preact";
+import { useMemo, useState } from "preact/hooks";
 
 import type { Index } from "../bank.js";
-import { loadIndex } from "../load.js";
 import type { Told } from "../pages/live.js";
-import { startPage } from "../pages/page.js";
+import { showPart } from "../pages/part.js";
 import { kept } from "../practice/progress.js";
-import { storage } from "../practice/storage.js";
-import { chosenLanguage } from "../text/languages.js";
+import { WithIndex } from "../practice/with-index.js";
+import { storage } from "../storage.js";
 import { say } from "../text/text.js";
 import { Offline } from "../offline/offline.js";
 import { Dots } from "./dots.js";
 import { placesOf } from "./graph.js";
 import { SkillMap } from "./skill-map.js";
 import { LessonView, NEW } from "./lesson.js";
-import { LESSONS } from "./lessons.js";
+import { type Lesson, LESSONS } from "./lessons.js";
 import { Rich } from "./rich.js";
 import { keepSkills, keptSkills, type Skill, type Skills } from "../practice/skills.js";
 
 /** The arms of the ideas, as Python wrote them. */
 type Arms = Readonly<Record<"plain" | "elbow", Told>>;
 
-function Learn({ arms }: { arms: Arms }): JSX.Element {
+function Learn({ arms, index }: { arms: Arms; index: Index }): JSX.Element {
   const [skills, setSkills] = useState<Skills>(() => keptSkills(storage));
-  const [index, setIndex] = useState<Index | null>(null);
-  const [failed, setFailed] = useState("");
-  useEffect(() => {
-    loadIndex().then(setIndex, (error: unknown) => setFailed(String(error)));
-  }, []);
   const asked = new URLSearchParams(window.location.search);
-  const lesson = LESSONS.find(({ id }) => id === asked.get("lesson"));
+  const lesson = lessonIn(asked);
   const note = (id: string, skill: Skill): void => {
     const next = { ...skills, [id]: skill };
     setSkills(next);
     keepSkills(storage, next);
   };
-  if (failed) return <p role="alert">{say("practice.failed", { why: failed })}</p>;
-  if (!index)
-    return (
-      <div class="workspace">
-        <p role="status" class="task">
-          {say("practice.loading")}
-        </p>
-        {lesson ? <div class="stage" /> : null}
-      </div>
-    );
   if (lesson)
     return (
       <LessonView
@@ -107,12 +91,21 @@ function List({ skills, wrong, index }: { skills: Skills; wrong: string | null; 
   );
 }
 
-await startPage();
-const place = document.getElementById("learn");
-if (place) {
-  const arms = JSON.parse(place.dataset["arms"]!) as Arms;
-  place.textContent = "";
-  place.lang = chosenLanguage();
-  document.title = document.title.replace("Learn", say("page.learn"));
-  render(<Learn arms={arms} />, place);
-}
+const lessonIn = (asked: URLSearchParams): Lesson | undefined =>
+  LESSONS.find(({ id }) => id === asked.get("lesson"));
+
+/** The room that a lesson takes, before it is there. */
+const Loading = (): JSX.Element => (
+  <div class="workspace">
+    <p role="status" class="task">
+      {say("practice.loading")}
+    </p>
+    {lessonIn(new URLSearchParams(window.location.search)) ? <div class="stage" /> : null}
+  </div>
+);
+
+await showPart("learn", ["Learn", "page.learn"], ({ arms }) => (
+  <WithIndex loading={<Loading />}>
+    {(index) => <Learn arms={JSON.parse(arms!) as Arms} index={index} />}
+  </WithIndex>
+));

@@ -63,7 +63,3 @@ export function currentClass(skill: Skill, classes: readonly Stretch[], now: num
   const open = rows.findIndex(({ learned }) => learned === undefined);
   return open >= 0 ? open : classes.length - 1;
 }
-
-/** Whether a class of a lesson is to be looked at again today. */
-export const isAnyDue = (skill: Skill, classes: readonly Stretch[], now: number): boolean =>
-  classes.some((_, at) => isDue(rowOf(skill, classes, at), now));

@@ -1,10 +1,9 @@
 // The practice page: what to practise, one problem after the other, and how it went.
 
 import type { JSX } from "preact";
-import { useEffect, useMemo, useRef, useState } from "preact/hooks";
+import { useMemo, useRef, useState } from "preact/hooks";
 
 import type { Index } from "../bank.js";
-import { loadIndex } from "../load.js";
 import type { TextKey } from "../text/en.js";
 import { message, said, say } from "../text/text.js";
 import {
@@ -34,33 +33,26 @@ import {
 } from "./counting.js";
 import { Due } from "./due.js";
 import { keep, kept } from "./progress.js";
-import { Current, Failed } from "./current.js";
+import { Current } from "./current.js";
 import { type AllKept, keepAll } from "./all-kept.js";
 import { Settings } from "./settings.js";
 import { Sheet, sheetFrom } from "./sheet.js";
 import { keepSkills, keptSkills, type Skills } from "./skills.js";
-import { storage } from "./storage.js";
+import { storage } from "../storage.js";
 import { keptDay } from "./today.js";
 import { isToday, TodayDoor, TodaysArm } from "./todays-arm.js";
+import { WithIndex } from "./with-index.js";
 
 export function Practice(): JSX.Element {
-  const [index, setIndex] = useState<Index | null>(null);
-  const [failed, setFailed] = useState("");
-  const load = () => {
-    setFailed("");
-    loadIndex().then(setIndex, (error: unknown) => setFailed(String(error)));
-  };
-  useEffect(load, []);
-  if (failed) return <Failed why={failed} onAgain={load} />;
-  const sheet = sheetFrom(window.location.search);
-  if (index && sheet) return <Sheet index={index} wish={fromLink(window.location.search)} first={sheet} />;
-  if (index && isToday(window.location.search)) return <TodaysArm index={index} />;
-  return index ? (
-    <Session index={index} />
-  ) : (
-    <p role="status" class="loading">
-      {say("practice.loading")}
-    </p>
+  const { search } = window.location;
+  const sheet = sheetFrom(search);
+  return (
+    <WithIndex>
+      {(index) => {
+        if (sheet) return <Sheet index={index} wish={fromLink(search)} first={sheet} />;
+        return isToday(search) ? <TodaysArm index={index} /> : <Session index={index} />;
+      }}
+    </WithIndex>
   );
 }
 

@@ -1,25 +1,15 @@
 // Which problems were answered, and when they come again, kept in this browser.
 
+import { keepText, keptJson } from "../storage.js";
 import { type Attempted, type Progress, WAITS } from "./choice.js";
 
 const KEY = "qdot-progress";
 
 /** What is kept; nothing where the browser keeps nothing, or something else stands there. */
-export function kept(storage: Storage | null): Progress {
-  try {
-    return checkedProgress(JSON.parse(storage?.getItem(KEY) ?? "{}"));
-  } catch {
-    return {};
-  }
-}
+export const kept = (storage: Storage | null): Progress => keptJson(storage, KEY, checkedProgress);
 
-export function keep(storage: Storage | null, progress: Progress): void {
-  try {
-    storage?.setItem(KEY, JSON.stringify(progress));
-  } catch {
-    // A browser that is full or keeps nothing: practice goes on all the same.
-  }
-}
+export const keep = (storage: Storage | null, progress: Progress): void =>
+  keepText(storage, KEY, JSON.stringify(progress));
 
 /** Both together; of an item in both, the attempt of the higher box. */
 export function mergedProgress(mine: Progress, other: Progress): Progress {

@@ -2,6 +2,7 @@
 // mastered with one more after a day; for each class of arms by itself (classes.ts). Kept in this browser.
 
 import type { Index } from "../bank.js";
+import { keepText, keptJson } from "../storage.js";
 import { type Item, nameOf, STEPS } from "./choice.js";
 import { message, type Message } from "../text/text.js";
 
@@ -138,13 +139,10 @@ export function nextIn(
 /** How many arms a lesson's items are about. */
 export const armsIn = (all: readonly Item[]): number => new Set(all.map(armOf)).size;
 
-export function keptSkills(storage: Storage | null): Skills {
-  try {
-    return checkedSkills(JSON.parse(storage?.getItem(KEY) ?? "{}"));
-  } catch {
-    return {};
-  }
-}
+export const keptSkills = (storage: Storage | null): Skills => keptJson(storage, KEY, checkedSkills);
+
+export const keepSkills = (storage: Storage | null, skills: Skills): void =>
+  keepText(storage, KEY, JSON.stringify(skills));
 
 /** What of it are skills. */
 export function checkedSkills(content: unknown): Skills {
@@ -183,14 +181,6 @@ function further({ row, learned, mastered }: Row, other: Row): Row {
   const lengthOf = (one: Row): number =>
     (one.mastered !== undefined ? 2000 : one.learned !== undefined ? 1000 : 0) + one.row.length;
   return lengthOf(other) > lengthOf(own) ? further(other, NEW_ROW) : own;
-}
-
-export function keepSkills(storage: Storage | null, skills: Skills): void {
-  try {
-    storage?.setItem(KEY, JSON.stringify(skills));
-  } catch {
-    // A browser that keeps nothing: one goes on all the same.
-  }
 }
 
 function isSkill(skill: unknown): skill is Skill {

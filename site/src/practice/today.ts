@@ -1,6 +1,7 @@
 // Today's arm: by the date in UTC the same for everybody who practises on this site, with a score of tries to share.
 
 import type { Index } from "../bank.js";
+import { keepText, keptJson } from "../storage.js";
 import { ANYTHING, type Item, items, nameOf, numbers } from "./choice.js";
 
 const KEY = "qdot-today";
@@ -68,15 +69,12 @@ export function tried(now: Day, right: boolean, helped: boolean): Day {
   return { ...next, row: now.last === yesterday ? now.row + 1 : 1, last: now.day };
 }
 
-export function keptDay(storage: Storage | null): Day | null {
-  try {
-    return checkedDay(JSON.parse(storage?.getItem(KEY) ?? "null"));
-  } catch {
-    return null;
-  }
-}
-
 export const checkedDay = (found: unknown): Day | null => (isDay(found) ? found : null);
+
+export const keptDay = (storage: Storage | null): Day | null => keptJson(storage, KEY, checkedDay);
+
+export const keepDay = (storage: Storage | null, day: Day | null): void =>
+  keepText(storage, KEY, JSON.stringify(day));
 
 /** Of two the later; of the same day that which has more tries, unless it is the first that is solved. */
 export function laterDay(mine: Day | null, other: Day | null): Day | null {
@@ -84,14 +82,6 @@ export function laterDay(mine: Day | null, other: Day | null): Day | null {
   if (mine.day !== other.day) return mine.day > other.day ? mine : other;
   if (isSolved(mine) !== isSolved(other)) return isSolved(mine) ? mine : other;
   return other.tries.length > mine.tries.length ? other : mine;
-}
-
-export function keepDay(storage: Storage | null, day: Day | null): void {
-  try {
-    storage?.setItem(KEY, JSON.stringify(day));
-  } catch {
-    // A browser that keeps nothing: it is played all the same.
-  }
 }
 
 function isDay(found: unknown): found is Day {

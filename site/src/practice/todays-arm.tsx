@@ -11,7 +11,7 @@ import { counted, outcomesInWords, sortingOf } from "./counting.js";
 import { Current } from "./current.js";
 import { keep, kept } from "./progress.js";
 import { keepSkills, keptSkills } from "./skills.js";
-import { storage } from "./storage.js";
+import { storage } from "../storage.js";
 import { dayOf, type Day, isSolved, itemOf, keepDay, keptDay, marks, onDay, tried } from "./today.js";
 
 export const ADDRESS = "practice.html?today=1";

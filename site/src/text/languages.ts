@@ -1,5 +1,6 @@
 // The languages of the site, and which one a link names, or the student chose in this browser.
 
+import { keepText, keptText, storage } from "../storage.js";
 import { ENGLISH, type Language } from "./text.js";
 
 const KEY = "qdot-language";
@@ -14,11 +15,7 @@ export const LANGUAGES: Readonly<Record<string, { name: string; load: () => Prom
 export function chosenLanguage(): string {
   const named = new URLSearchParams(window.location.search).get(PARAMETER);
   if (named && named in LANGUAGES) return named;
-  try {
-    return window.localStorage.getItem(KEY) ?? wished();
-  } catch {
-    return wished(); // a browser that keeps nothing
-  }
+  return keptText(storage, KEY) ?? wished();
 }
 
 /** The first language of the browser that the site speaks; English where it speaks none of them. */
@@ -28,13 +25,10 @@ function wished(): string {
 }
 
 export function chooseLanguage(code: string): void {
-  try {
-    window.localStorage.setItem(KEY, code);
-  } catch {
-    return;
-  }
+  keepText(storage, KEY, code);
   const address = new URL(window.location.href);
   address.searchParams.delete(PARAMETER); // what is chosen counts, and not what a link once said
+  if (keptText(storage, KEY) !== code) address.searchParams.set(PARAMETER, code); // a browser that keeps nothing
   window.history.replaceState(null, "", address);
   window.location.reload();
 }
