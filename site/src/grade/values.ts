@@ -18,7 +18,7 @@ import {
   ReadError,
 } from "../read/tree.js";
 import { table, VOCABULARY, whole } from "../read/vocabulary.js";
-import { inDigits, message, said, type Message } from "../text/text.js";
+import { inDigits, message, type Message, say } from "../text/text.js";
 import type { TextKey } from "../text/en.js";
 import { shareButForFactor, shareOfEntries } from "./credit.js";
 import { slipsIn } from "./slips.js";
@@ -533,7 +533,7 @@ export function unknownSymbols(names: ReadonlySet<string>, key: ValuesKey): Mess
 }
 
 function numberText(value: number | null): string {
-  return value === null || !isFinite(value) ? said(message("verdict.undefined")) : inDigits(value);
+  return value === null || !isFinite(value) ? say("verdict.undefined") : inDigits(value);
 }
 
 function complexText({ re, im, size }: Value): string {
