@@ -1,7 +1,7 @@
 // Sines and cosines of a formula, and the angles that may be due in place of those in them.
 
 import { evaluate } from "../read/evaluate.js";
-import { anyNode, name, namesIn, type Node, node } from "../read/tree.js";
+import { anyNode, decimal, namesIn, type Node, node } from "../read/tree.js";
 
 const JOINT = /^theta\d+$/;
 const TURN = 2 * Math.PI;
@@ -14,8 +14,6 @@ export function everyWave(tree: Node, change: (wave: Node) => Node): Node {
   if (isWave(tree)) return change(tree);
   return tree.args.length === 0 ? tree : { ...tree, args: tree.args.map((arg) => everyWave(arg, change)) };
 }
-
-export const decimal = (value: number): Node => ({ ...name(""), kind: "decimal", value });
 
 /** An angle as a sum: how often each joint is counted, and a constant (rad). */
 interface Sum {

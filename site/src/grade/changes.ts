@@ -5,13 +5,12 @@
 
 import type { ValuesKey } from "../bank.js";
 import { evaluate } from "../read/evaluate.js";
-import { namesIn, type Node, node } from "../read/tree.js";
+import { decimal, integer, namesIn, type Node, node } from "../read/tree.js";
 import type { TextKey } from "../text/en.js";
 import { inDigits } from "../text/text.js";
 import {
   anglesIn,
   countedFrom,
-  decimal,
   everyWave,
   isRelative,
   isWave,
@@ -224,8 +223,7 @@ function* changesOf({ tree, parent, put }: Piece, wanted: number, means: Means):
         yield changed("slip.symbol", other);
   if (tree.kind === "decimal") yield changed("slip.constant", decimal(Number(wanted.toPrecision(6))));
   const isTerm = parent !== null && (parent.kind === "+" || parent.kind === "-");
-  if (isTerm && Math.abs(wanted) <= NEAR * Math.abs(here))
-    yield changed("slip.term-extra", { ...decimal(0), kind: "number" });
+  if (isTerm && Math.abs(wanted) <= NEAR * Math.abs(here)) yield changed("slip.term-extra", integer(0));
   if (tree.kind === "*" || tree.kind === "/")
     for (const kept of tree.kind === "*" ? tree.args : tree.args.slice(0, 1))
       if (near(wanted, evaluate(kept, at).re)) yield changed("slip.factor-extra", kept);

@@ -1,6 +1,6 @@
 // What terms and factors of this subject are made of: lengths, rates, sines and cosines of sums of joint angles.
 
-import { anyNode, integer, name, namesIn, type Node, node } from "../read/tree.js";
+import { anyNode, call, integer, name, namesIn, type Node, node } from "../read/tree.js";
 import { evaluate } from "../read/evaluate.js";
 import { anglesIn, angleText } from "./angles.js";
 import type { At } from "./verdict.js";
@@ -62,11 +62,9 @@ function successive(names: readonly Node[]): Node[] {
 
 const sumOf = (terms: readonly Node[]): Node => terms.reduce((total, term) => node("+", total, term));
 
-const called = (text: string, angle: Node): Node => ({ ...node("call", angle), text });
-
 /** Sines and cosines of the angles at a configuration. */
 export function waves({ angles }: Library, at: At): Known[] {
-  return angles.flatMap((angle) => [known(called("sin", angle), at), known(called("cos", angle), at)]);
+  return angles.flatMap((angle) => [known(call("sin", angle), at), known(call("cos", angle), at)]);
 }
 
 export function known(tree: Node, at: At): Known {

@@ -6,7 +6,7 @@ import { withPoints } from "../read/points.js";
 import { read } from "../read/reader.js";
 import { kindOfUnit, unitsOfNumbers } from "../read/notation.js";
 import { numbersText, tableText } from "../read/tables.js";
-import { hasBlank, namesIn, type Node, ReadError } from "../read/tree.js";
+import { hasBlank, namesIn, type Node, ReadError, type Rows } from "../read/tree.js";
 import { message } from "../text/text.js";
 import { shareButForFactor, shareOfEntries } from "./credit.js";
 import { EXACT, slipsInNumbers } from "./number-slips.js";
@@ -20,7 +20,6 @@ import {
   matrixOf,
   ofScalars,
   readAs,
-  type Rows,
   shaped,
   unknownSymbols,
   weight,

@@ -2,7 +2,7 @@
 // much or too little, and what is missing beside them.
 
 import { evaluate } from "../read/evaluate.js";
-import { name, namesIn, type Node, node } from "../read/tree.js";
+import { decimal, name, namesIn, type Node, node } from "../read/tree.js";
 import { message, type Message } from "../text/text.js";
 import { changes, type Kind, KINDS, meansOf } from "./changes.js";
 import type { Atom, Piece } from "./pieces.js";
@@ -117,7 +117,7 @@ function times(
   if (joint === null || !angles.has(joint) || namesIn(zero).size > 0) return atom;
   const value = evaluate(zero, {}).re;
   if (!isOne(Math.abs(value))) return atom;
-  return { joint, zero: { ...zero, kind: "decimal", args: [], value: value * factor } };
+  return { joint, zero: decimal(value * factor) };
 }
 
 /** A joint's values that are those of another angle, or of another joint. */

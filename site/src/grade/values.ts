@@ -10,12 +10,16 @@ import {
   asMatrix,
   CHAIN,
   chainOf,
+  columnsOf,
   digitsOfDecimals,
   hasBlank,
+  inRows,
+  listOf,
   namesIn,
   type Node,
   node,
   ReadError,
+  type Rows,
 } from "../read/tree.js";
 import { table, VOCABULARY, whole } from "../read/vocabulary.js";
 import { inDigits, message, type Message, say } from "../text/text.js";
@@ -75,8 +79,6 @@ export function judgeValues(
     throw error;
   }
 }
-
-export type Rows = readonly (readonly Node[])[];
 
 /** What is read, or the verdict on what can't be; what is of another shape may be a table without commas. */
 export function readAs<T extends object>(
@@ -152,8 +154,7 @@ function ofVectors(
   const isAll = due.length > 0 && args.length === due.length && said.size === due.length;
   if (!isAll || found.some(({ length }) => length * (isTwist ? 2 : 1) !== count)) return null;
   if (isTwist) return node("list", ...found.flat());
-  const rows = Array.from({ length: count }, (_, row) => found.map((vector) => vector[row] as Node));
-  return node("list", ...rows.map((row) => node("list", ...row)));
+  return listOf(columnsOf(found));
 }
 
 /** z0 = z1 = a, of names that are `due`, as z0 = a, z1 = a, also in a list. */
@@ -224,8 +225,7 @@ function isTurned(rows: Rows, key: ValuesKey): boolean {
 
 /** What is said of such a matrix: that it is right but for that, where it is. */
 function turned(rows: Node[][], key: ValuesKey): Verdict {
-  const columns = (rows[0] as Node[]).map((_, c) => rows.map((row) => row[c] as Node));
-  const found = ofScalars(columns);
+  const found = ofScalars(columnsOf(rows));
   const isRight = !("outcome" in found) && compared(found, key).outcome === "correct";
   const slip = message(isRight ? "slip.transposed" : "slip.turned");
   return { ...(shaped(rows, key) as Verdict), slips: [slip] };
@@ -624,10 +624,7 @@ export function unlabelled(tree: Node, labels: readonly string[], rows = 0, colu
   if (!byEntry && found.size > 0 && tree.args.every(isNamed))
     throw new ReadError("read.names", { names: [...found.keys()].slice(0, 5).join(", ") });
   if (!byEntry) return tree;
-  return node(
-    "list",
-    ...Array.from({ length: rows }, (_, i) => node("list", ...byEntry.slice(i * columns, (i + 1) * columns))),
-  );
+  return listOf(inRows(byEntry, columns));
 }
 
 /** Entries of which two begin alike, as rows of a matrix may. Throws ReadError where two have the same name. */

@@ -2,15 +2,15 @@
 
 import { withPoints } from "../read/points.js";
 import { tableText } from "../read/tables.js";
+import { inRows } from "../read/tree.js";
 
 /** Entries as the text of a matrix; an entry that is empty is a blank, 0,5 in one of them a number. */
 export function matrixText(entries: readonly string[], columns: number): string {
   if (entries.every((entry) => !entry.trim())) return "";
   const filled = entries.map((entry) => withPoints(entry).trim() || "blank");
-  const rows = Array.from({ length: filled.length / columns }, (_, r) =>
-    filled.slice(r * columns, (r + 1) * columns),
-  );
-  return `[${rows.map((row) => `[${row.join(", ")}]`).join(", ")}]`;
+  return `[${inRows(filled, columns)
+    .map((row) => `[${row.join(", ")}]`)
+    .join(", ")}]`;
 }
 
 /**

@@ -1,10 +1,19 @@
 // What was written of matrices and not worked out: 1/a1 * [[a, b], [c, d]] * [vx; vy], and [qd1; qd2] = [a; b].
 // The rules of ../../../exercises/formula/products.py; ../../tests/readers.test.ts holds both together.
 
-import { anyNode, integer, type Kind, type Node, node, ReadError } from "./tree.js";
+import {
+  anyNode,
+  columnsOf,
+  integer,
+  type Kind,
+  listOf,
+  type Node,
+  node,
+  ReadError,
+  rebuilt,
+  type Rows,
+} from "./tree.js";
 import { LIMITS, VOCABULARY } from "./vocabulary.js";
-
-type Rows = readonly (readonly Node[])[];
 
 const OPERATIONS: ReadonlySet<Kind> = new Set<Kind>(["+", "-", "*", "/", "neg", "^"]);
 /** Rows of a matrix that is inverted. */
@@ -16,26 +25,16 @@ const isList = ({ kind }: Node): boolean => kind === "list";
 export function carriedOut(tree: Node): Node {
   const isOpen = ({ kind, args }: Node) => (OPERATIONS.has(kind) || kind === "eq") && args.some(isList);
   if (!anyNode(tree, isOpen)) return tree;
-  const done: Node[] = [];
   let made = 0;
-  const todo: (readonly [top: Node, ready: boolean])[] = [[tree, false]];
-  for (let next = todo.pop(); next; next = todo.pop()) {
-    // no recursion: a long sum is a deep tree
-    const [top, ready] = next;
-    if (top.args.length === 0) done.push(top);
-    else if (ready) {
-      const found = operation(top, done.splice(done.length - top.args.length));
-      if (OPERATIONS.has(top.kind) && isList(found)) {
-        made += sizeOf(found, LIMITS.worked_out - made);
-        if (made >= LIMITS.worked_out) throw new ReadError("read.long-products");
-      }
-      done.push(found);
-    } else {
-      todo.push([top, true]);
-      for (let i = top.args.length - 1; i >= 0; i -= 1) todo.push([top.args[i] as Node, false]);
+  return rebuilt(tree, (top, args) => {
+    if (args.length === 0) return top;
+    const found = operation(top, args);
+    if (OPERATIONS.has(top.kind) && isList(found)) {
+      made += sizeOf(found, LIMITS.worked_out - made);
+      if (made >= LIMITS.worked_out) throw new ReadError("read.long-products");
     }
-  }
-  return done[0] as Node;
+    return found;
+  });
 }
 
 /** How many nodes a tree has, counted no further than `most`. */
@@ -80,13 +79,12 @@ function rowsOf(list: Node): Rows {
   return rows;
 }
 
-const matrix = (rows: Rows): Node => node("list", ...rows.map((row) => node("list", ...row)));
-const each = (rows: Rows, made: (entry: Node) => Node): Node => matrix(rows.map((row) => row.map(made)));
+const each = (rows: Rows, made: (entry: Node) => Node): Node => listOf(rows.map((row) => row.map(made)));
 
 function sum(sign: Kind, args: readonly Node[]): Node {
   const [one, other] = args.map(rowsOf) as [Rows, Rows];
   if (one.length !== other.length || one[0]?.length !== other[0]?.length) return impossible(sign, args);
-  return matrix(one.map((row, i) => row.map((entry, j) => node(sign, entry, other[i]?.[j] as Node))));
+  return listOf(one.map((row, i) => row.map((entry, j) => node(sign, entry, other[i]?.[j] as Node))));
 }
 
 /** An equation of two vectors or matrices as one for each entry, a name before what it is. */
@@ -110,20 +108,17 @@ function product(args: readonly Node[]): Node {
   if (one[0]?.length !== other.length) return impossible("*", args);
   if (one.length * other.length * (other[0] as readonly Node[]).length >= LIMITS.worked_out)
     throw new ReadError("read.long-products");
-  const columns = (other[0] as readonly Node[]).map((_, j) => other.map((row) => row[j] as Node));
-  return matrix(one.map((row) => columns.map((column) => dot(row, column))));
-}
-
-function dot(row: readonly Node[], column: readonly Node[]): Node {
-  return row
-    .map((entry, i) => node("*", entry, column[i] as Node))
-    .reduce((total, term) => node("+", total, term));
+  const times = (row: readonly Node[], column: readonly Node[]): Node =>
+    row
+      .map((entry, i) => node("*", entry, column[i] as Node))
+      .reduce((total, term) => node("+", total, term));
+  return listOf(one.map((row) => columnsOf(other).map((column) => times(row, column))));
 }
 
 /** The transpose, or the inverse by cofactors, of a matrix. */
 function power(rows: Rows, exponent: Node): Node {
   if (exponent.kind === "name" && VOCABULARY.transposed.includes(exponent.text))
-    return matrix((rows[0] as readonly Node[]).map((_, j) => rows.map((row) => row[j] as Node)));
+    return listOf(columnsOf(rows));
   const [of] = exponent.args;
   const isInverse = exponent.kind === "neg" && of?.kind === "number" && of.value === 1;
   if (!isInverse || rows.length !== rows[0]?.length || rows.length > LARGEST)

@@ -11,14 +11,19 @@ import { type Token, tokensOf } from "./tokens.js";
 import {
   call,
   CHAIN,
+  columnsOf,
+  inRows,
   integer,
+  isRectangle,
   type Kind,
+  listOf,
   name,
   namesIn,
   type Node,
   node,
   placed,
   ReadError,
+  rebuilt,
   replaced,
 } from "./tree.js";
 import { lengthOf, LIMITS, pattern, table, VOCABULARY, whole } from "./vocabulary.js";
@@ -114,7 +119,12 @@ class Parser {
     if (this.here().kind === "end") throw new ReadError("read.nothing");
     this.passParameters();
     const found = this.listed();
-    const tree = this.bracesAreLists ? bracesAsLists(found) : found;
+    const asList = (top: Node, args: readonly Node[]): Node => ({
+      ...top,
+      args,
+      kind: top.kind === "set" ? "list" : top.kind,
+    });
+    const tree = this.bracesAreLists ? rebuilt(found, asList) : found;
     const isMetre = !this.known.has(METRE) && this.tokens.some(({ text }) => text === METRE);
     return carriedOut(isMetre ? withoutMetres(tree) : tree);
   }
@@ -125,7 +135,7 @@ class Parser {
     if (this.here().kind !== "end") throw this.fail("read.unexpected", { found: this.found() });
     const flat = found.rows.every((row) => row.length === 1); // a; b
     const rows = found.rows.length > 1 && flat ? [found.rows.flat()] : found.rows;
-    if (rows.length > 1) return node("list", ...rows.map((row) => node("list", ...row)));
+    if (rows.length > 1) return listOf(rows);
     const items = rows[0] as readonly Node[];
     if (items.length === 0) throw new ReadError("read.nothing"); // semicolons alone
     if (items.some(({ kind }) => kind === "pair")) return this.paired(items); // x: a, y: b
@@ -565,7 +575,7 @@ class Parser {
     this.withoutSpace = null;
     const inLine = close !== "]" && rows.every((row) => row.length === 1); // (a; b), {0; pi}
     if (rows.length > 1 && inLine && kind !== "list") return node("list", ...rows.flat());
-    if (rows.length > 1) return node("list", ...rows.map((row) => node("list", ...row))); // [a, b; c, d]
+    if (rows.length > 1) return listOf(rows); // [a, b; c, d]
     const items = rows[0] as readonly Node[];
     const first = items[0];
     if (kind === "group") return first && items.length === 1 && !comma ? first : node("list", ...items);
@@ -765,10 +775,7 @@ class Parser {
       if (filled) return filled;
     }
     if (meant === "diagonal" && args.length <= LIMITS.diagonal) {
-      return node(
-        "list",
-        ...args.map((arg, i) => node("list", ...args.map((_, j) => (i === j ? arg : integer(0))))),
-      );
+      return listOf(args.map((arg, i) => args.map((_, j) => (i === j ? arg : integer(0)))));
     }
     if (meant === "list") return node("list", ...args);
     throw this.fail("read.container", { name: kind, count: args.length });
@@ -782,23 +789,6 @@ const isValue = (value: Node): boolean =>
   !["eq", "in", "and", "or"].includes(value.kind) &&
   [...namesIn(value)].every((each) => VOCABULARY.whole_numbers.includes(each));
 
-/** A tree with lists for sets. */
-function bracesAsLists(tree: Node): Node {
-  const done: Node[] = [];
-  const todo: (readonly [top: Node, ready: boolean])[] = [[tree, false]];
-  for (let next = todo.pop(); next; next = todo.pop()) {
-    const [top, ready] = next;
-    const kind = top.kind === "set" ? "list" : top.kind;
-    if (top.args.length === 0) done.push({ ...top, kind });
-    else if (ready) done.push({ ...top, kind, args: done.splice(done.length - top.args.length) });
-    else {
-      todo.push([top, true]);
-      for (let i = top.args.length - 1; i >= 0; i -= 1) todo.push([top.args[i] as Node, false]);
-    }
-  }
-  return done[0] as Node;
-}
-
 /** A value in metres and radians: of cm a hundredth, of degrees pi/180. */
 function inUnit(value: Node, unit: string): Node {
   const factor = UNITS.get(unit) as string;
@@ -808,33 +798,20 @@ function inUnit(value: Node, unit: string): Node {
 
 /** A list of rows turned; of a list of entries, which may stand for a column, that. */
 function transposed(matrix: Node): Node {
-  const rows = matrix.args.filter(({ kind }) => kind === "list").map(({ args }) => args);
-  const columns = rows[0]?.length ?? 0;
-  if (rows.length !== matrix.args.length || columns === 0 || rows.some(({ length }) => length !== columns))
-    return matrix;
-  return node(
-    "list",
-    ...Array.from({ length: columns }, (_, j) => node("list", ...rows.map((row) => row[j] as Node))),
-  );
+  const rows = matrix.args.map(({ args }) => args);
+  return isRectangle(matrix.args) && rows[0]?.length ? listOf(columnsOf(rows)) : matrix;
 }
 
 const isWholeNumbers = ({ text }: Node): boolean => VOCABULARY.whole_number_sets.includes(text);
 
-/** Matrix(rows, columns, [entries]). */
+/** Matrix(rows, columns, [entries]); null where there are not so many. */
 function filledRows(rows: Node, columns: Node, entries: Node): Node | null {
   const [r, c] = [rows.value, columns.value];
-  if (
-    r > 0 &&
-    r === entries.args.length &&
-    entries.args.every(({ kind, args }) => kind === "list" && args.length === c)
-  )
+  const { args } = entries;
+  if (r > 0 && r === args.length && args.every(({ kind, args }) => kind === "list" && args.length === c))
     return entries; // as in Maple
   const isWhole = rows.kind === "number" && columns.kind === "number";
-  if (!isWhole || !(r * c > 0) || r * c !== entries.args.length) return null;
-  return node(
-    "list",
-    ...Array.from({ length: r }, (_, i) => node("list", ...entries.args.slice(i * c, (i + 1) * c))),
-  );
+  return isWhole && r * c > 0 && r * c === args.length ? listOf(inRows(args, c)) : null;
 }
 
 function meant(piece: Piece): Node {

@@ -63,24 +63,17 @@ export function placed(key: TextKey, values: Values, text: string, at: number): 
   return new ReadError("read.at", { what: message(key, values), at: at + 1, near });
 }
 
-/** What leaves have, one for all. */
-const NO_ARGS: readonly Node[] = [];
-
-export function node(kind: Kind, ...args: readonly Node[]): Node {
-  return { kind, args, text: "", value: NaN, digits: 0 };
-}
-
-export function name(text: string): Node {
-  return { kind: "name", args: NO_ARGS, text, value: NaN, digits: 0 };
-}
-
-export function call(text: string, ...args: readonly Node[]): Node {
-  return { kind: "call", args, text, value: NaN, digits: 0 };
-}
-
-export function integer(value: number, text = String(value)): Node {
-  return { kind: "number", args: NO_ARGS, text, value, digits: 0 };
-}
+export const node = (kind: Kind, ...args: readonly Node[]): Node => ({
+  kind,
+  args,
+  text: "",
+  value: NaN,
+  digits: 0,
+});
+export const name = (text: string): Node => ({ ...node("name"), text });
+export const call = (text: string, ...args: readonly Node[]): Node => ({ ...node("call", ...args), text });
+export const integer = (value: number, text = String(value)): Node => ({ ...node("number"), text, value });
+export const decimal = (value: number): Node => ({ ...node("decimal"), value });
 
 /** The text of an "and" of equations that were written in one, A = B = C. */
 export const CHAIN = "=";
@@ -92,22 +85,27 @@ export function chainOf({ kind, args, text }: Node): readonly Node[] {
   return [args[0]?.args[0] as Node, ...args.map((arg) => arg.args[1] as Node)];
 }
 
-/** The tree with another tree put for a name. */
-export function replaced(tree: Node, old: string, put: Node): Node {
+/** The tree with each node `made` of what its arguments became: no recursion, for a long sum is a deep tree. */
+export function rebuilt(tree: Node, made: (top: Node, args: readonly Node[]) => Node): Node {
   const done: Node[] = [];
-  const todo: (readonly [top: Node, ready: boolean])[] = [[tree, false]];
+  const todo: (readonly [top: Node, isReady: boolean])[] = [[tree, false]];
   for (let next = todo.pop(); next; next = todo.pop()) {
-    // no recursion: a long sum is a deep tree
-    const [top, ready] = next;
-    if (top.kind === "name") done.push(top.text === old ? put : top);
-    else if (top.args.length === 0) done.push(top);
-    else if (ready) done.push({ ...top, args: done.splice(done.length - top.args.length) });
+    const [top, isReady] = next;
+    if (isReady || top.args.length === 0) done.push(made(top, done.splice(done.length - top.args.length)));
     else {
       todo.push([top, true]);
       for (let i = top.args.length - 1; i >= 0; i -= 1) todo.push([top.args[i] as Node, false]);
     }
   }
   return done[0] as Node;
+}
+
+/** The tree with another tree put for a name. */
+export function replaced(tree: Node, old: string, put: Node): Node {
+  return rebuilt(tree, (top, args) => {
+    if (args.length > 0) return { ...top, args };
+    return top.kind === "name" && top.text === old ? put : top;
+  });
 }
 
 /** Whether a node of a tree passes a test; none is tested after that. */
@@ -149,60 +147,51 @@ export function hasBlank(tree: Node): boolean {
   return anyNode(tree, ({ kind }) => kind === "blank");
 }
 
+export type Rows = readonly (readonly Node[])[];
+
+/** A matrix as a list of its rows. */
+export const listOf = (rows: Rows): Node => node("list", ...rows.map((row) => node("list", ...row)));
+
+/** Entries in rows of so many each. */
+export const inRows = <T>(entries: readonly T[], columns: number): T[][] =>
+  Array.from({ length: entries.length / columns }, (_, i) => entries.slice(i * columns, (i + 1) * columns));
+
+/** The columns of rows that are equally long. */
+export const columnsOf = <T>(rows: readonly (readonly T[])[]): T[][] =>
+  (rows[0] ?? []).map((_, j) => rows.map((row) => row[j] as T));
+
+/** Whether all are lists of one length. */
+export const isRectangle = (items: readonly Node[]): boolean =>
+  items.every(({ kind, args }) => kind === "list" && args.length === items[0]?.args.length);
+
 /**
  * Rows of scalars: a list of rows, a list of scalars (a column), or a scalar (1 x 1). Throws ReadError where rows
  * differ in length or lists nest deeper.
  */
 export function asMatrix(tree: Node): Node[][] {
+  const isRows = ({ kind, args }: Node): boolean =>
+    kind === "list" && args.length > 0 && args.every((item) => item.kind === "list");
   let top = tree;
-  for (
-    let inner = top.args[0];
-    top.kind === "list" && top.args.length === 1 && inner && isRows(inner);
-    inner = top.args[0]
-  ) {
-    top = inner;
-  }
-  if (top.kind === "list" && top.args.length > 0 && top.args.every(isRowMatrix)) {
+  while (top.kind === "list" && top.args.length === 1 && isRows(top.args[0] as Node))
+    top = top.args[0] as Node;
+  const isRowMatrix = (item: Node): boolean =>
+    isRows(item) && item.args.length === 1 && (item.args[0] as Node).args.length > 1;
+  if (top.kind === "list" && top.args.length > 0 && top.args.every(isRowMatrix))
     top = node("list", ...top.args.map((item) => item.args[0] as Node)); // [[[a, b]], [[c, d]]]
-  }
-  if (top.kind === "set" && top.args.length > 0 && top.args.every((item) => item.kind === "set")) {
-    top = node("list", ...top.args.map((item) => node("list", ...item.args)));
-  }
+  if (top.kind === "set" && top.args.length > 0 && top.args.every((item) => item.kind === "set"))
+    top = listOf(top.args.map((item) => item.args));
   if (top.kind !== "list") return [[top]];
-  const sideBySide = columns(top);
-  if (sideBySide) return sideBySide;
-  const rows = top.args.map((item) => (item.kind === "list" ? [...item.args] : [item]));
+  const isRowOfOne = ({ kind, args }: Node): boolean =>
+    kind === "list" && args.length === 1 && args[0]?.kind !== "list";
+  const { args: items } = top;
+  const areColumns = items.every(({ args }) => args.length > 1 && args.every(isRowOfOne));
+  if (items.length > 0 && areColumns && isRectangle(items))
+    return columnsOf(items.map(({ args }) => args.map((entry) => entry.args[0] as Node))); // [[[a], [b]], [[c], [d]]]
+  const rows = items.map((item) => (item.kind === "list" ? [...item.args] : [item]));
   const lengths = rows.map((row) => row.length);
   if (rows.length === 0) throw new ReadError("read.empty-list");
-  if (new Set(lengths).size !== 1) {
-    throw new ReadError("read.ragged", { lengths: lengths.join(", ") });
-  }
-  if (rows.some((row) => row.some((entry) => ["list", "set", "dict"].includes(entry.kind)))) {
+  if (new Set(lengths).size !== 1) throw new ReadError("read.ragged", { lengths: lengths.join(", ") });
+  if (rows.flat().some(({ kind }) => ["list", "set", "dict"].includes(kind)))
     throw new ReadError("read.nested-list");
-  }
   return rows;
-}
-
-/** A list of column vectors, [[a], [b]] each, as the rows of a matrix; null where it is none. */
-function columns(list: Node): Node[][] | null {
-  if (list.args.length === 0 || !list.args.every(isColumn)) return null;
-  const found = list.args.map((item) => item.args.map((entry) => entry.args[0] as Node));
-  const length = found[0]?.length ?? 0;
-  if (found.some((column) => column.length !== length)) return null;
-  return Array.from({ length }, (_, i) => found.map((column) => column[i] as Node));
-}
-
-function isColumn(tree: Node): boolean {
-  const single = (item: Node) =>
-    item.kind === "list" && item.args.length === 1 && item.args[0]?.kind !== "list";
-  return tree.kind === "list" && tree.args.length > 1 && tree.args.every(single);
-}
-
-function isRowMatrix(tree: Node): boolean {
-  const [row] = tree.args;
-  return tree.kind === "list" && tree.args.length === 1 && row?.kind === "list" && row.args.length > 1;
-}
-
-function isRows(tree: Node): boolean {
-  return tree.kind === "list" && tree.args.length > 0 && tree.args.every((item) => item.kind === "list");
 }
