@@ -68,10 +68,10 @@ function valued(tree: Node, values: Readonly<Record<string, number>>): Scalar {
       return minus(inner(tree, 0, values));
     case "+":
     case "-":
-      return sum(tree, values);
+      return chained(tree, values, "+-");
     case "*":
     case "/":
-      return product(tree, values);
+      return chained(tree, values, "*/");
     case "^":
       return power(tree, values);
     case "call":
@@ -81,35 +81,20 @@ function valued(tree: Node, values: Readonly<Record<string, number>>): Scalar {
   }
 }
 
-/** A sum, along its left spine: a long one would exhaust the stack. */
-function sum(tree: Node, values: Readonly<Record<string, number>>): Scalar {
+/** A sum or a product, along its left spine: a long one would exhaust the stack. */
+function chained(tree: Node, values: Readonly<Record<string, number>>, kinds: string): Scalar {
   const spine: Node[] = [];
   let top = tree;
-  for (; top.kind === "+" || top.kind === "-"; top = top.args[0] as Node) spine.push(top);
+  for (; kinds.includes(top.kind); top = top.args[0] as Node) spine.push(top);
   let total = valued(top, values);
   let all = size;
-  for (let k = spine.length - 1; k >= 0; k -= 1) {
-    const each = spine[k] as Node;
+  for (const each of spine.reverse()) {
     const x = inner(each, 1, values);
-    total = plus(total, each.kind === "+" ? x : minus(x));
-    all += size;
-  }
-  size = all;
-  return total;
-}
-
-/** A product or quotient, along its left spine, too. */
-function product(tree: Node, values: Readonly<Record<string, number>>): Scalar {
-  const spine: Node[] = [];
-  let top = tree;
-  for (; top.kind === "*" || top.kind === "/"; top = top.args[0] as Node) spine.push(top);
-  let total = valued(top, values);
-  let all = size;
-  for (let k = spine.length - 1; k >= 0; k -= 1) {
-    const each = spine[k] as Node;
-    const y = inner(each, 1, values);
-    all = each.kind === "*" ? all * size : (all * size) / absolute(y) ** 2;
-    total = each.kind === "*" ? times(total, y) : over(total, y);
+    if (each.kind === "+") total = plus(total, x);
+    else if (each.kind === "-") total = plus(total, minus(x));
+    else if (each.kind === "*") total = times(total, x);
+    else total = over(total, x);
+    all = kinds === "+-" ? all + size : (all * size) / (each.kind === "/" ? absolute(x) ** 2 : 1);
   }
   size = all;
   return total;

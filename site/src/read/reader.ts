@@ -7,7 +7,7 @@ import { METRE, withoutMetres } from "./metres.js";
 import { ARITY, factorsOf, FUNCTIONS, LONGEST, type Piece, piecesOf, plainName, SHORTHAND } from "./names.js";
 import { plain } from "./notation.js";
 import { carriedOut } from "./products.js";
-import { type Token, tokensOf } from "./tokens.js";
+import { deeperBy, type Token, tokensOf } from "./tokens.js";
 import {
   call,
   CHAIN,
@@ -91,28 +91,21 @@ class Parser {
 
   /** A token, with what a word between formulas means put for it: "or" for what is "or" in German. */
   private meant(token: Token): readonly Token[] {
-    const word = token.kind === "name" && !this.known.has(token.text) ? SYNONYMS.get(token.text) : undefined;
-    if (word === undefined && token.kind === "name" && token.text.includes(".")) {
-      let at = token.at;
-      const factors = factorsOf(token.text, this.known).flatMap((text): readonly Token[] => {
-        const both: readonly Token[] = [
-          { kind: "op", text: "*", at },
-          { kind: "name", text, at },
-        ];
-        at += text.length + 1;
-        return both;
-      });
-      if (factors.length > 0) return factors.slice(1); // a1.a2.sin
+    if (token.kind !== "name") return [token];
+    const text = this.known.has(token.text) ? undefined : SYNONYMS.get(token.text);
+    if (text === "") return [];
+    if (text !== undefined) {
+      const kind = /^[0-9]+$/.test(text) ? "number" : /^[a-z]+$/.test(text) ? "name" : "op";
+      return [{ ...token, kind, text }];
     }
-    if (word === undefined) return [token];
-    if (word === "") return [];
-    return [
-      {
-        ...token,
-        kind: /^[0-9]+$/.test(word) ? "number" : /^[a-z]+$/.test(word) ? "name" : "op",
-        text: word,
-      },
-    ];
+    let { at } = token;
+    const factors = factorsOf(token.text, this.known).flatMap((name): readonly Token[] => {
+      const times: Token = { kind: "op", text: "*", at };
+      const factor: Token = { kind: "name", text: name, at };
+      at += name.length + 1;
+      return [times, factor];
+    });
+    return factors.length > 0 ? factors.slice(1) : [token]; // a1.a2.sin
   }
 
   whole(): Node {
@@ -205,8 +198,12 @@ class Parser {
     return this.here().text;
   }
 
+  private ahead(count: number): Token {
+    return this.tokens[Math.min(this.at + count, this.tokens.length - 1)] as Token;
+  }
+
   private textAt(ahead: number): string {
-    return (this.tokens[Math.min(this.at + ahead, this.tokens.length - 1)] as Token).text;
+    return this.ahead(ahead).text;
   }
 
   private fail(key: TextKey, values: Values = {}): ReadError {
@@ -347,21 +344,13 @@ class Parser {
   }
 
   private sum(): Node {
-    let top: Node;
-    if (this.take("±")) {
-      const value = this.product();
-      top = node("set", value, node("neg", value));
-    } else {
-      const negative = this.sign();
-      const first = this.product();
-      top = negative ? node("neg", first) : first;
-    }
+    const isEither = this.take("±");
+    let top = isEither ? this.product() : this.signed(this.factors);
+    if (isEither) top = node("set", top, node("neg", top));
     for (let op = this.peek(); op === "+" || op === "-" || op === "±"; op = this.peek()) {
       const reach = this.at === this.withoutBrackets;
       this.at += 1;
-      const minus = this.sign();
-      const found = this.product();
-      const right = minus ? node("neg", found) : found;
+      const right = this.signed(this.factors);
       if (reach && right.kind === "name" && ANGLE.test(right.text))
         throw this.fail("read.reach", { sign: op, name: right.text });
       top = op === "±" ? node("set", node("+", top, right), node("-", top, right)) : node(op, top, right);
@@ -369,25 +358,30 @@ class Parser {
     return top;
   }
 
-  private sign(): boolean {
+  /** What comes next, with the sign of all signs before it. */
+  private signed(next: () => Node): Node {
     let negative = false;
     while (this.here().kind === "op" && (this.peek() === "+" || this.peek() === "-")) {
       negative = negative !== (this.peek() === "-");
       this.at += 1;
     }
-    return negative;
+    return negative ? node("neg", next()) : next();
   }
+
+  private readonly factors = (): Node => this.product();
+  private readonly raised = (): Node => this.power();
+  private readonly exponent = (): Node => this.primary();
 
   private product(): Node {
     let top = this.power();
     let below = -1;
     for (;;) {
       if (this.take("*", ".")) {
-        top = node("*", top, this.signedPower());
+        top = node("*", top, this.signed(this.raised));
         below = -1;
       } else if (this.take("/")) {
         const here = this.at;
-        const divisor = this.signedPower();
+        const divisor = this.signed(this.raised);
         top = node("/", top, divisor);
         below = this.isSymbol(here) && divisor.kind === "name" ? this.at : -1;
       } else if (this.here().kind === "number" && this.tokens[this.at - 1]?.kind === "number") {
@@ -410,11 +404,7 @@ class Parser {
   /** Whether a single name stands there, as what a quotient is divided by. */
   private isSymbol(at: number): boolean {
     const { kind, text } = this.tokens[at] as Token;
-    return (
-      kind === "name" &&
-      this.at === at + 1 &&
-      !VOCABULARY.before_whole_numbers.some((constant) => text.startsWith(constant))
-    );
+    return kind === "name" && this.at === at + 1 && !isConstant(text);
   }
 
   /** A factor without a sign before it; [0] is none, but picks an entry in Python. */
@@ -444,10 +434,9 @@ class Parser {
     for (; ; at += 1) {
       const { kind, text } = this.tokens[at] as Token;
       if (kind === "end" || (text === "|" && depth === 0)) break;
-      depth += deeperBy(this.tokens[at] as Token);
+      depth += deeperBy(text);
       if (depth < 0 || (depth === 0 && (NO_FACTOR.has(text) || WORDS.has(text)))) return false;
-      symbols ||=
-        kind === "name" && !VOCABULARY.before_whole_numbers.some((constant) => text.startsWith(constant));
+      symbols ||= kind === "name" && !isConstant(text);
     }
     const [bar, first, last, close] = [
       this.here(),
@@ -471,7 +460,7 @@ class Parser {
     let depth = 0;
     for (let at = this.at; at < this.tokens.length; at += 1) {
       const { text } = this.tokens[at] as Token;
-      depth += deeperBy(this.tokens[at] as Token);
+      depth += deeperBy(text);
       if (depth === 0) return false;
       if ((text === ";" && depth === 1) || (text === "[" && at === this.at + 1)) return true;
     }
@@ -499,7 +488,7 @@ class Parser {
     const before = this.tokens[this.at - 1];
     if (before?.kind !== "number" && !VOCABULARY.before_whole_numbers.includes(before?.text ?? ""))
       return false;
-    const next = this.tokens[Math.min(this.at + 1, this.tokens.length - 1)] as Token;
+    const next = this.ahead(1);
     if (VOCABULARY.lengths.includes(text)) return !POWERS_OF_UNIT.has(next.text);
     return !GO_ON.has(next.text) && (next.kind !== "name" || WORDS.has(next.text)) && next.kind !== "number";
   }
@@ -509,19 +498,13 @@ class Parser {
     return kind === "number" || (kind === "name" && !WORDS.has(text)) || text === "(" || text === "[";
   }
 
-  private signedPower(): Node {
-    return this.sign() ? node("neg", this.power()) : this.power();
-  }
-
   private power(): Node {
     const base = this.primary();
     if (this.peek() !== "**" && this.peek() !== "^") return base;
     const ofLast = base === this.withoutSpace;
     const exponents: Node[] = [];
     while (this.take("**", "^")) {
-      const negative = this.sign();
-      const exponent = this.primary();
-      exponents.push(negative ? node("neg", exponent) : exponent);
+      exponents.push(this.signed(this.exponent));
       if (exponents.length > LIMITS.depth) throw this.fail("read.powers", { most: LIMITS.depth });
     }
     const raised = exponents[0];
@@ -583,8 +566,7 @@ class Parser {
   }
 
   private args(close: string): readonly Node[] {
-    const found = this.bracketed(close, "list");
-    return found.args;
+    return this.bracketed(close, "list").args;
   }
 
   private named(raw: string): Node {
@@ -633,7 +615,7 @@ class Parser {
   private behindBracket(): number {
     let depth = 0;
     for (let at = this.at; at < this.tokens.length; at += 1) {
-      depth += deeperBy(this.tokens[at] as Token);
+      depth += deeperBy((this.tokens[at] as Token).text);
       if (depth === 0) return at + 1;
     }
     return 0;
@@ -643,7 +625,7 @@ class Parser {
   private isAngleAhead(): boolean {
     const isPower = this.peek() === "^" || this.peek() === "**";
     const ahead = !isPower ? 0 : this.textAt(1) === "(" ? 4 : 2;
-    const { kind, text } = this.tokens[Math.min(this.at + ahead, this.tokens.length - 1)] as Token;
+    const { kind, text } = this.ahead(ahead);
     const piece = kind === "name" ? this.piecesOf(text)[0] : undefined;
     return text === "(" || piece?.kind === "sum" || ANGLE.test(piece?.parts[0] ?? "");
   }
@@ -709,13 +691,7 @@ class Parser {
   }
 
   private functionOf(called: string): Node {
-    let power: Node | null = null;
-    if (this.take("^", "**")) {
-      // sin^2(x)
-      const negative = this.sign();
-      const exponent = this.primary();
-      power = negative ? node("neg", exponent) : exponent;
-    }
+    const power = this.take("^", "**") ? this.signed(this.exponent) : null; // sin^2(x)
     const opened = this.peek();
     const args = this.take("(")
       ? this.args(")")
@@ -782,8 +758,8 @@ class Parser {
   }
 }
 
-const deeperBy = ({ text }: Token): number =>
-  text === "" ? 0 : Number("([{".includes(text)) - Number(")]}".includes(text));
+const isConstant = (text: string): boolean =>
+  VOCABULARY.before_whole_numbers.some((constant) => text.startsWith(constant));
 
 const isValue = (value: Node): boolean =>
   !["eq", "in", "and", "or"].includes(value.kind) &&
