@@ -5,7 +5,7 @@ import type { NumbersKey, ValuesKey } from "../src/bank.js";
 import { type Level, LEVELS, lower, told } from "../src/grade/levels.js";
 import { judgeNumbers } from "../src/grade/numbers.js";
 import { judgeValues } from "../src/grade/values.js";
-import { graded, unreadable, type Verdict } from "../src/grade/verdict.js";
+import { graded, type Verdict, wrong } from "../src/grade/verdict.js";
 import { message, said } from "../src/text/text.js";
 
 const NUMBERS: NumbersKey = {
@@ -71,6 +71,6 @@ test("a counterexample is the answer's own, and no configuration that is missing
 test("all is told of a right answer, and of one that can't be read", () => {
   for (const level of LEVELS) {
     expect(told(judgeNumbers("[1.25, 7.75]", NUMBERS), level).reasons).not.toEqual([]);
-    expect(text(told(unreadable(message("read.missing")), level))).not.toBe("");
+    expect(text(told(wrong("read.unreadable", { why: message("read.missing") }), level))).not.toBe("");
   }
 });

@@ -1,16 +1,17 @@
 // Numbers with a unit each, and vectors that count up to a factor.
 
+import { dot } from "../arm/vector.js";
 import type { NumbersKey, ValuesKey } from "../bank.js";
 import { evaluate } from "../read/evaluate.js";
 import { withPoints } from "../read/points.js";
 import { read } from "../read/reader.js";
 import { kindOfUnit, unitsOfNumbers } from "../read/notation.js";
 import { numbersText, tableText } from "../read/tables.js";
-import { hasBlank, namesIn, type Node, ReadError, type Rows } from "../read/tree.js";
+import { hasBlank, namesIn, type Node, type Rows } from "../read/tree.js";
 import { message } from "../text/text.js";
 import { shareButForFactor, shareOfEntries } from "./credit.js";
 import { EXACT, slipsInNumbers } from "./number-slips.js";
-import { correct, graded, missing, unreadable, type Verdict, wrong } from "./verdict.js";
+import { correct, graded, ifRead, missing, type Verdict, wrong } from "./verdict.js";
 import {
   agreed,
   atText,
@@ -40,13 +41,7 @@ export function judgeNumbers(answer: string, key: NumbersKey, labels: readonly s
     () => numbersText(answer, count),
     (table) => column(table, count, new Set(), labels),
   );
-  if ("outcome" in found) return found;
-  try {
-    return numbers(found.flat(), key, answer);
-  } catch (error) {
-    if (error instanceof ReadError) return unreadable(error.why);
-    throw error;
-  }
+  return "outcome" in found ? found : ifRead(() => numbers(found.flat(), key, answer));
 }
 
 /** The verdict on a unit that can't be right where it stands: a length in place of an angle; null where all can. */
@@ -127,14 +122,7 @@ export function judgeDirection(answer: string, key: ValuesKey, labels: readonly 
     (table) => column(table, key.rows, known, []),
   );
   if ("outcome" in found) return found;
-  const entries = found.flat();
-  try {
-    if (entries.some(hasBlank)) return missing();
-    return along(entries, key);
-  } catch (error) {
-    if (error instanceof ReadError) return unreadable(error.why);
-    throw error;
-  }
+  return found.flat().some(hasBlank) ? missing() : ifRead(() => along(found.flat(), key));
 }
 
 function along(entries: readonly Node[], key: ValuesKey): Verdict {
@@ -150,16 +138,7 @@ function along(entries: readonly Node[], key: ValuesKey): Verdict {
     const due = key.right.map((each) => each[k] ?? NaN);
     const room = SAME * Math.max(...values.map(({ size }) => size));
     if (!Number.isFinite(room)) return true;
-    return !(
-      aside(
-        values.map(({ re }) => re),
-        due,
-      ) <= room &&
-      aside(
-        values.map(({ im }) => im),
-        due,
-      ) <= room
-    );
+    return !(["re", "im"] as const).every((part) => aside(values.map((each) => each[part]), due) <= room); // prettier-ignore
   });
   if (off < 0) return agreed(entries, message("verdict.direction"), found);
   const unknown = unknownSymbols(names, key);
@@ -216,10 +195,6 @@ function differs(names: ReadonlySet<string>, at: Readonly<Record<string, number>
 function aside(v: readonly number[], line: readonly number[]): number {
   const share = dot(v, line) / dot(line, line);
   return Math.hypot(...v.map((x, i) => x - share * (line[i] as number)));
-}
-
-function dot(a: readonly number[], b: readonly number[]): number {
-  return a.reduce((sum, x, i) => sum + x * (b[i] as number), 0);
 }
 
 /** The length of the difference of two unit vectors, the sign of one chosen so that it is least. */

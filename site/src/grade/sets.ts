@@ -3,7 +3,9 @@
 // Poses on what is claimed are searched for from random starts by Gauss-Newton steps; what is singular is told by the arm.
 // As in ../../../grader/formulas.py, only what is claimed rightly earns anything: what always holds covers everything.
 
+import { damped } from "../arm/svd.js";
 import type { ConfigurationsKey } from "../bank.js";
+import { randomNumbers } from "../random.js";
 import { evaluate } from "../read/evaluate.js";
 import { withPointsOfLengths } from "../read/notation.js";
 import { withPoints } from "../read/points.js";
@@ -27,7 +29,7 @@ import { message } from "../text/text.js";
 import { type Atom, claimedPieces, isTied, type Piece } from "./pieces.js";
 import { falseConditions, shareOfSet } from "./credit.js";
 import { slipsInSet } from "./set-slips.js";
-import { type At, correct, graded, missing, unreadable, type Verdict, wrong } from "./verdict.js";
+import { type At, correct, graded, ifRead, missing, type Verdict, wrong } from "./verdict.js";
 import { anyNumber, atText, isBlank } from "./values.js";
 
 /** How near a pose must be to a condition, in radians or metres; to a value, of which keys tell nine decimals. */
@@ -39,6 +41,8 @@ const ROUNDED = 5e-3;
 const STARTS = 12;
 const STEPS = 40;
 const NUDGE = 1e-6;
+/** What keeps steps short where conditions depend on each other. */
+const DAMPING = 1e-7;
 const TURN = 2 * Math.PI;
 /** What is smaller, of the size of its terms, is rounding. */
 const ROUNDING = 4e-16;
@@ -71,20 +75,15 @@ export function judgeSet(
   if (!typed.trim()) return missing();
   const answer = withPointsOfLengths(typed);
   const space = { joints: key.joints, angles, offsets, symbols: key.symbols };
-  try {
+  return ifRead(() => {
     const tree = read(answer, new Set(key.symbols));
     if (isBlank(tree)) return missing();
     const said = withoutBlanks(counted(tree));
     const refused = unclear(answer, said, key);
     if (refused) return refused;
-    const poses = posesOf(key, said);
-    const claimed = assigned(said, space);
-    const claims = claimedPieces(claimed, new Set(key.joints));
-    return compared(claims, poses, space, isSingular, conditionsOf(key));
-  } catch (error) {
-    if (error instanceof ReadError) return unreadable(error.why);
-    throw error;
-  }
+    const claims = claimedPieces(assigned(said, space), new Set(key.joints));
+    return compared(claims, posesOf(key, said), space, isSingular, conditionsOf(key));
+  });
 }
 
 /** The poses on each piece of the reference; a name in the answer that the problem has not is any number. */
@@ -332,7 +331,7 @@ function counterexample(
   seed: number,
   lengths: readonly At[],
 ): At | "nowhere" | "close" | null {
-  const random = stream(seed + 1);
+  const random = randomNumbers((seed + 1) * 0x9e3779b9);
   const given = (k: number): At => lengths[k % Math.max(lengths.length, 1)] ?? {};
   const ready = made(piece, space);
   let found = 0;
@@ -422,21 +421,18 @@ function solved({ values, zeros, free }: Ready, start: At): At | null {
       return Math.abs(re) <= ROUNDING * size ? 0 : re;
     });
     const rows = zeros.map((zero) => free.map((joint) => slopeOf(zero, here, joint)));
+    if (off.every((each) => each === 0)) break;
     const moves = leastNorm(rows, off);
-    if (!moves || moves.some((move) => !Number.isFinite(move))) return null;
+    if (!moves.every(Number.isFinite)) return null;
     at = assign(values, {
       ...here,
       ...Object.fromEntries(
-        free.map((joint, i) => [joint, (here[joint] as number) - limited(moves[i] as number)]),
+        free.map((joint, i) => [joint, here[joint]! - Math.max(-1, Math.min(1, moves[i]!))]),
       ),
     });
-    if (Math.max(0, ...moves.map(Math.abs)) < 1e-12) break;
+    if (Math.max(...moves.map(Math.abs)) < 1e-12) break;
   }
   return at;
-}
-
-function limited(move: number): number {
-  return Math.max(-1, Math.min(1, move));
 }
 
 function assign(values: Ready["values"], at: At): At | null {
@@ -450,60 +446,17 @@ function assign(values: Ready["values"], at: At): At | null {
 }
 
 /**
- * The shortest x with A x = b, by the normal equations of A Aᵀ; null where its rows depend on each other. Rows are of
- * length 1 in it: at a double zero, as of sin² or of cos = 1, slopes become as small as what is left to go.
+ * The shortest x with A x = b. Rows are made to be of length 1: at a double zero, as of sin² or of cos = 1, slopes become
+ * as small as what is left to go.
  */
-function leastNorm(a: readonly (readonly number[])[], b: readonly number[]): number[] | null {
+function leastNorm(a: readonly (readonly number[])[], b: readonly number[]): number[] {
   const open = a.flatMap((row, i) => {
     const length = Math.hypot(...row);
     return b[i] === 0 ? [] : [{ row: row.map((x) => x / length), due: (b[i] as number) / length }];
   });
-  const gram = open.map(({ row, due }, i) => [
-    ...open.map((other, j) => dot(row, other.row) + (i === j ? 1e-14 : 0)),
-    due,
-  ]);
-  const weights = eliminated(gram);
-  if (!weights) return null;
-  return (a[0] ?? []).map((_, j) =>
-    open.reduce((sum, { row }, i) => sum + (row[j] as number) * (weights[i] as number), 0),
+  return damped(
+    open.map(({ row }) => row),
+    open.map(({ due }) => due),
+    DAMPING,
   );
-}
-
-function dot(a: readonly number[], b: readonly number[]): number {
-  return a.reduce((sum, value, i) => sum + value * (b[i] as number), 0);
-}
-
-/** The solution of a small system, its right sides in the last column, by elimination with pivots. */
-function eliminated(system: readonly (readonly number[])[]): number[] | null {
-  const rows = system.map((row) => [...row]);
-  const n = rows.length;
-  for (let k = 0; k < n; k += 1) {
-    const pivot = rows
-      .slice(k)
-      .reduce(
-        (best, row, i) => (Math.abs(row[k] as number) > Math.abs(rows[best]?.[k] as number) ? k + i : best),
-        k,
-      );
-    [rows[k], rows[pivot]] = [rows[pivot] as number[], rows[k] as number[]];
-    const top = rows[k] as number[];
-    if (!(Math.abs(top[k] as number) > 1e-13)) return null;
-    for (let i = 0; i < n; i += 1) {
-      const row = rows[i] as number[];
-      if (i === k) continue;
-      const factor = (row[k] as number) / (top[k] as number);
-      row.forEach((value, j) => (row[j] = value - factor * (top[j] as number)));
-    }
-  }
-  return rows.map((row, k) => (row[n] as number) / (row[k] as number));
-}
-
-/** Random numbers from 0 to 1 that are the same each time (mulberry32). */
-function stream(seed: number): () => number {
-  let state = seed * 0x9e3779b9;
-  return () => {
-    state = (state + 0x6d2b79f5) | 0;
-    let t = Math.imul(state ^ (state >>> 15), 1 | state);
-    t = (t + Math.imul(t ^ (t >>> 7), 61 | t)) ^ t;
-    return ((t ^ (t >>> 14)) >>> 0) / 4294967296;
-  };
 }

@@ -26,7 +26,7 @@ import { inDigits, message, type Message, say } from "../text/text.js";
 import type { TextKey } from "../text/en.js";
 import { shareButForFactor, shareOfEntries } from "./credit.js";
 import { slipsIn } from "./slips.js";
-import { type At, correct, graded, missing, unreadable, type Verdict, wrong } from "./verdict.js";
+import { type At, correct, graded, ifRead, missing, type Verdict, wrong } from "./verdict.js";
 
 /** Share of the size of the terms that rounding may take. */
 const SAME = 1e-9;
@@ -71,13 +71,7 @@ export function judgeValues(
     () => (isSingle ? null : tableText(answer, key.rows, key.columns)),
     (table) => ofScalars(shaped(matrixOf(read(table, known), known, [], key), key)),
   );
-  if ("outcome" in found) return found;
-  try {
-    return compared(found, key);
-  } catch (error) {
-    if (error instanceof ReadError) return unreadable(error.why);
-    throw error;
-  }
+  return "outcome" in found ? found : ifRead(() => compared(found, key));
 }
 
 /** What is read, or the verdict on what can't be; what is of another shape may be a table without commas. */
@@ -86,18 +80,10 @@ export function readAs<T extends object>(
   table: () => string | null,
   second: (table: string) => T | Verdict,
 ): T | Verdict {
-  const caught = (work: () => T | Verdict): T | Verdict => {
-    try {
-      return work();
-    } catch (error) {
-      if (error instanceof ReadError) return unreadable(error.why);
-      throw error;
-    }
-  };
-  const found = caught(first);
+  const found = ifRead(first);
   if (!("outcome" in found) || found.outcome === "missing") return found;
   const text = table();
-  return text === null ? found : caught(() => second(text));
+  return text === null ? found : ifRead(() => second(text));
 }
 
 /** Rows without lists or statements among their entries, but for those that were left blank. Throws ReadError. */

@@ -1,5 +1,6 @@
 // What is said of an answer.
 
+import { ReadError } from "../read/tree.js";
 import { message, type Message, type Values } from "../text/text.js";
 import type { TextKey } from "../text/en.js";
 
@@ -40,8 +41,14 @@ export function wrong(key: TextKey, values: Values = {}): Verdict {
 /** Whether an answer could be read at all; what could not is told so, and is no try. */
 export const isRead = ({ reasons }: Verdict): boolean => !reasons.some(({ key }) => key.startsWith("read."));
 
-export function unreadable(why: Message): Verdict {
-  return wrong("read.unreadable", { why });
+/** What comes of an answer, or the verdict that it can't be read. */
+export function ifRead<T>(work: () => T): T | Verdict {
+  try {
+    return work();
+  } catch (error) {
+    if (error instanceof ReadError) return wrong("read.unreadable", { why: error.why });
+    throw error;
+  }
 }
 
 /** An answer that is right in part, or not at all. */

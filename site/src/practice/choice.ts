@@ -3,6 +3,7 @@
 // Questions that went wrong come again: after two others, then after a day, three days, a week (Leitner's boxes).
 
 import type { Index } from "../bank.js";
+import { randomNumbers } from "../random.js";
 import { message, type Message } from "../text/text.js";
 
 /** What the student wants to practise; empty means any. */
@@ -164,19 +165,11 @@ export function attempted(progress: Progress, item: Item, right: boolean, now: n
 export const isMissed = (attempt: Attempted | undefined): boolean =>
   attempt !== undefined && (!attempt.right || attempt.missed === true);
 
-/** Random numbers from 0 to 1 that a text decides (mulberry32 of its hash). */
-export function numbers(seed: string): () => number {
-  let state = [...seed].reduce(
-    (hash, sign) => Math.imul(hash ^ (sign.codePointAt(0) ?? 0), 0x01000193),
-    0x811c9dc5,
+/** Random numbers from 0 to 1 that a text decides. */
+export const numbers = (seed: string): (() => number) =>
+  randomNumbers(
+    [...seed].reduce((hash, sign) => Math.imul(hash ^ (sign.codePointAt(0) ?? 0), 0x01000193), 0x811c9dc5),
   );
-  return () => {
-    state = (state + 0x6d2b79f5) | 0;
-    let t = Math.imul(state ^ (state >>> 15), 1 | state);
-    t = (t + Math.imul(t ^ (t >>> 7), 61 | t)) ^ t;
-    return ((t ^ (t >>> 14)) >>> 0) / 4294967296;
-  };
-}
 
 /** A wish as the end of an address, to be handed on; and back. */
 export function asLink(wish: Wish): string {
