@@ -9,6 +9,7 @@ import {
   shuffled,
   type Wish,
 } from "../practice/choice.js";
+import type { Topic } from "../practice/topics.js";
 import { message, type Message } from "../text/text.js";
 import type { Round } from "./round.js";
 
@@ -26,11 +27,7 @@ export interface Link {
 }
 
 /** A lesson as a link asks for it: its name, and which questions about which arms are practised in it. */
-export interface Practised {
-  readonly id: string;
-  readonly questions: readonly string[];
-  readonly families: readonly string[];
-}
+export type Practised = Omit<Topic, "title">;
 
 export const COUNT = 5;
 export const MOST = 100;

@@ -5,8 +5,8 @@ import { useEffect, useRef, useState } from "preact/hooks";
 
 import type { Index } from "../bank.js";
 import { LESSONS } from "../learn/lessons.js";
-import { ANYTHING, items, variations } from "../practice/choice.js";
-import { variationName } from "../practice/settings.js";
+import { Copied } from "../pages/copied.js";
+import { Choice, WishChoices } from "../practice/wish-choices.js";
 import { LANGUAGES } from "../text/languages.js";
 import { said, say } from "../text/text.js";
 import type { TextKey } from "../text/en.js";
@@ -65,58 +65,28 @@ interface ChoicesProps {
 function Choices({ index, link, most, isWrong, onLink }: ChoicesProps): JSX.Element {
   const { wish } = link;
   const lesson = LESSONS.find(({ id }) => id === link.lesson);
-  const askedOf = new Set(items(index, { ...ANYTHING, family: wish.family }).map(({ question }) => question));
-  const questions = index.questions.filter(
-    ({ name }) => askedOf.has(name) && (!lesson || lesson.questions.includes(name)),
-  );
   const change = (changed: Partial<Link>): void => onLink({ ...link, ...changed });
-  const narrow = (changed: Partial<Link["wish"]>): void => change({ wish: { ...wish, ...changed } });
-  const steps = variations(index);
   return (
     <form class="settings maker-choices" onSubmit={(event) => event.preventDefault()}>
       <Choice
         label="maker.lesson"
         value={link.lesson}
         any="maker.no-lesson"
-        options={LESSONS.map(({ id, title }) => [id, say(title)])}
         onValue={(value) => change({ lesson: value, wish: { ...wish, question: "" } })}
-      />
-      <Choice
-        label="practice.arm"
-        value={wish.family}
-        any={lesson ? "maker.lesson-arms" : "practice.any-arm"}
-        options={index.families.map(({ name, title, lang }) => [name, title, lang])}
-        onValue={(value) => narrow({ family: value, question: "" })}
-      />
-      <Choice
-        label="practice.question"
-        value={wish.question}
-        any={lesson ? "maker.lesson-questions" : "practice.any-question"}
-        options={questions.map(({ name, title, lang }) => [name, title, lang])}
-        onValue={(value) => narrow({ question: value })}
-      />
-      <Choice
-        label="practice.difficulty"
-        value={wish.difficulty === null ? "" : String(wish.difficulty)}
-        any="practice.any-difficulty"
-        options={[0, 1, 2, 3, 4].map((step) => [String(step), String(step)])}
-        onValue={(value) => narrow({ difficulty: value === "" ? null : Number(value) })}
-      />
-      {steps.length > 1 ? (
-        <Choice
-          label="practice.variation"
-          value={wish.variation}
-          any="practice.any-variation"
-          options={steps.map((step) => [step, variationName(step)])}
-          onValue={(value) => narrow({ variation: value })}
-        />
-      ) : null}
+      >
+        {LESSONS.map(({ id, title }) => (
+          <option key={id} value={id}>
+            {say(title)}
+          </option>
+        ))}
+      </Choice>
+      <WishChoices index={index} wish={wish} lesson={lesson} onWish={(wish) => change({ wish })} />
       <Count
         label="maker.count"
         value={wish.count}
         least={1}
         most={most}
-        onValue={(count) => narrow({ count })}
+        onValue={(count) => change({ wish: { ...wish, count } })}
       />
       <Count
         label="maker.tries"
@@ -138,35 +108,15 @@ function Choices({ index, link, most, isWrong, onLink }: ChoicesProps): JSX.Elem
         label="page.language"
         value={link.language}
         any="maker.any-language"
-        options={Object.entries(LANGUAGES).map(([code, { name }]) => [code, name, code])}
         onValue={(language) => change({ language })}
-      />
-    </form>
-  );
-}
-
-interface ChoiceProps {
-  readonly label: TextKey;
-  readonly value: string;
-  /** What is called that nothing is chosen. */
-  readonly any: TextKey;
-  readonly options: readonly (readonly [value: string, title: string, lang?: string | undefined])[];
-  readonly onValue: (value: string) => void;
-}
-
-function Choice({ label, value, any, options, onValue }: ChoiceProps): JSX.Element {
-  return (
-    <label>
-      {say(label)}
-      <select value={value} onChange={(event) => onValue(event.currentTarget.value)}>
-        <option value="">{say(any)}</option>
-        {options.map(([name, title, lang]) => (
-          <option key={name} value={name} lang={lang}>
-            {title}
+      >
+        {Object.entries(LANGUAGES).map(([code, { name }]) => (
+          <option key={code} value={code} lang={code}>
+            {name}
           </option>
         ))}
-      </select>
-    </label>
+      </Choice>
+    </form>
   );
 }
 
@@ -231,30 +181,22 @@ function Words({ label, value, hint = "", wrong = null, onValue }: WordsProps): 
 
 // --- what comes of it ---
 
-/** A text to be copied. */
-function Made({ label, text }: { label: TextKey; text: string }): JSX.Element {
-  const [isCopied, setCopied] = useState(false);
-  const field = useRef<HTMLTextAreaElement>(null);
-  useEffect(() => setCopied(false), [text]);
-  const copy = () => {
-    field.current?.select(); // where nothing may be copied by a script, a key does it
-    void navigator.clipboard?.writeText(text).then(
-      () => setCopied(true),
-      () => undefined,
-    );
-  };
-  return (
-    <div class="made">
-      <label>
-        {say(label)}
-        <textarea ref={field} readOnly rows={3} value={text} spellcheck={false} />
-      </label>
-      <button type="button" class="button quiet" onClick={copy}>
-        {say(isCopied ? "maker.copied" : "maker.copy")}
-      </button>
-    </div>
-  );
-}
+/** A text to be copied: by the button, or by a key where a script may not. */
+const Made = ({ label, text }: { label: TextKey; text: string }): JSX.Element => (
+  <div class="made">
+    <label>
+      {say(label)}
+      <textarea
+        readOnly
+        rows={3}
+        value={text}
+        spellcheck={false}
+        onFocus={({ currentTarget }) => currentTarget.select()}
+      />
+    </label>
+    <Copied key={text} text={text} label={say("maker.copy")} />
+  </div>
+);
 
 /** Milliseconds without a change after which the preview follows. */
 const REST = 400;

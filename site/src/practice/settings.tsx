@@ -5,9 +5,10 @@ import { useRef, useState } from "preact/hooks";
 
 import type { Index } from "../bank.js";
 import { say } from "../text/text.js";
-import { ANYTHING, asLink, isMissed, items, STEPS, variations, WAITS, type Wish } from "./choice.js";
+import { asLink, isMissed, WAITS, type Wish } from "./choice.js";
 import { type AllKept, asFile, fromFile, merged, NOTHING_KEPT } from "./all-kept.js";
 import { sheetLink } from "./sheet.js";
+import { variationName, WishChoices } from "./wish-choices.js";
 
 interface SettingsProps {
   readonly index: Index;
@@ -19,14 +20,7 @@ interface SettingsProps {
 
 export function Settings(props: SettingsProps): JSX.Element {
   const { index, wish, onWish } = props;
-  // only what there is: a question that a family is never asked can't be chosen with it
-  const asked = new Set([
-    wish.question, // of a link: that it does not go with the arm is said below
-    ...items(index, { ...ANYTHING, family: wish.family }).map(({ question }) => question),
-  ]);
-  const questions = index.questions.filter(({ name }) => asked.has(name));
   const [isOpen, setOpen] = useState(false);
-  const group = (short: boolean) => questions.filter(({ form }) => Boolean(form) === short);
   return (
     <form class="settings" onSubmit={(event) => event.preventDefault()}>
       <details class="wish" open={isOpen} onToggle={(event) => setOpen(event.currentTarget.open)}>
@@ -35,58 +29,7 @@ export function Settings(props: SettingsProps): JSX.Element {
           {inShort(index, wish)}
         </summary>
         <div class="choices">
-          <label>
-            {say("practice.arm")}
-            <select
-              value={wish.family}
-              onChange={(event) => onWish({ ...wish, family: event.currentTarget.value, question: "" })}
-            >
-              <option value="">{say("practice.any-arm")}</option>
-              {index.families.map(({ name, title, lang = "en" }) => (
-                <option key={name} value={name} lang={lang}>
-                  {title}
-                </option>
-              ))}
-            </select>
-          </label>
-          <label>
-            {say("practice.question")}
-            <select
-              value={wish.question}
-              onChange={(event) => onWish({ ...wish, question: event.currentTarget.value })}
-            >
-              <option value="">{say("practice.any-question")}</option>
-              {[false, true].map((short) =>
-                group(short).length > 0 ? (
-                  <optgroup key={String(short)} label={say(short ? "practice.short" : "practice.long")}>
-                    {group(short).map(({ name, title, lang = "en" }) => (
-                      <option key={name} value={name} lang={lang}>
-                        {title}
-                      </option>
-                    ))}
-                  </optgroup>
-                ) : null,
-              )}
-            </select>
-          </label>
-          <label>
-            {say("practice.difficulty")}
-            <select
-              value={wish.difficulty ?? ""}
-              onChange={(event) => {
-                const value = event.currentTarget.value;
-                onWish({ ...wish, difficulty: value === "" ? null : Number(value) });
-              }}
-            >
-              <option value="">{say("practice.any-difficulty")}</option>
-              {[0, 1, 2, 3, 4].map((step) => (
-                <option key={step} value={step}>
-                  {step}
-                </option>
-              ))}
-            </select>
-          </label>
-          <VariationChoice {...props} />
+          <WishChoices index={index} wish={wish} onWish={onWish} />
         </div>
       </details>
       <More {...props} />
@@ -104,34 +47,6 @@ function inShort({ families, questions }: Index, wish: Wish): string {
     wish.variation ? variationName(wish.variation) : "",
   ];
   return [arm, question, ...more].filter(Boolean).join(" · ");
-}
-
-/** How far arms vary, where the bank has more than one kind. */
-function VariationChoice({ index, wish, onWish }: SettingsProps) {
-  const known = variations(index);
-  if (known.length < 2) return null;
-  return (
-    <label>
-      {say("practice.variation")}
-      <select
-        value={wish.variation}
-        onChange={(event) => onWish({ ...wish, variation: event.currentTarget.value })}
-      >
-        <option value="">{say("practice.any-variation")}</option>
-        {known.map((name) => (
-          <option key={name} value={name}>
-            {variationName(name)}
-          </option>
-        ))}
-      </select>
-    </label>
-  );
-}
-
-/** A step in words; an instructor's own axes as they are. */
-export function variationName(name: string): string {
-  const step = STEPS.find((each) => each === name);
-  return step ? say(`variation.${step}`) : name.replaceAll("+", ", ");
 }
 
 function More({ wish, kept, onWish, onKept }: SettingsProps) {

@@ -264,7 +264,6 @@ export const en = {
   "practice.forget-sure": "Delete all progress in this browser?",
   "practice.not-progress": "This file doesn't contain progress of qdot.",
   "practice.kept": "It is stored in this browser only.",
-  "practice.set": "Set",
   "practice.set-help": "Everyone who opens this link gets the same problems in the same order:",
   "practice.make-set": "Make a set link",
   "practice.set-place": "Problem {number} of {count} of the set “{set}”",
@@ -327,7 +326,6 @@ export const en = {
   "maker.link": "A link",
   "maker.frame": "A frame for a page of your course",
   "maker.copy": "Copy",
-  "maker.copied": "Copied",
   "maker.preview": "Preview",
   "maker.told": "What the page around it receives",
   "maker.nothing-told": "Nothing yet.",
@@ -488,7 +486,6 @@ export const en = {
   "answer.vector-help":
     "One entry per line, or commas between entries: [a, b]. You may leave out the brackets.",
   "answer.symbols": "Symbols",
-  "answer.option": "Option {letter}",
   "answer.match": "Joint {index}",
   "answer.choose-one": "Choose the right one.",
   "answer.choose-all":

@@ -1,0 +1,122 @@
+// The choices of what is practised: which arms, which question, how difficult, how far the arms vary.
+
+import type { ComponentChildren, JSX } from "preact";
+
+import type { Index } from "../bank.js";
+import type { TextKey } from "../text/en.js";
+import { say } from "../text/text.js";
+import { ANYTHING, items, STEPS, variations, type Wish } from "./choice.js";
+import type { Topic } from "./topics.js";
+
+interface ChoiceProps {
+  readonly label: TextKey;
+  readonly value: string;
+  /** What is called that nothing is chosen. */
+  readonly any: TextKey;
+  /** The other options. */
+  readonly children: ComponentChildren;
+  readonly onValue: (value: string) => void;
+}
+
+export function Choice({ label, value, any, children, onValue }: ChoiceProps): JSX.Element {
+  return (
+    <label>
+      {say(label)}
+      <select value={value} onChange={(event) => onValue(event.currentTarget.value)}>
+        <option value="">{say(any)}</option>
+        {children}
+      </select>
+    </label>
+  );
+}
+
+interface WishChoicesProps {
+  readonly index: Index;
+  readonly wish: Wish;
+  /** The lesson whose questions alone can be chosen. */
+  readonly lesson?: Topic | undefined;
+  readonly onWish: (wish: Wish) => void;
+}
+
+export function WishChoices({ index, wish, lesson, onWish }: WishChoicesProps): JSX.Element {
+  // only what there is: a question that a family is never asked can't be chosen with it
+  const asked = new Set([
+    wish.question, // of a link: that it does not go with the arm is said below
+    ...items(index, { ...ANYTHING, family: wish.family }).map(({ question }) => question),
+  ]);
+  const questions = index.questions.filter(
+    ({ name }) => asked.has(name) && (!lesson || lesson.questions.includes(name)),
+  );
+  const groups = [
+    { label: say("practice.long"), all: questions.filter(({ form }) => !form) },
+    { label: say("practice.short"), all: questions.filter(({ form }) => form) },
+  ].filter(({ all }) => all.length > 0);
+  const known = variations(index);
+  const change = (changed: Partial<Wish>): void => onWish({ ...wish, ...changed });
+  return (
+    <>
+      <Choice
+        label="practice.arm"
+        value={wish.family}
+        any={lesson ? "maker.lesson-arms" : "practice.any-arm"}
+        onValue={(family) => change({ family, question: "" })}
+      >
+        {index.families.map(titled)}
+      </Choice>
+      <Choice
+        label="practice.question"
+        value={wish.question}
+        any={lesson ? "maker.lesson-questions" : "practice.any-question"}
+        onValue={(question) => change({ question })}
+      >
+        {groups.map(({ label, all }) => (
+          <optgroup key={label} label={label}>
+            {all.map(titled)}
+          </optgroup>
+        ))}
+      </Choice>
+      <Choice
+        label="practice.difficulty"
+        value={String(wish.difficulty ?? "")}
+        any="practice.any-difficulty"
+        onValue={(value) => change({ difficulty: value === "" ? null : Number(value) })}
+      >
+        {[0, 1, 2, 3, 4].map((step) => (
+          <option key={step}>{step}</option>
+        ))}
+      </Choice>
+      {known.length > 1 ? (
+        <Choice
+          label="practice.variation"
+          value={wish.variation}
+          any="practice.any-variation"
+          onValue={(variation) => change({ variation })}
+        >
+          {known.map((name) => (
+            <option key={name} value={name}>
+              {variationName(name)}
+            </option>
+          ))}
+        </Choice>
+      ) : null}
+    </>
+  );
+}
+
+interface Titled {
+  readonly name: string;
+  readonly title: string;
+  readonly lang?: string;
+}
+
+const titled = ({ name, title, lang = "en" }: Titled): JSX.Element => (
+  <option key={name} value={name} lang={lang}>
+    {title}
+  </option>
+);
+
+/** A step in words; an instructor's own axes as they are. */
+export function variationName(name: string): string {
+  const step = STEPS.find((each) => each === name);
+  return step ? say(`variation.${step}`) : name.replaceAll("+", ", ");
+}
