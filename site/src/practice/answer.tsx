@@ -27,9 +27,7 @@ export interface Field {
 /** The place for an answer to a part; `onAnswer` is told of it as it is typed. */
 export function Answer(field: Field): JSX.Element {
   const { part } = field;
-  if (part.key.type === "choice" || part.key.type === "selection" || part.key.type === "matching") {
-    return <Letters {...field} />;
-  }
+  if ("told" in part.key) return <Letters {...field} />;
   const [rows, columns] = part.shape ?? [1, 1];
   return rows * columns > 1 && rows * columns <= 42 ? (
     <Entries {...field} rows={rows} columns={columns} />
@@ -354,7 +352,7 @@ export function Preview({
     return () => clearTimeout(wait);
   }, [text]);
   const found = useMemo(() => previewOf(shown, problem, part), [shown, problem, part]);
-  if (type === "choice" || type === "selection" || type === "matching") return null;
+  if ("told" in part.key) return null;
   return (
     <p class="preview" aria-live="polite">
       {found === null ? null : "latex" in found ? (
@@ -404,7 +402,13 @@ function Letters({ problem: { lang }, part, onAnswer }: Field) {
     return (
       <div class="answer">
         <p class="help">{say("answer.choose-each")}</p>
-        <Options options={options} lang={lang} />
+        <ul class="options">
+          {options.map((option, i) => (
+            <li key={i}>
+              <strong>{LETTERS[i]}</strong> <Html html={option} class="option-text" lang={lang} />
+            </li>
+          ))}
+        </ul>
         {now.map((each, i) => (
           <label class="match" key={i}>
             {say("answer.match", { index: i + 1 })}
@@ -449,17 +453,5 @@ function Letters({ problem: { lang }, part, onAnswer }: Field) {
         </label>
       ))}
     </fieldset>
-  );
-}
-
-function Options({ options, lang }: { options: readonly string[]; lang: string | undefined }) {
-  return (
-    <ul class="options">
-      {options.map((option, i) => (
-        <li key={i}>
-          <strong>{LETTERS[i]}</strong> <Html html={option} class="option-text" lang={lang} />
-        </li>
-      ))}
-    </ul>
   );
 }

@@ -196,7 +196,7 @@ function Room({ part }: { part: Part }) {
       </p>
     );
   }
-  if (key.type === "choice" || key.type === "selection" || key.type === "matching") {
+  if ("told" in key) {
     return (
       <p class="sheet-lines">
         {Array.from({ length: key.type === "matching" ? key.items : 1 }, (_, i) => (

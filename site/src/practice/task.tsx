@@ -57,26 +57,30 @@ export interface Judged {
   readonly verdict: Verdict;
 }
 
-interface TaskProps {
+export interface TaskProps {
   readonly item: Item;
   readonly problem: Problem;
   readonly part: Part;
   readonly level: Level;
-  readonly judgedAt?: Level | undefined;
+  /** What a verdict tells at most, where there is something to be had from another try. */
+  readonly judgedAt?: Level;
   readonly arrived: boolean;
-  readonly closed: boolean;
-  readonly factored: boolean;
+  /** Whether it is answered for good: the solution may be seen, and nothing more is checked. */
+  readonly closed?: boolean;
+  /** Whether the factors of det J may be shown, where they don't tell this very answer. */
+  readonly factored?: boolean;
   /** What is said below a verdict of what comes of it. */
-  readonly notes?: readonly string[] | undefined;
-  /** Told of a verdict, and whether hints or the solution were seen before it. */
-  readonly onVerdict: (judged: Judged, helped: boolean) => void;
-  readonly onSolution: () => void;
+  readonly notes?: readonly string[];
+  /** Told whether an answer that could be read is right, whether hints or the solution were seen before, and how it was judged. */
+  readonly onVerdict: (right: boolean, helped: boolean, judged: Judged) => void;
+  /** Told that the solution is seen before the answer is right. */
+  readonly onSolution?: () => void;
   readonly onNext: () => void;
 }
 
 export function Task(props: TaskProps): JSX.Element {
-  const { item, problem, part, level, judgedAt = level, arrived, closed, factored, notes } = props;
-  const { onVerdict, onSolution, onNext } = props;
+  const { item, problem, part, level, judgedAt = level, arrived, closed = false, factored = true } = props;
+  const { notes, onVerdict, onSolution, onNext } = props;
   const [answer, setAnswer] = useState("");
   const [verdict, setVerdict] = useState<Verdict | null>(null);
   const [failed, setFailed] = useState("");
@@ -130,7 +134,8 @@ export function Task(props: TaskProps): JSX.Element {
     setOwn(() => columns);
     const isNew = answer !== judged.current && !(helped && found.outcome === "correct");
     judged.current = answer;
-    if (isRead(found) && isNew) onVerdict({ part, answer, verdict: found }, hinted.current || helped);
+    if (isRead(found) && isNew)
+      onVerdict(found.outcome === "correct", hinted.current || helped, { part, answer, verdict: found });
     afterPaint(() => {
       setPose(poseOf(problem, shown)); // what is said of the answer is there before the arm goes
       afterPaint(() => verdictPlace.current && bringIntoView(verdictPlace.current)); // what changes meanwhile ends a scroll
@@ -177,7 +182,7 @@ export function Task(props: TaskProps): JSX.Element {
         onHint={() => (hinted.current = true)}
         onSolution={() => {
           setHelped(verdict?.outcome !== "correct");
-          if (verdict?.outcome !== "correct") onSolution();
+          if (verdict?.outcome !== "correct") onSolution?.();
         }}
       />
     </>
@@ -211,16 +216,16 @@ export function Task(props: TaskProps): JSX.Element {
         ) : null}
         {step > 0 ? <Html html={promptOf(part)} class="prompt" lang={problem.lang} /> : null}
         {step > 1 ? (
-          <p class="muted to-given">
-            <a href="#given">{say("practice.to-given")}</a>
-          </p>
-        ) : null}
-        {step > 1 ? answering : null}
-        {step > 1 ? (
-          <details open class="given" id="given">
-            <summary>{say("practice.given")}</summary>
-            <Html html={problem.statement} class="statement" lang={problem.lang} />
-          </details>
+          <>
+            <p class="muted to-given">
+              <a href="#given">{say("practice.to-given")}</a>
+            </p>
+            {answering}
+            <details open class="given" id="given">
+              <summary>{say("practice.given")}</summary>
+              <Html html={problem.statement} class="statement" lang={problem.lang} />
+            </details>
+          </>
         ) : null}
       </article>
       <section class="stage" id="arm" aria-label={say("practice.move")}>
