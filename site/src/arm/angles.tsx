@@ -3,6 +3,7 @@
 import type { JSX } from "preact";
 
 import { type Arm, entries, type State } from "./model.js";
+import { dot } from "./vector.js";
 import { drawn, pixel, type Pixel, type View } from "./view.js";
 
 /** An arc in pixels: its path with its head, where its letter stands, and away from the joint. */
@@ -26,7 +27,7 @@ export function arcOf(arm: Arm, state: State, view: View, i: number): Arc | null
   if (Math.abs(turn) < 0.06) return null;
   const [x, y] = pixel(view, before.o);
   const [sx, sy] = drawn(view, before.x);
-  const toward = before.z[0] * view.toward[0] + before.z[1] * view.toward[1] + before.z[2] * view.toward[2];
+  const toward = dot(before.z, view.toward);
   const start = Math.atan2(-sy, sx);
   const spin = toward > 0 ? turn : -turn; // counterclockwise on the page
   const at = (share: number, radius: number): Pixel => [

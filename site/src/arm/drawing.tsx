@@ -16,7 +16,7 @@ import { linkDragged, pointMoved } from "./moves.js";
 import { extentOf, within } from "./ranges.js";
 import { atShare, linkOf, nearestShare } from "./shape.js";
 import { Space } from "./space.js";
-import { subtract, type Vec3 } from "./vector.js";
+import { add, along, dot, subtract, type Vec3 } from "./vector.js";
 import { FIRST_ORBIT, flatPlane, lifted, type Orbit, pixel, type Pixel, type View, viewOf } from "./view.js";
 import { useSize } from "./size.js";
 import { nearness } from "./words.js";
@@ -119,7 +119,7 @@ export function Drawing(props: DrawingProps): JSX.Element {
     };
     if (held === "point") onPose(pointMoved(arm, state.pose, lifted(view, from(state.point)), view));
     else if (held === "target") {
-      if (target) target.move(shifted(target.at, lifted(view, from(target.at))));
+      if (target) target.move(add(target.at, lifted(view, from(target.at))));
     } else if ("link" in held) {
       const place = atShare(links[held.link]!, held.share);
       onPose(linkDragged(arm, state, view, held.link, place, from(place)));
@@ -274,7 +274,7 @@ function useNear(props: DrawingProps, whole: View, begun: Orbit, flat: boolean):
     const page = viewOf(arm, extentOf(arm), width, height, begun);
     const arrows = layers.columns || layers.ellipse ? drawnColumns(arm, first, reach) : [];
     const around = [...(layers.columns ? arrows : []), ...(layers.ellipse ? edgesOf(arrows, page) : [])];
-    const heads = around.map((arrow) => shifted(first.point, arrow));
+    const heads = around.map((arrow) => add(first.point, arrow));
     const isLost = isLostShown(measuresOf(first).ratio, concealed) && lostDirection(arm, first) !== null;
     return framingOf(arm, first, [...heads, ...aims, ...besides], page, { flat, lines: isLost ? 2 : 1 });
   }, [
@@ -368,10 +368,6 @@ function turned(orbit: Orbit, about: number, up: number, nearer: number): Orbit 
   };
 }
 
-function shifted(place: Vec3, by: Vec3): Vec3 {
-  return [place[0] + by[0], place[1] + by[1], place[2] + by[2]];
-}
-
 /** Looking from elsewhere without keys: what fingers can't do by dragging, since a page is scrolled that way. */
 const ViewButtons = memo(({ onKey }: { readonly onKey: (key: string) => void }): JSX.Element => {
   return (
@@ -433,10 +429,9 @@ function Foot({
   view,
 }: Pick<DrawingProps, "arm" | "state"> & { readonly view: View }): JSX.Element {
   const { o, z } = arm.base;
-  const away = subtract(state.point, o);
-  const height = away[0] * z[0] + away[1] * z[1] + away[2] * z[2];
+  const height = dot(subtract(state.point, o), z);
   const [px, py] = pixel(view, state.point);
-  const [fx, fy] = pixel(view, shifted(state.point, [-height * z[0], -height * z[1], -height * z[2]]));
+  const [fx, fy] = pixel(view, along(state.point, z, -height));
   return (
     <g class="arm-foot">
       <polyline points={`${px},${py} ${fx},${fy}`} />

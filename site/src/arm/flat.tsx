@@ -5,7 +5,7 @@ import type { JSX } from "preact";
 
 import type { Arm, State } from "./model.js";
 import { linkOf, placesOf } from "./shape.js";
-import { scaled, type Vec3 } from "./vector.js";
+import { dot, scaled, type Vec3 } from "./vector.js";
 import { drawn, pixel, type Pixel, type View } from "./view.js";
 
 export interface BodyProps {
@@ -50,7 +50,7 @@ interface GlyphProps {
 
 /** A revolute joint: a dot where its axis comes out of the page, a cross where it goes in. */
 function Turning({ i, at: [x, y], z, view }: GlyphProps): JSX.Element {
-  const toward = z[0] * view.toward[0] + z[1] * view.toward[1] + z[2] * view.toward[2];
+  const toward = dot(z, view.toward);
   const r = 5.6;
   return (
     <g class={`arm-joint arm-j${(i % 7) + 1}`}>

@@ -11,7 +11,65 @@ import { type Arm, type Measures, ROWS, type State } from "./model.js";
 import { decimals, digits } from "./speech.js";
 import { nearness, sizeName } from "./words.js";
 
-export interface JacobianProps {
+interface TableProps {
+  readonly arm: Arm;
+  readonly state: State;
+  /** An entry as it is shown. */
+  readonly written: (value: number) => string;
+  readonly style?: string;
+  readonly columnStyle?: (column: number) => string;
+  /** Told of the column that is pointed at. */
+  readonly onColumn?: (column: number | null) => void;
+}
+
+/** The rows of J that count, with the names of rows and columns. */
+export function JacobianTable(props: TableProps): JSX.Element {
+  const { arm, state, written, style, columnStyle, onColumn } = props;
+  /** The column that is pointed at, the first of a row being its name. */
+  const pointed = ({ target }: PointerEvent): void => {
+    const index = (target as Element).closest<HTMLTableCellElement>("td, th")?.cellIndex ?? 0;
+    onColumn?.(index > 0 ? index - 1 : null);
+  };
+  return (
+    <table
+      class={style}
+      data-rows={arm.task.length}
+      data-columns={arm.joints.length}
+      onPointerOver={pointed}
+      onPointerLeave={() => onColumn?.(null)}
+    >
+      <caption class="arm-unseen">{say("arm.jacobian.title")}</caption>
+      <thead>
+        <tr>
+          <th scope="col">
+            <i>J</i>
+          </th>
+          {arm.joints.map(({ name }, i) => (
+            <th key={name} scope="col" class={columnStyle?.(i)}>
+              <Letters name={name} dot />
+            </th>
+          ))}
+        </tr>
+      </thead>
+      <tbody>
+        {arm.task.map((row, k) => (
+          <tr key={row}>
+            <th scope="row">
+              <Letters name={rowName(row)} />
+            </th>
+            {state.counted[k]!.map((value, i) => (
+              <td key={i} class={columnStyle?.(i)}>
+                {written(value)}
+              </td>
+            ))}
+          </tr>
+        ))}
+      </tbody>
+    </table>
+  );
+}
+
+interface JacobianProps {
   readonly arm: Arm;
   readonly state: State;
   readonly lit: number | null;
@@ -19,65 +77,28 @@ export interface JacobianProps {
 }
 
 export const Jacobian = paced(
-  ({ arm, state, lit, onLit }: JacobianProps): JSX.Element => {
-    const point = say("number.point");
-    const column = (i: number): string => `arm-j${(i % 7) + 1}${lit === i ? " arm-lit" : ""}`;
-    /** The column that is pointed at, the first of a row being its name. */
-    const pointed = ({ target }: PointerEvent): void => {
-      const index = (target as Element).closest<HTMLTableCellElement>("td, th")?.cellIndex ?? 0;
-      onLit(index > 0 ? index - 1 : null);
-    };
-    return (
-      <table
-        class="arm-jacobian"
-        data-rows={arm.task.length}
-        data-columns={arm.joints.length}
-        onPointerOver={pointed}
-        onPointerLeave={() => onLit(null)}
-      >
-        <caption class="arm-unseen">{say("arm.jacobian.title")}</caption>
-        <thead>
-          <tr>
-            <th scope="col">
-              <i>J</i>
-            </th>
-            {arm.joints.map(({ name }, i) => (
-              <th key={name} scope="col" class={column(i)}>
-                <Letters name={name} dot />
-              </th>
-            ))}
-          </tr>
-        </thead>
-        <tbody>
-          {arm.task.map((row, k) => (
-            <tr key={row}>
-              <th scope="row">
-                <Letters name={rowName(row)} />
-              </th>
-              {state.counted[k]!.map((value, i) => (
-                <td key={i} class={column(i)}>
-                  {fixed(value, point)}
-                </td>
-              ))}
-            </tr>
-          ))}
-        </tbody>
-      </table>
-    );
-  },
+  ({ arm, state, lit, onLit }: JacobianProps): JSX.Element => (
+    <JacobianTable
+      arm={arm}
+      state={state}
+      written={fixed}
+      style="arm-jacobian"
+      columnStyle={(i) => `arm-j${(i % 7) + 1}${lit === i ? " arm-lit" : ""}`}
+      onColumn={onLit}
+    />
+  ),
   { arm: "at once", state: "in turn", lit: "at once", onLit: "at once" },
 );
 
 /** v_x as a name that `Letters` sets. */
-function rowName(row: number): string {
+export function rowName(row: number): string {
   const [letter, axis] = ROWS[row]!;
   return `${letter === "w" ? "ω" : "v"}_${axis}`;
 }
 
 /** Three decimals throughout, so that nothing jumps as it changes, and no minus before a zero. */
-function fixed(value: number, point: string): string {
-  return decimals(value, 3).toFixed(3).replace("-", "−").replace(".", point);
-}
+const fixed = (value: number): string =>
+  decimals(value, 3).toFixed(3).replace("-", "−").replace(".", say("number.point"));
 
 /** Below this share of the most that it gets, a factor is seen to go to zero. */
 const LOW = 0.06;

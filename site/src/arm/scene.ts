@@ -8,13 +8,12 @@ import {
   HemisphereLight,
   InstancedMesh,
   LineBasicMaterial,
-  LineSegments,
-  BufferGeometry,
-  Float32BufferAttribute,
+  type BufferGeometry,
   Matrix4,
   Mesh,
   MeshStandardMaterial,
   OrthographicCamera,
+  PolarGridHelper,
   Quaternion,
   Scene,
   SphereGeometry,
@@ -26,7 +25,7 @@ import { type Arm, reachOf, type State } from "./model.js";
 import { extentOf, thicknessOf } from "./ranges.js";
 import { bodyOf, linkOf, placesOf } from "./shape.js";
 import { right } from "./svd.js";
-import { along, norm, subtract, unit, type Vec3 } from "./vector.js";
+import { along, norm, scaled, subtract, unit, type Vec3 } from "./vector.js";
 import type { View } from "./view.js";
 
 /** Colours as CSS writes them. */
@@ -46,6 +45,8 @@ export interface Stage {
 
 const UP = new Vector3(0, 1, 0);
 const SIDES = 40;
+/** More solids of one kind than the links and joints of any arm take. */
+const MOST_PIECES = 100;
 
 /** Unit solids, each of which stands in the arm many times. */
 type Solid = "bar" | "ball" | "box";
@@ -54,7 +55,7 @@ type Solid = "bar" | "ball" | "box";
 interface Piece {
   readonly solid: Solid;
   readonly place: Matrix4;
-  readonly color: Color;
+  readonly color: string;
 }
 
 /** A stage on a canvas. Throws where the browser has no WebGL. */
@@ -65,7 +66,7 @@ export function stageOn(canvas: HTMLCanvasElement, palette: Palette): Stage {
   const sun = new DirectionalLight(0xffffff, 1.6);
   scene.add(new HemisphereLight(0xffffff, 0x8890a0, 1.7), sun, sun.target);
   const ball = new SphereGeometry(1, 28, 18);
-  const solids: Readonly<Record<Solid, Copies>> = {
+  const solids: Readonly<Record<Solid, InstancedMesh>> = {
     bar: copiesIn(scene, new CylinderGeometry(1, 1, 1, SIDES)),
     ball: copiesIn(scene, ball),
     box: copiesIn(scene, new BoxGeometry(1, 1, 1)),
@@ -76,8 +77,8 @@ export function stageOn(canvas: HTMLCanvasElement, palette: Palette): Stage {
   ellipsoid.frustumCulled = false; // its place is in its matrix alone
   scene.add(ellipsoid);
   const lines = new LineBasicMaterial();
-  let paints = paintsOf(palette);
-  let grid: { readonly arm: Arm; readonly lines: LineSegments } | null = null;
+  let paints = palette;
+  let grid: { readonly arm: Arm; readonly lines: PolarGridHelper } | null = null;
   let size = "";
 
   /** The grid under an arm, made anew for another arm only. */
@@ -102,11 +103,15 @@ export function stageOn(canvas: HTMLCanvasElement, palette: Palette): Stage {
   return {
     draw(arm, state, view, columns) {
       const pieces = piecesOf(arm, state, paints);
-      for (const solid of SOLIDS) solids[solid].lay(pieces.filter((piece) => piece.solid === solid));
+      for (const [solid, copies] of Object.entries(solids))
+        lay(
+          copies,
+          pieces.filter((piece) => piece.solid === solid),
+        );
       ellipsoid.visible = columns !== null;
       if (columns) ellipsoid.matrix.copy(ellipsoidAt(state, columns));
-      glass.color.copy(paints.ellipse);
-      lines.color.copy(paints.grid);
+      glass.color.set(paints.ellipse);
+      lines.color.set(paints.grid);
       ground(arm);
       fit(view);
       const [w, h, far] = [view.width / view.scale / 2, view.height / view.scale / 2, 20 * reachOf(arm)];
@@ -121,7 +126,7 @@ export function stageOn(canvas: HTMLCanvasElement, palette: Palette): Stage {
       renderer.render(scene, camera);
     },
     paint(next) {
-      paints = paintsOf(next);
+      paints = next;
     },
     dispose() {
       renderer.dispose();
@@ -129,39 +134,32 @@ export function stageOn(canvas: HTMLCanvasElement, palette: Palette): Stage {
   };
 }
 
-const SOLIDS = ["bar", "ball", "box"] as const;
-
 /** A solid that is drawn in many places at once. */
-interface Copies {
-  lay(pieces: readonly Piece[]): void;
+function copiesIn(scene: Scene, solid: BufferGeometry): InstancedMesh {
+  const copies = new InstancedMesh(
+    solid,
+    new MeshStandardMaterial({ roughness: 0.75, metalness: 0 }),
+    MOST_PIECES,
+  );
+  copies.frustumCulled = false; // all of the arm is in view, and where it is changes
+  scene.add(copies);
+  return copies;
 }
 
-function copiesIn(scene: Scene, solid: BufferGeometry): Copies {
-  const paint = new MeshStandardMaterial({ roughness: 0.75, metalness: 0 });
-  let mesh: InstancedMesh | null = null;
-  return {
-    lay(pieces) {
-      if (mesh) mesh.count = pieces.length;
-      if (pieces.length === 0) return;
-      if (!mesh || mesh.instanceMatrix.count < pieces.length) {
-        if (mesh) scene.remove(mesh);
-        mesh?.dispose();
-        mesh = new InstancedMesh(solid, paint, pieces.length);
-        mesh.frustumCulled = false; // all of the arm is in view, and where it is changes
-        scene.add(mesh);
-      }
-      for (const [i, { place, color }] of pieces.entries()) {
-        mesh.setMatrixAt(i, place);
-        mesh.setColorAt(i, color);
-      }
-      mesh.instanceMatrix.needsUpdate = true;
-      if (mesh.instanceColor) mesh.instanceColor.needsUpdate = true;
-    },
-  };
+/** Put the copies of a solid where its pieces are. */
+function lay(copies: InstancedMesh, pieces: readonly Piece[]): void {
+  const paint = new Color();
+  copies.count = pieces.length;
+  pieces.forEach(({ place, color }, i) => {
+    copies.setMatrixAt(i, place);
+    copies.setColorAt(i, paint.set(color));
+  });
+  copies.instanceMatrix.needsUpdate = true;
+  if (copies.instanceColor) copies.instanceColor.needsUpdate = true;
 }
 
 /** The arm as solids: bars with round ends for its links, a body for each joint, a ball for the point. */
-function piecesOf(arm: Arm, state: State, paints: Paints): Piece[] {
+function piecesOf(arm: Arm, state: State, paints: Palette): Piece[] {
   const joint = thicknessOf(arm);
   const thin = 0.48 * joint;
   const places = placesOf(arm, state, reachOf(arm));
@@ -184,7 +182,7 @@ function piecesOf(arm: Arm, state: State, paints: Paints): Piece[] {
 }
 
 /** A unit solid that stands between two points, of a radius; nothing where they are one. */
-function between(solid: "bar" | "box", a: Vec3, b: Vec3, radius: number, color: Color): Piece[] {
+function between(solid: "bar" | "box", a: Vec3, b: Vec3, radius: number, color: string): Piece[] {
   const way = subtract(b, a);
   const length = norm(way);
   if (length < 1e-9) return [];
@@ -193,7 +191,7 @@ function between(solid: "bar" | "box", a: Vec3, b: Vec3, radius: number, color: 
   return [{ solid, place: new Matrix4().compose(new Vector3(...along(a, way, 0.5)), turn, size), color }];
 }
 
-function round([x, y, z]: Vec3, radius: number, color: Color): Piece {
+function round([x, y, z]: Vec3, radius: number, color: string): Piece {
   return {
     solid: "ball",
     place: new Matrix4().makeScale(radius, radius, radius).setPosition(x, y, z),
@@ -204,57 +202,19 @@ function round([x, y, z]: Vec3, radius: number, color: Color): Piece {
 /** The unit ball as the ellipsoid {J q : |q| = 1} at the point. */
 function ellipsoidAt(state: State, columns: readonly Vec3[]): Matrix4 {
   const { sigma, v } = right(columns);
-  const axes = v.map((axis, k) => axis.map((value) => value * Math.max(sigma[k]!, 1e-3 * sigma[0]!)));
-  const rows = [0, 1, 2].flatMap((r) => [...axes.map((axis) => axis[r]!), state.point[r]!]);
-  return new Matrix4().set(...(rows as unknown as Twelve), 0, 0, 0, 1);
-}
-
-type Twelve = [
-  number,
-  number,
-  number,
-  number,
-  number,
-  number,
-  number,
-  number,
-  number,
-  number,
-  number,
-  number,
-];
-
-interface Paints {
-  readonly link: Color;
-  readonly ellipse: Color;
-  readonly grid: Color;
-  readonly joints: readonly Color[];
-}
-
-function paintsOf({ link, grid, ellipse, joints }: Palette): Paints {
-  return {
-    link: new Color(link),
-    ellipse: new Color(ellipse),
-    grid: new Color(grid),
-    joints: joints.map((color) => new Color(color)),
-  };
+  const [a, b, c] = v.map((axis, k) =>
+    new Vector3(...axis).multiplyScalar(Math.max(sigma[k]!, 1e-3 * sigma[0]!)),
+  );
+  return new Matrix4().makeBasis(a!, b!, c!).setPosition(...state.point);
 }
 
 /** Rings and rays on the plane of the base, which show where in space the arm stands. */
-function gridUnder(arm: Arm, paint: LineBasicMaterial): LineSegments {
-  const { around } = extentOf(arm);
-  const { o, x, y } = arm.base;
-  const ends: number[] = [];
-  const at = (radius: number, turn: number): Vec3 =>
-    along(along(o, x, radius * Math.cos(turn)), y, radius * Math.sin(turn));
-  for (const share of [0.25, 0.5, 0.75, 1]) {
-    for (let k = 0; k < 96; k += 1) {
-      ends.push(...at(share * around, (k * Math.PI) / 48), ...at(share * around, ((k + 1) * Math.PI) / 48));
-    }
-  }
-  for (let k = 0; k < 12; k += 1)
-    ends.push(...at(0.25 * around, (k * Math.PI) / 6), ...at(around, (k * Math.PI) / 6));
-  const lines = new BufferGeometry();
-  lines.setAttribute("position", new Float32BufferAttribute(ends, 3));
-  return new LineSegments(lines, paint);
+function gridUnder(arm: Arm, paint: LineBasicMaterial): PolarGridHelper {
+  const { o, x, y, z } = arm.base;
+  const grid = new PolarGridHelper(extentOf(arm).around, 12, 4, 96);
+  grid.material = paint;
+  grid.matrixAutoUpdate = false;
+  const [across, up, toward] = [x, z, scaled(y, -1)].map((axis) => new Vector3(...axis));
+  grid.matrix.makeBasis(across!, up!, toward!).setPosition(...o);
+  return grid;
 }

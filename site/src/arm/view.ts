@@ -2,7 +2,7 @@
 
 import { type Arm, stateAt } from "./model.js";
 import type { Extent } from "./ranges.js";
-import { along, dot, type Vec3 } from "./vector.js";
+import { along, dot, scaled, subtract, type Vec3 } from "./vector.js";
 
 /** Directions right, up and towards the reader; `centre` (m) is drawn in the middle of width x height pixels. */
 export interface View {
@@ -127,11 +127,8 @@ function spanWith(below: number, above: number, origin: number, axis: number): S
 const middle = ({ low, high }: Span): number => (low + high) / 2;
 
 export function pixel(view: View, p: Vec3): Pixel {
-  const away: Vec3 = [p[0] - view.centre[0], p[1] - view.centre[1], p[2] - view.centre[2]];
-  return [
-    view.width / 2 + view.scale * dot(view.right, away),
-    view.height / 2 - view.scale * dot(view.up, away),
-  ];
+  const [x, y] = drawn(view, subtract(p, view.centre));
+  return [view.width / 2 + x, view.height / 2 + y];
 }
 
 /** How a vector (m) is drawn, in pixels with y down. */
@@ -141,8 +138,7 @@ export function drawn(view: View, v: Vec3): Pixel {
 
 /** The vector (m) in the plane of the drawing that is drawn as a step in pixels. */
 export function lifted(view: View, [dx, dy]: Pixel): Vec3 {
-  const [a, b] = [dx / view.scale, -dy / view.scale];
-  return [0, 1, 2].map((k) => a * view.right[k]! + b * view.up[k]!) as unknown as Vec3;
+  return along(scaled(view.right, dx / view.scale), view.up, -dy / view.scale);
 }
 
 /** The outline of the ellipsoid {J q : |q| = 1} as drawn: centre, half axes (pixels) and turn (degrees, y down). */

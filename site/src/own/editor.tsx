@@ -5,6 +5,7 @@ import type { JSX } from "preact";
 import { memo } from "../memo.js";
 import { useId } from "preact/hooks";
 
+import { rowName } from "../arm/jacobian.js";
 import { ROWS } from "../arm/model.js";
 import { Letters } from "../arm/letters.js";
 import { said, say } from "../text/text.js";
@@ -297,10 +298,10 @@ function Task({ table, usual, onTable }: Pick<EditorProps, "table" | "usual" | "
   return (
     <fieldset class="own-task">
       <legend>{say("own.task")}</legend>
-      {ROWS.map((row) => (
+      {ROWS.map((row, i) => (
         <label key={row}>
           <input type="checkbox" checked={chosen.includes(row)} onChange={() => toggled(row)} />
-          <Letters name={row.replace("w", "ω").replace(/(.)$/, "_$1")} />
+          <Letters name={rowName(i)} />
         </label>
       ))}
     </fieldset>

@@ -2,6 +2,7 @@
 
 import type { JSX } from "preact";
 
+import { JacobianTable } from "../arm/jacobian.js";
 import { Letters } from "../arm/letters.js";
 import { ROWS } from "../arm/model.js";
 import type { Stage } from "../arm/stage.js";
@@ -23,33 +24,7 @@ export function Figures({ stage }: { stage: Stage }): JSX.Element {
   return (
     <section class="own-figures" aria-label={say("own.figures")}>
       <h3>{say("own.figures")}</h3>
-      <table data-columns={arm.joints.length}>
-        <caption class="visually-hidden">{say("arm.jacobian.title")}</caption>
-        <thead>
-          <tr>
-            <th scope="col">
-              <i>J</i>
-            </th>
-            {arm.joints.map(({ name }) => (
-              <th key={name} scope="col">
-                <Letters name={name} dot />
-              </th>
-            ))}
-          </tr>
-        </thead>
-        <tbody>
-          {arm.task.map((row, k) => (
-            <tr key={row}>
-              <th scope="row">
-                <Letters name={ROWS[row]!.replace("w", "ω").replace(/(.)$/, "_$1")} />
-              </th>
-              {state.counted[k]!.map((value, i) => (
-                <td key={i}>{shown(value, most)}</td>
-              ))}
-            </tr>
-          ))}
-        </tbody>
-      </table>
+      <JacobianTable arm={arm} state={state} written={(value) => shown(value, most)} />
       <dl>
         <dt>{say(sizeName(arm))}</dt>
         <dd>{shown(det ?? volume, largest ?? 1)}</dd>

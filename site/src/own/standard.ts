@@ -6,7 +6,7 @@
 import type { Robot, TaskRow } from "../bank.js";
 import { type Arm, armOf, ROWS, stateAt } from "../arm/model.js";
 import { randomPoses } from "../arm/random.js";
-import { type Matrix, times, type Vec3 } from "../arm/vector.js";
+import { add, type Matrix, times, type Vec3 } from "../arm/vector.js";
 import type { Numbers, Row, Table, Triple } from "./table.js";
 
 interface Base {
@@ -70,9 +70,8 @@ function product(left: Matrix, right: Matrix): Matrix {
 /** The rows of a modified table as those of the standard one: their a and alpha stand before their joint. */
 function shifted({ position, rotation }: Base, rows: readonly Row[]): readonly [Base, Row[]] {
   const [first] = rows;
-  const [x, y, z] = times(rotation, [first!.a, 0, 0]) as [number, number, number];
   const base: Base = {
-    position: [position[0] + x, position[1] + y, position[2] + z],
+    position: add(position, times(rotation, [first!.a, 0, 0]) as unknown as Vec3),
     rotation: product(rotation, about(0, first!.alpha)),
   };
   return [base, rows.map((row, i) => ({ ...row, a: rows[i + 1]?.a ?? 0, alpha: rows[i + 1]?.alpha ?? 0 }))];
