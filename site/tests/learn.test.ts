@@ -21,6 +21,7 @@ import {
 } from "../src/practice/skills.js";
 import { ratesOf, velocityOf } from "../src/learn/tools.js";
 import { type Item, STEPS } from "../src/practice/choice.js";
+import { en } from "../src/text/en.js";
 
 const item = (key: string, question = "jacobian"): Item => ({ family: "planar-2r", key, question });
 const right = (skill: Skill, key: string, now = 0, helped = false, most = 9, again = false) =>
@@ -266,6 +267,7 @@ for (const lesson of LESSONS)
     const rates = ratesOf(lesson.tool, { rates: [0.5, 0.5], direction: 0 }, stateAt(arm, pose));
     const first = seen(arm, pose, { rates: [...rates], weld: { ...weld, turns: 0.6 } });
     lesson.goals.forEach(({ reached, text }, i) => {
+      expect(en).toHaveProperty([text]);
       expect(reached(WAYS[lesson.id]![i]!), text).toBe(true);
       if (lesson.id !== "path") expect(reached(first), text).toBe(false);
     });

@@ -34,6 +34,14 @@ export interface Lesson extends Topic {
   readonly goals: readonly Goal[];
 }
 
+/** A lesson as written below: its id names its texts; the arm is the plain one, and there is no tool, unless it says so. */
+type Written = Pick<Lesson, "needs" | "layers" | "pane"> &
+  Partial<Pick<Lesson, "arm" | "tool">> & {
+    readonly id:
+      "rates" | "columns" | "differentiation" | "propagation" | "inverse" | "singular" | "kinds" | "path";
+    readonly goals: readonly Goal["reached"][];
+  };
+
 /** An entry of J: its row and column, counted from 1. */
 const entry = ({ state }: Stage, row: number, column: number): number => state.counted[row - 1]![column - 1]!;
 const column = (stage: Stage, k: number): Vec3 =>
@@ -44,155 +52,105 @@ const UP: Vec3 = [0, 1, 0];
 const theta2 = ({ pose }: Stage): number => Math.abs(pose[1]!);
 const DEGREE = Math.PI / 180;
 
-export const LESSONS: readonly Lesson[] = [
+const WRITTEN: readonly Written[] = [
   {
-    ...topicOf("rates"),
+    id: "rates",
     needs: [],
-    idea: ["lesson.rates.idea-1", "lesson.rates.idea-2"],
-    arm: "plain",
     tool: "rates",
     layers: { columns: false, ellipse: false },
     pane: "joints",
     goals: [
-      {
-        text: "lesson.rates.goal-1",
-        reached: ({ rates }) => Math.abs(rates[0]!) < 0.03 && Math.abs(rates[1]!) > 0.3,
-      },
-      {
-        text: "lesson.rates.goal-2",
-        reached: ({ velocity }) => norm(velocity) > 0.05 && cosine(velocity, UP) > 0.995,
-      },
-      {
-        text: "lesson.rates.goal-3",
-        reached: ({ velocity, stage }) =>
-          norm(velocity) > 0.05 && cosine(velocity, stage.state.point) < -0.99,
-      },
+      ({ rates }) => Math.abs(rates[0]!) < 0.03 && Math.abs(rates[1]!) > 0.3,
+      ({ velocity }) => norm(velocity) > 0.05 && cosine(velocity, UP) > 0.995,
+      ({ velocity, stage }) => norm(velocity) > 0.05 && cosine(velocity, stage.state.point) < -0.99,
     ],
   },
   {
-    ...topicOf("columns"),
+    id: "columns",
     needs: ["rates"],
-    idea: ["lesson.columns.idea-1", "lesson.columns.idea-2"],
-    arm: "plain",
-    tool: null,
     layers: { ellipse: false },
     pane: "jacobian",
     goals: [
-      { text: "lesson.columns.goal-1", reached: ({ stage }) => cosine(column(stage, 2), UP) > 0.998 },
-      { text: "lesson.columns.goal-2", reached: ({ stage }) => norm(column(stage, 1)) < 0.11 * stage.reach },
-      {
-        text: "lesson.columns.goal-3",
-        reached: ({ stage }) => Math.abs(cosine(column(stage, 1), column(stage, 2))) > 0.999,
-      },
+      ({ stage }) => cosine(column(stage, 2), UP) > 0.998,
+      ({ stage }) => norm(column(stage, 1)) < 0.11 * stage.reach,
+      ({ stage }) => Math.abs(cosine(column(stage, 1), column(stage, 2))) > 0.999,
     ],
   },
   {
-    ...topicOf("differentiation"),
+    id: "differentiation",
     needs: ["columns"],
-    idea: ["lesson.differentiation.idea-1", "lesson.differentiation.idea-2"],
-    arm: "plain",
-    tool: null,
     layers: { ellipse: false },
     pane: "jacobian",
     goals: [
-      {
-        text: "lesson.differentiation.goal-1",
-        reached: ({ stage }) => Math.abs(entry(stage, 1, 1)) < 0.02 * stage.reach,
-      },
-      {
-        text: "lesson.differentiation.goal-2",
-        reached: ({ stage }) =>
-          Math.abs(entry(stage, 2, 2)) < 0.02 * stage.reach &&
-          Math.abs(entry(stage, 2, 1)) > 0.1 * stage.reach,
-      },
+      ({ stage }) => Math.abs(entry(stage, 1, 1)) < 0.02 * stage.reach,
+      ({ stage }) =>
+        Math.abs(entry(stage, 2, 2)) < 0.02 * stage.reach && Math.abs(entry(stage, 2, 1)) > 0.1 * stage.reach,
     ],
   },
   {
-    ...topicOf("propagation"),
+    id: "propagation",
     needs: ["columns"],
-    idea: ["lesson.propagation.idea-1", "lesson.propagation.idea-2"],
-    arm: "plain",
-    tool: null,
     layers: { ellipse: false, vectors: true },
     pane: "jacobian",
     goals: [
-      {
-        text: "lesson.propagation.goal-1",
-        reached: ({ stage }) => Math.abs(cosine(...twoArms(stage))) < 0.03,
-      },
-      { text: "lesson.propagation.goal-2", reached: ({ stage }) => cosine(...twoArms(stage)) > 0.9995 },
+      ({ stage }) => Math.abs(cosine(...twoArms(stage))) < 0.03,
+      ({ stage }) => cosine(...twoArms(stage)) > 0.9995,
     ],
   },
   {
-    ...topicOf("inverse"),
+    id: "inverse",
     needs: ["differentiation", "propagation"],
-    idea: ["lesson.inverse.idea-1", "lesson.inverse.idea-2"],
-    arm: "plain",
     tool: "wanted",
     layers: { ellipse: false },
     pane: "joints",
     goals: [
-      {
-        text: "lesson.inverse.goal-1",
-        reached: ({ rates }) => Math.abs(rates[0]!) < 0.03 && Math.abs(rates[1]!) > 0.05,
-      },
-      { text: "lesson.inverse.goal-2", reached: ({ rates }) => Math.max(...rates.map(Math.abs)) > 10 },
+      ({ rates }) => Math.abs(rates[0]!) < 0.03 && Math.abs(rates[1]!) > 0.05,
+      ({ rates }) => Math.max(...rates.map(Math.abs)) > 10,
     ],
   },
   {
-    ...topicOf("singular"),
+    id: "singular",
     needs: ["differentiation"],
-    idea: ["lesson.singular.idea-1", "lesson.singular.idea-2"],
-    arm: "plain",
-    tool: null,
     layers: {},
     pane: "map",
     goals: [
-      { text: "lesson.singular.goal-1", reached: ({ stage }) => theta2(stage) < 2 * DEGREE },
-      { text: "lesson.singular.goal-2", reached: ({ stage }) => theta2(stage) > 178 * DEGREE },
-      { text: "lesson.singular.goal-3", reached: ({ stage }) => Math.abs(Math.sin(theta2(stage))) > 0.995 },
+      ({ stage }) => theta2(stage) < 2 * DEGREE,
+      ({ stage }) => theta2(stage) > 178 * DEGREE,
+      ({ stage }) => Math.abs(Math.sin(theta2(stage))) > 0.995,
     ],
   },
   {
-    ...topicOf("kinds"),
+    id: "kinds",
     needs: ["singular"],
-    idea: ["lesson.kinds.idea-1", "lesson.kinds.idea-2"],
     arm: "elbow",
-    tool: null,
     layers: { frames: false },
     pane: "map",
     goals: [
-      {
-        text: "lesson.kinds.goal-1",
-        reached: ({ stage }) => kindHere(stage.arm, stage.rested) === "boundary",
-      },
-      {
-        text: "lesson.kinds.goal-2",
-        reached: ({ stage }) => kindHere(stage.arm, stage.rested) === "internal",
-      },
+      ({ stage }) => kindHere(stage.arm, stage.rested) === "boundary",
+      ({ stage }) => kindHere(stage.arm, stage.rested) === "internal",
     ],
   },
   {
-    ...topicOf("path"),
+    id: "path",
     needs: ["inverse", "singular"],
-    idea: ["lesson.path.idea-1", "lesson.path.idea-2"],
-    arm: "plain",
-    tool: null,
     layers: { frames: false },
     pane: "weld",
     goals: [
-      {
-        text: "lesson.path.goal-1",
-        reached: ({ stage }) => (stage.welding?.place ?? 0) > 0.95 * endOf(stage),
-      },
-      {
-        text: "lesson.path.goal-2",
-        reached: ({ stage }) => verdictOf(stage.arm, stage.welding) === "exceeds",
-      },
-      { text: "lesson.path.goal-3", reached: ({ stage }) => verdictOf(stage.arm, stage.welding) === "keeps" },
+      ({ stage }) => (stage.welding?.place ?? 0) > 0.95 * endOf(stage),
+      ({ stage }) => verdictOf(stage.arm, stage.welding) === "exceeds",
+      ({ stage }) => verdictOf(stage.arm, stage.welding) === "keeps",
     ],
   },
 ];
+
+export const LESSONS: readonly Lesson[] = WRITTEN.map(({ id, goals, ...lesson }) => ({
+  ...topicOf(id),
+  idea: [`lesson.${id}.idea-1`, `lesson.${id}.idea-2`],
+  arm: "plain",
+  tool: null,
+  ...lesson,
+  goals: goals.map((reached, i) => ({ text: `lesson.${id}.goal-${i + 1}` as TextKey, reached })),
+}));
 
 /** p*_0 and p*_1. */
 function twoArms({ arm, state }: Stage): [Vec3, Vec3] {
