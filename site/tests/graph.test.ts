@@ -2,7 +2,7 @@
 import { describe, expect, test } from "vitest";
 
 import type { Index } from "../src/bank.js";
-import { layersOf, placesOf, standingOf } from "../src/learn/graph.js";
+import { placesOf, standingOf } from "../src/learn/graph.js";
 import { LESSONS } from "../src/learn/lessons.js";
 import { NEW } from "../src/practice/skills.js";
 
@@ -35,21 +35,16 @@ describe("the graph", () => {
   });
 
   test("has every lesson behind what it needs, and nothing that is needed is unknown", () => {
-    const layers = layersOf(LESSONS);
+    const layers = new Map(LESSONS.map(({ id, at }) => [id, at[0]]));
     for (const { id, needs } of LESSONS)
       for (const need of needs) expect(layers.get(need), `${id} needs ${need}`).toBeLessThan(layers.get(id)!);
-    expect(layers.get("rates")).toBe(0);
-    expect(Math.max(...layers.values())).toBeLessThan(5); // it fits beside each other
   });
 
   test("puts lessons of a layer beside each other, around its middle", () => {
-    const places = placesOf(INDEX, {}, {}, 0);
-    const spots = places.map(({ layer, across }) => `${layer} ${across}`);
-    expect(new Set(spots).size).toBe(LESSONS.length);
-    for (const layer of new Set(places.map((place) => place.layer)))
-      expect(
-        places.filter((place) => place.layer === layer).reduce((sum, { across }) => sum + across, 0),
-      ).toBe(0);
+    const spots = LESSONS.map(({ at }) => at);
+    expect(new Set(spots.map(String)).size).toBe(LESSONS.length);
+    for (const [layer] of spots)
+      expect(spots.filter(([other]) => other === layer).reduce((sum, [, across]) => sum + across, 0)).toBe(0);
   });
 
   test("says what comes next, and what is missing before", () => {

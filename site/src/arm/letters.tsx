@@ -1,6 +1,6 @@
 // Symbols as they are set: an italic letter, its index lowered, the star of p* raised.
 
-import type { JSX } from "preact";
+import { Fragment, type JSX } from "preact";
 import { memo } from "../memo.js";
 
 const GREEK: Readonly<Record<string, string>> = { theta: "θ", sigma: "σ" };
@@ -40,44 +40,26 @@ export const Letters = memo(({ name, dot = false }: { name: string; dot?: boolea
 });
 
 /** The same inside a drawing, as pieces of a text element; names of one thing have "=" between them. */
-export const DrawnLetters = memo(({ name }: { name: string }): JSX.Element => (
-  <>
-    {name.split("=").map((one, k) => (
-      <DrawnName
-        key={one}
-        name={one}
-        lowered={k > 0 && partsOf(name.split("=")[k - 1]!)[2] !== ""}
-        first={k === 0}
-      />
-    ))}
-  </>
-));
-
-function DrawnName({
-  name,
-  lowered,
-  first,
-}: {
-  name: string;
-  lowered: boolean;
-  first: boolean;
-}): JSX.Element {
-  const [letter, star, index] = partsOf(name);
-  const number = /^[\d.,−]+$/.test(letter);
+export const DrawnLetters = memo(({ name }: { name: string }): JSX.Element => {
+  const names = name.split("=").map(partsOf);
   return (
     <>
-      {first ? null : <tspan dy={lowered ? -4 : 0}> = </tspan>}
-      <tspan class={number ? "arm-upright" : "arm-italic"}>{letter}</tspan>
-      {star && (
-        <tspan class="arm-small" dy="-5">
-          {star}
-        </tspan>
-      )}
-      {index && (
-        <tspan class="arm-small" dy={star ? 9 : 4}>
-          {index}
-        </tspan>
-      )}
+      {names.map(([letter, star, index], k) => (
+        <Fragment key={k}>
+          {k > 0 && <tspan dy={names[k - 1]![2] ? -4 : 0}> = </tspan>}
+          <tspan class={/^[\d.,−]+$/.test(letter) ? "arm-upright" : "arm-italic"}>{letter}</tspan>
+          {star && (
+            <tspan class="arm-small" dy="-5">
+              {star}
+            </tspan>
+          )}
+          {index && (
+            <tspan class="arm-small" dy={star ? 9 : 4}>
+              {index}
+            </tspan>
+          )}
+        </Fragment>
+      ))}
     </>
   );
-}
+});

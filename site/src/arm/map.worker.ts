@@ -23,5 +23,5 @@ globalThis.addEventListener("message", ({ data }: MessageEvent<Wanted>) => {
   const { arm, pose, pair, shown } = data;
   const terrain = terrainOf(arm, pose, pair, shown);
   tell({ terrain });
-  tell({ kinds: [...sorted(arm, pose, pair, terrain)].flat() });
+  tell({ kinds: sorted(arm, pose, pair, terrain) });
 });

@@ -7,7 +7,7 @@
 import { taskError } from "./beyond.js";
 import { type Arm, measuresOf, type Pose, type State, stateAt } from "./model.js";
 import { damped, leastSquares } from "./svd.js";
-import { along, norm, scaled, subtract, type Vec3 } from "./vector.js";
+import { along, norm, subtract, unit, type Vec3 } from "./vector.js";
 
 /** A place on a path: distance s (m), the pose, its change by metre dq/ds, and sigma_min/sigma_max of J. */
 export interface Station {
@@ -50,7 +50,7 @@ export function pathTo(arm: Arm, pose: Pose, target: Vec3): Path {
     arm.task.includes(row) ? value : 0,
   ) as unknown as Vec3;
   const length = norm(way);
-  return { start, unit: length > 0 ? scaled(way, 1 / length) : [0, 0, 0], length };
+  return { start, unit: unit(way), length };
 }
 
 export function pointOn(path: Path, s: number): Vec3 {
@@ -157,17 +157,10 @@ export function suggested(arm: Arm, pose: Pose, reach: number, regular: boolean)
   return best.map((value) => Math.round(value * 100) / 100) as unknown as Vec3;
 }
 
-function waysOf(arm: Arm): Vec3[] {
-  const rows = arm.task.filter((row) => row < 3);
-  const ways: Vec3[] = [];
-  const steps = rows.length === 2 ? [-1, -0.5, 0, 0.5, 1] : [-1, 0, 1];
-  for (const x of rows.includes(0) ? steps : [0]) {
-    for (const y of rows.includes(1) ? steps : [0]) {
-      for (const z of rows.includes(2) ? steps : [0]) {
-        const size = norm([x, y, z]);
-        if (size > 0.9) ways.push([x / size, y / size, z / size]);
-      }
-    }
-  }
-  return ways;
+/** Directions in the coordinates that the task counts. */
+function waysOf({ task }: Arm): Vec3[] {
+  const steps = task.filter((row) => row < 3).length === 2 ? [-1, -0.5, 0, 0.5, 1] : [-1, 0, 1];
+  const [xs, ys, zs] = [0, 1, 2].map((row) => (task.includes(row) ? steps : [0]));
+  const all = xs!.flatMap((x) => ys!.flatMap((y) => zs!.map((z): Vec3 => [x, y, z])));
+  return all.filter((way) => norm(way) > 0.9).map(unit);
 }

@@ -18,13 +18,12 @@ import { axonometric, FIRST_ORBIT, flatPlane } from "./view.js";
 export interface Range {
   readonly low: number;
   readonly high: number;
-  readonly step: number;
 }
 
 /** Travel of a joint: a full turn, or a slide past both ends of what the figures show (unlimited in the chapter). */
 export function rangeOf(arm: Arm, index: number): Range {
   const joint = arm.joints[index]!;
-  if (joint.kind === "R") return { low: -Math.PI, high: Math.PI, step: Math.PI / 180 };
+  if (joint.kind === "R") return { low: -Math.PI, high: Math.PI };
   const unit = longest(arm);
   const round = (value: number): number => Math.round(value * 20) / 20;
   const most = (flatPlane(arm) ? 2.05 : 1.3) * unit; // figures of planar arms show slides that far out
@@ -32,7 +31,6 @@ export function rangeOf(arm: Arm, index: number): Range {
   return {
     low: Math.min(round(-unit - joint.offset), ...shown),
     high: Math.max(round(most - joint.offset), ...shown),
-    step: 0.01,
   };
 }
 

@@ -38,8 +38,7 @@ export interface Palette {
 
 /** What the page holds of a scene. */
 export interface Stage {
-  draw(arm: Arm, state: State, view: View, columns: readonly Vec3[] | null): void;
-  paint(palette: Palette): void;
+  draw(arm: Arm, state: State, view: View, columns: readonly Vec3[] | null, palette: Palette): void;
   dispose(): void;
 }
 
@@ -59,7 +58,7 @@ interface Piece {
 }
 
 /** A stage on a canvas. Throws where the browser has no WebGL. */
-export function stageOn(canvas: HTMLCanvasElement, palette: Palette): Stage {
+export function stageOn(canvas: HTMLCanvasElement): Stage {
   const renderer = new WebGLRenderer({ canvas, antialias: true, alpha: true });
   const scene = new Scene();
   const camera = new OrthographicCamera();
@@ -77,7 +76,6 @@ export function stageOn(canvas: HTMLCanvasElement, palette: Palette): Stage {
   ellipsoid.frustumCulled = false; // its place is in its matrix alone
   scene.add(ellipsoid);
   const lines = new LineBasicMaterial();
-  let paints = palette;
   let grid: { readonly arm: Arm; readonly lines: PolarGridHelper } | null = null;
   let size = "";
 
@@ -101,8 +99,8 @@ export function stageOn(canvas: HTMLCanvasElement, palette: Palette): Stage {
   }
 
   return {
-    draw(arm, state, view, columns) {
-      const pieces = piecesOf(arm, state, paints);
+    draw(arm, state, view, columns, palette) {
+      const pieces = piecesOf(arm, state, palette);
       for (const [solid, copies] of Object.entries(solids))
         lay(
           copies,
@@ -110,8 +108,8 @@ export function stageOn(canvas: HTMLCanvasElement, palette: Palette): Stage {
         );
       ellipsoid.visible = columns !== null;
       if (columns) ellipsoid.matrix.copy(ellipsoidAt(state, columns));
-      glass.color.set(paints.ellipse);
-      lines.color.set(paints.grid);
+      glass.color.set(palette.ellipse);
+      lines.color.set(palette.grid);
       ground(arm);
       fit(view);
       const [w, h, far] = [view.width / view.scale / 2, view.height / view.scale / 2, 20 * reachOf(arm)];
@@ -124,9 +122,6 @@ export function stageOn(canvas: HTMLCanvasElement, palette: Palette): Stage {
       sun.position.set(...along(view.centre, light, far));
       sun.target.position.set(...view.centre);
       renderer.render(scene, camera);
-    },
-    paint(next) {
-      paints = next;
     },
     dispose() {
       renderer.dispose();
@@ -159,25 +154,25 @@ function lay(copies: InstancedMesh, pieces: readonly Piece[]): void {
 }
 
 /** The arm as solids: bars with round ends for its links, a body for each joint, a ball for the point. */
-function piecesOf(arm: Arm, state: State, paints: Palette): Piece[] {
+function piecesOf(arm: Arm, state: State, palette: Palette): Piece[] {
   const joint = thicknessOf(arm);
   const thin = 0.48 * joint;
   const places = placesOf(arm, state, reachOf(arm));
   return [
     ...arm.joints.flatMap((_, i) =>
       linkOf(arm, state, i + 1).flatMap((corner, k, line) => [
-        round(corner, thin, paints.link),
-        ...(k > 0 ? between("bar", line[k - 1]!, corner, thin, paints.link) : []),
+        round(corner, thin, palette.link),
+        ...(k > 0 ? between("bar", line[k - 1]!, corner, thin, palette.link) : []),
       ]),
     ),
     ...arm.joints.flatMap(({ kind }, i) => {
       const [low, high] = bodyOf(arm, state, i, places[i]!);
-      const color = paints.joints[i % paints.joints.length]!;
+      const color = palette.joints[i % palette.joints.length]!;
       return kind === "R"
         ? between("bar", low, high, joint, color)
         : between("box", low, high, 1.7 * joint, color);
     }),
-    round(state.point, 0.6 * joint, paints.link),
+    round(state.point, 0.6 * joint, palette.link),
   ];
 }
 

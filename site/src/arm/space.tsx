@@ -1,7 +1,7 @@
 // The solid body of a spatial arm below the drawing's lines; until three.js has come, and without WebGL, it is absent.
 
 import type { JSX } from "preact";
-import { useEffect, useLayoutEffect, useRef, useState } from "preact/hooks";
+import { useEffect, useLayoutEffect, useMemo, useRef, useState } from "preact/hooks";
 
 import type { Arm, State } from "./model.js";
 import type { Palette, Stage } from "./scene.js";
@@ -28,7 +28,7 @@ export function Space({ arm, state, view, columns, onReady }: SpaceProps): JSX.E
     void import("./scene.js")
       .then(({ stageOn }) => {
         if (gone || !canvas.current) return;
-        opened = stageOn(canvas.current, paletteOf(canvas.current));
+        opened = stageOn(canvas.current);
         setStage(opened);
         onReady(true);
       })
@@ -41,12 +41,12 @@ export function Space({ arm, state, view, columns, onReady }: SpaceProps): JSX.E
 
   useEffect(() => onSchemeChange(() => setPaints((count) => count + 1)), []);
 
-  useEffect(() => {
-    if (stage && paints > 0 && canvas.current) stage.paint(paletteOf(canvas.current));
-  }, [stage, paints]);
+  const palette = useMemo(() => canvas.current && paletteOf(canvas.current), [stage, paints]);
 
   // With the lines over it, in one frame.
-  useLayoutEffect(() => stage?.draw(arm, state, view, columns), [stage, paints, arm, state, view, columns]);
+  useLayoutEffect(() => {
+    if (stage && palette) stage.draw(arm, state, view, columns, palette);
+  }, [stage, palette, arm, state, view, columns]);
 
   return <canvas ref={canvas} class="arm-canvas" aria-hidden="true" />;
 }

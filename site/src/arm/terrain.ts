@@ -104,16 +104,17 @@ export function kindAtSpot(arm: Arm, pose: Pose, pair: Pair, spot: Spot): Kind |
   return kind === "regular" ? "unknown" : kind;
 }
 
-/** Lines cut by kind, one line at a time, so that the page can do other things between two of them. */
-export function* sorted(arm: Arm, pose: Pose, pair: Pair, terrain: Terrain): Generator<Stretch[]> {
-  const sure = kindIsSure(arm);
-  for (const line of terrain.lines) {
-    const every = Math.max(4, Math.ceil(line.length / 10));
-    yield sure
-      ? stretches(line, every, (spot) => kindAtSpot(arm, pose, pair, spot))
-      : [{ kind: "unknown", spots: line }];
-  }
-  for (const spot of terrain.spots) {
-    yield [{ kind: sure ? kindAtSpot(arm, pose, pair, spot) : "unknown", spots: [spot] }];
-  }
+/** Lines and spots before their kinds are known. */
+export function unsorted({ lines, spots }: Terrain): Stretch[] {
+  return [...lines, ...spots.map((spot) => [spot])].map((spots) => ({ kind: "unknown", spots }));
+}
+
+/** Lines cut by kind, and spots. */
+export function sorted(arm: Arm, pose: Pose, pair: Pair, terrain: Terrain): Stretch[] {
+  if (!kindIsSure(arm)) return unsorted(terrain);
+  const kindOf = (spot: Spot): Kind | "unknown" => kindAtSpot(arm, pose, pair, spot);
+  return [
+    ...terrain.lines.flatMap((line) => stretches(line, Math.max(4, Math.ceil(line.length / 10)), kindOf)),
+    ...terrain.spots.map((spot): Stretch => ({ kind: kindOf(spot), spots: [spot] })),
+  ];
 }

@@ -4,7 +4,7 @@ import { useEffect, useMemo, useState } from "preact/hooks";
 
 import type { Answer, Wanted } from "./map.worker.js";
 import type { Arm, Pose } from "./model.js";
-import type { Pair, Shown, Terrain } from "./terrain.js";
+import { type Pair, type Shown, type Terrain, unsorted } from "./terrain.js";
 import type { Stretch } from "./zeros.js";
 
 /** A map with what it was worked out for. */
@@ -49,12 +49,4 @@ export function useMap(
         : null,
     [worked, arm, pair.join(), shown],
   );
-}
-
-/** Lines and spots before their kinds are known. */
-function unsorted({ lines, spots }: Terrain): Stretch[] {
-  return [
-    ...lines.map((line): Stretch => ({ kind: "unknown", spots: line })),
-    ...spots.map((spot): Stretch => ({ kind: "unknown", spots: [spot] })),
-  ];
 }

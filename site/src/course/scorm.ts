@@ -24,8 +24,9 @@ interface Model {
   readonly mode: string;
   results(round: Round, score: Score): Elements;
   time(seconds: number): Elements;
-  /** An answer, as the n-th of the platform's record. */
-  interaction(n: number, given: Given, news: News): Elements;
+  readonly answer: AnswerModel;
+  /** When an answer is given. */
+  moment(now: Date): readonly [name: string, value: string];
 }
 
 // --- what is told ---
@@ -53,24 +54,8 @@ const SCORM12: Model = {
     ["cmi.core.session_time", clock(seconds)],
     ["cmi.core.exit", "suspend"],
   ],
-  interaction(n, { place, part, answer, verdict }, { round }) {
-    const { item, points } = round.asked[place]!;
-    const at = `cmi.interactions.${n}`;
-    const [type, response] = responseOf(part, answer, {
-      type: "fill-in",
-      most: 255,
-      between: ",",
-      pair: ".",
-    });
-    return [
-      [`${at}.id`, `${item.key}.${item.question}`],
-      [`${at}.type`, type],
-      [`${at}.student_response`, response],
-      [`${at}.result`, verdict.outcome === "correct" ? "correct" : "wrong"],
-      [`${at}.weighting`, decimal(points, 4)],
-      [`${at}.time`, clock(secondsOfDay(new Date()))],
-    ];
-  },
+  answer: { type: "fill-in", most: 255, between: ",", pair: ".", name: "student_response", wrong: "wrong" },
+  moment: (now) => ["time", clock(now.getHours() * 3600 + now.getMinutes() * 60 + now.getSeconds())],
 };
 
 const SCORM2004: Model = {
@@ -95,34 +80,49 @@ const SCORM2004: Model = {
     ["cmi.session_time", `PT${decimal(seconds, 2)}S`],
     ["cmi.exit", "suspend"],
   ],
-  interaction(n, { place, part, answer, verdict }, { round }) {
-    const { item, points } = round.asked[place]!;
-    const at = `cmi.interactions.${n}`;
-    const as = { type: "long-fill-in", most: 4000, between: "[,]", pair: "[.]" };
-    const [type, response] = responseOf(part, answer, as);
-    return [
-      [`${at}.id`, `${item.key}.${item.question}`],
-      [`${at}.type`, type],
-      [`${at}.timestamp`, `${new Date().toISOString().slice(0, "2026-11-25T22:42:51.12".length)}Z`],
-      [`${at}.weighting`, decimal(points, 6)],
-      [`${at}.learner_response`, response],
-      [`${at}.result`, verdict.outcome === "correct" ? "correct" : "incorrect"],
-    ];
+  answer: {
+    ...{ type: "long-fill-in", most: 4000, between: "[,]", pair: "[.]" },
+    ...{ name: "learner_response", wrong: "incorrect" },
   },
+  moment: (now) => ["timestamp", `${now.toISOString().slice(0, "2026-11-25T22:42:51.12".length)}Z`],
 };
 
 export const MODELS: Readonly<Record<Version, Model>> = { "1.2": SCORM12, "2004": SCORM2004 };
 
-interface Response {
+/** How a data model has answers: what typed ones are called, and how long they may be. */
+interface AnswerModel {
   readonly type: string;
   readonly most: number;
   /** What stands between letters, and between the two of a pair. */
   readonly between: string;
   readonly pair: string;
+  /** The element of the answer, and what is said of one that is wrong. */
+  readonly name: string;
+  readonly wrong: string;
+}
+
+/** An answer, as the n-th of the platform's record. */
+function interaction(
+  model: Model,
+  n: number,
+  { place, part, answer, verdict }: Given,
+  round: Round,
+): Elements {
+  const { item, points } = round.asked[place]!;
+  const [type, response] = responseOf(part, answer, model.answer);
+  const elements: Elements = [
+    ["id", `${item.key}.${item.question}`],
+    ["type", type],
+    model.moment(new Date()),
+    ["weighting", decimal(points, 4)],
+    [model.answer.name, response],
+    ["result", verdict.outcome === "correct" ? "correct" : model.answer.wrong],
+  ];
+  return elements.map(([name, value]) => [`cmi.interactions.${n}.${name}`, value]);
 }
 
 /** The type of an answer and the answer, as the data model writes them: letters in small, formulas as they were typed. */
-function responseOf({ key }: Part, answer: string, as: Response): [type: string, response: string] {
+function responseOf({ key }: Part, answer: string, as: AnswerModel): [type: string, response: string] {
   const letters = [...answer.trim().toLowerCase()];
   if (/^[A-H]+$/i.test(answer.trim())) {
     if (key.type === "choice" || key.type === "selection")
@@ -146,8 +146,6 @@ export function clock(seconds: number): string {
   const hours = String(Math.floor(whole / 3600)).padStart(2, "0");
   return `${hours}:${two(Math.floor(whole / 60) % 60)}:${two(whole % 60)}.${two(hundredths % 100)}`;
 }
-
-const secondsOfDay = (now: Date): number => now.getHours() * 3600 + now.getMinutes() * 60 + now.getSeconds();
 
 // --- how it is found ---
 
@@ -221,10 +219,10 @@ export function platform(version: Version, from: Above): Platform | null {
   let over = false;
 
   /** The record of answers is the platform's to keep or not: what it does not take is no failure. */
-  const record = (given: Given, news: News): void => {
+  const record = (given: Given, round: Round): void => {
     const count = Number(get("cmi.interactions._count") || NaN);
     if (count < MOST_RECORDED)
-      for (const [name, value] of model.interaction(count, given, news)) set(name, value);
+      for (const [name, value] of interaction(model, count, given, round)) set(name, value);
   };
   const tell = (news: News): boolean => {
     if (!takes || over) return true;
@@ -235,7 +233,7 @@ export function platform(version: Version, from: Above): Platform | null {
       ...model.time((Date.now() - began) / 1000),
     ];
     const areSet = all.map(([name, value]) => set(name, value)).every(Boolean);
-    if (given) record(given, news);
+    if (given) record(given, round);
     return isTrue(call("Commit", "")) && areSet;
   };
   return {

@@ -28,9 +28,6 @@ export interface Place {
   /** How the classes of its arms stand, each by itself. */
   readonly classes: readonly (readonly [Stretch, Row])[];
   readonly asked: readonly Asked[];
-  /** From the first layer on, and across it, counted in lessons from the layer's middle. */
-  readonly layer: number;
-  readonly across: number;
 }
 
 /** How a lesson stands; it is mastered where it is for all classes of arms, of which `rows` are those beyond the first. */
@@ -41,31 +38,8 @@ export function standingOf(skill: Skill, now: number, rows: readonly Row[] = [])
   return [skill, ...rows].some(({ row }) => row.length > 0) || skill.goals.length > 0 ? "begun" : "new";
 }
 
-/** The layer of each lesson: behind all that it builds on. */
-export function layersOf(lessons: readonly Lesson[]): ReadonlyMap<string, number> {
-  const layers = new Map<string, number>();
-  for (const { id, needs } of lessons)
-    // they come in an order in which each is behind what it needs
-    layers.set(id, Math.max(-1, ...needs.map((need) => layers.get(need) ?? 0)) + 1);
-  return layers;
-}
-
-/** How far each lesson is from the middle of its layer: beside what it builds on, so that lines do not cross. */
-function acrossOf(layers: ReadonlyMap<string, number>): ReadonlyMap<string, number> {
-  const across = new Map<string, number>();
-  const pulled = ({ needs }: Lesson): number =>
-    needs.reduce((sum, need) => sum + across.get(need)!, 0) / (needs.length || 1);
-  for (let layer = 0; layer <= Math.max(...layers.values()); layer += 1) {
-    const beside = LESSONS.filter(({ id }) => layers.get(id) === layer).sort((a, b) => pulled(a) - pulled(b));
-    beside.forEach(({ id }, i) => across.set(id, i - (beside.length - 1) / 2));
-  }
-  return across;
-}
-
 /** The graph of all lessons. */
 export function placesOf(index: Index, skills: Skills, progress: Progress, now: number): Place[] {
-  const layers = layersOf(LESSONS);
-  const across = acrossOf(layers);
   const isLearned = (id: string): boolean => skills[id]?.learned !== undefined;
   return LESSONS.map((lesson) => {
     const missing = lesson.needs
@@ -85,8 +59,6 @@ export function placesOf(index: Index, skills: Skills, progress: Progress, now: 
       next: missing.length === 0 && !isLearned(lesson.id),
       missing,
       asked: lesson.questions.flatMap((name) => askedOf(index, name, progress)),
-      layer: layers.get(lesson.id)!,
-      across: across.get(lesson.id)!,
     };
   });
 }

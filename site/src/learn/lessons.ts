@@ -26,6 +26,8 @@ export interface Goal {
 export interface Lesson extends Topic {
   /** The lessons that it builds on, all of which come before it. */
   readonly needs: readonly string[];
+  /** Its place on the map of lessons: the layer, and how far from its middle, so that no lines cross. */
+  readonly at: readonly [layer: number, across: number];
   readonly idea: readonly TextKey[];
   readonly arm: "plain" | "elbow";
   readonly tool: Tool | null;
@@ -35,7 +37,7 @@ export interface Lesson extends Topic {
 }
 
 /** A lesson as written below: its id names its texts; the arm is the plain one, and there is no tool, unless it says so. */
-type Written = Pick<Lesson, "needs" | "layers" | "pane"> &
+type Written = Pick<Lesson, "needs" | "at" | "layers" | "pane"> &
   Partial<Pick<Lesson, "arm" | "tool">> & {
     readonly id:
       "rates" | "columns" | "differentiation" | "propagation" | "inverse" | "singular" | "kinds" | "path";
@@ -56,6 +58,7 @@ const WRITTEN: readonly Written[] = [
   {
     id: "rates",
     needs: [],
+    at: [0, 0],
     tool: "rates",
     layers: { columns: false, ellipse: false },
     pane: "joints",
@@ -68,6 +71,7 @@ const WRITTEN: readonly Written[] = [
   {
     id: "columns",
     needs: ["rates"],
+    at: [1, 0],
     layers: { ellipse: false },
     pane: "jacobian",
     goals: [
@@ -79,6 +83,7 @@ const WRITTEN: readonly Written[] = [
   {
     id: "differentiation",
     needs: ["columns"],
+    at: [2, -0.5],
     layers: { ellipse: false },
     pane: "jacobian",
     goals: [
@@ -90,6 +95,7 @@ const WRITTEN: readonly Written[] = [
   {
     id: "propagation",
     needs: ["columns"],
+    at: [2, 0.5],
     layers: { ellipse: false, vectors: true },
     pane: "jacobian",
     goals: [
@@ -100,6 +106,7 @@ const WRITTEN: readonly Written[] = [
   {
     id: "inverse",
     needs: ["differentiation", "propagation"],
+    at: [3, 0.5],
     tool: "wanted",
     layers: { ellipse: false },
     pane: "joints",
@@ -111,6 +118,7 @@ const WRITTEN: readonly Written[] = [
   {
     id: "singular",
     needs: ["differentiation"],
+    at: [3, -0.5],
     layers: {},
     pane: "map",
     goals: [
@@ -122,6 +130,7 @@ const WRITTEN: readonly Written[] = [
   {
     id: "kinds",
     needs: ["singular"],
+    at: [4, -0.5],
     arm: "elbow",
     layers: { frames: false },
     pane: "map",
@@ -133,6 +142,7 @@ const WRITTEN: readonly Written[] = [
   {
     id: "path",
     needs: ["inverse", "singular"],
+    at: [4, 0.5],
     layers: { frames: false },
     pane: "weld",
     goals: [

@@ -9,8 +9,8 @@ import type { Asked, Place } from "./graph.js";
 import type { Row } from "../practice/skills.js";
 
 export function SkillMap({ places }: { places: readonly Place[] }): JSX.Element {
-  const layers = Math.max(...places.map(({ layer }) => layer)) + 1;
-  const most = 1 + 2 * Math.max(...places.map(({ across }) => across));
+  const layers = Math.max(...places.map(({ lesson }) => lesson.at[0])) + 1;
+  const most = 1 + 2 * Math.max(...places.map(({ lesson }) => lesson.at[1]));
   return (
     <section class="skills" aria-labelledby="skills-title">
       <h2 id="skills-title">{say("skills.title")}</h2>
@@ -22,7 +22,10 @@ export function SkillMap({ places }: { places: readonly Place[] }): JSX.Element 
             <li
               key={place.lesson.id}
               class={`skill is-${place.standing}${place.next ? " is-next" : ""}`}
-              style={{ "--layer": place.layer + 1, "--across": Math.round(2 * place.across + most) }}
+              style={{
+                "--layer": place.lesson.at[0] + 1,
+                "--across": Math.round(2 * place.lesson.at[1] + most),
+              }}
             >
               <Skill place={place} />
             </li>
@@ -43,7 +46,7 @@ function Lines({
   layers: number;
   most: number;
 }): JSX.Element {
-  const middle = ({ layer, across }: Place): [number, number] => [layer + 0.5, most / 2 + across];
+  const middle = ({ lesson: { at } }: Place): [number, number] => [at[0] + 0.5, most / 2 + at[1]];
   const ways = places.flatMap((place) =>
     place.lesson.needs.map((need) => {
       const from = places.find(({ lesson }) => lesson.id === need)!;
